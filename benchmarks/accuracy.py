@@ -1,15 +1,18 @@
-"""True errors of scenes that ask for an accuracy, what finding step and mesh costs, and what the cheapest run would have cost.
+"""True errors of scenes that ask for an accuracy, what finding step and mesh costs, and what the
+cheapest run would have cost.
 
     python benchmarks/accuracy.py [--accuracy 1e-2,1e-3,1e-4] [--cheapest] [--log] [--part 1/4] [NAMES]
     python benchmarks/accuracy.py --front NAMES
 
-Mechanisms of `mechanisms.py` and examples. Every one is run as `fmbs run --accuracy` runs it, for every accuracy, and held, at the
-ends of all its steps, against a run of four times its cells and four times the steps of all pilots, and 12 800 steps at least, so
-that no short event is missed by both. What is said to be sensitive is held against it up to the time that it is trusted to. Costs
-are CPU seconds of one BLAS thread within one process, pilots with their builds over the run that was chosen; a second plan is
-timed, so that nothing compiles.
+Mechanisms of `mechanisms.py` and examples. Every one is run as `fmbs run --accuracy` runs it, for
+every accuracy, and held, at the ends of all its steps, against a run of four times its cells and
+four times the steps of all pilots, and 12 800 steps at least, so that no short event is missed by
+both. What is said to be sensitive is held against it up to the time that it is trusted to. Costs
+are CPU seconds of one BLAS thread within one process, pilots with their builds over the run that
+was chosen; a second plan is timed, so that nothing compiles.
 
-With `--cheapest` all of CELLS x STEPS are tried that are cheaper than the run that was chosen, by counted work: `work` below.
+With `--cheapest` all of CELLS x STEPS are tried that are cheaper than the run that was chosen, by
+counted work: `work` below.
 """
 
 from __future__ import annotations
@@ -42,15 +45,25 @@ ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 DOCS = ROOT / "docs"
 AT_LEAST = 12_800  #: steps of a reference
-CELLS, STEPS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48), tuple(n * 2**k for k in range(10) for n in (200, 300))  #: that are tried
+CELLS, STEPS = (
+    (2, 3, 4, 6, 8, 12, 16, 24, 32, 48),
+    tuple(n * 2**k for k in range(10) for n in (200, 300)),
+)  #: that are tried
 
 
 def wanting(scene: Scene, accuracy: float) -> Scene:
     """The scene with an accuracy, and no step."""
-    return replace(scene, analysis=replace(scene.analysis, step=np.inf, every=1, accuracy=Accuracy({"": Bound(accuracy)})))
+    return replace(
+        scene,
+        analysis=replace(
+            scene.analysis, step=np.inf, every=1, accuracy=Accuracy({"": Bound(accuracy)})
+        ),
+    )
 
 
-def timed(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, PilotOutputs | None]:
+def timed(
+    pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0
+) -> tuple[float, PilotOutputs | None]:
     """CPU seconds of a run, and what it finds."""
     begin = time.process_time()
     found = pilots.run(cells, steps, local_error)
@@ -60,7 +73,8 @@ def timed(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0)
 def work(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> float:
     """Counted work of a run: (iterations + 4 factorisations) (unknowns + 20).
 
-    Fitted to CPU seconds of 78 runs of 13 mechanisms, which it meets within 0.6 to 1.2 for eight of ten.
+    Fitted to CPU seconds of 78 runs of 13 mechanisms, which it meets within 0.6 to 1.2 for eight of
+    ten.
     """
     cost = pilots.solve(cells, steps, local_error).statistics
     return (cost.iterations + 4 * cost.factorisations) * (pilots.system(cells).size + 20)
@@ -93,11 +107,21 @@ class Row:
     @property
     def words(self) -> str:
         """The cells of its line of a table."""
-        told = self.why_not + (f", trusted to {self.trusted:.3g} s" if self.trusted is not None else "")
+        told = self.why_not + (
+            f", trusted to {self.trusted:.3g} s" if self.trusted is not None else ""
+        )
         times = f"{1e3 * self.run_s:.1f} | {1e3 * self.plan_s:.0f}"
-        best = "" if self.cheapest is None else f"{self.over_cheapest:.2f} ({self.cheapest[0] or ''} x {self.cheapest[1]})"
-        numbers = f"{self.true:.2f} | {self.estimated:.2f} | {told} | {self.pilots} | {times} | {best}"
-        return f"| {self.name} | {self.accuracy:g} | {self.cells or ''} | {self.steps} | {numbers} |"
+        best = (
+            ""
+            if self.cheapest is None
+            else f"{self.over_cheapest:.2f} ({self.cheapest[0] or ''} x {self.cheapest[1]})"
+        )
+        numbers = (
+            f"{self.true:.2f} | {self.estimated:.2f} | {told} | {self.pilots} | {times} | {best}"
+        )
+        return (
+            f"| {self.name} | {self.accuracy:g} | {self.cells or ''} | {self.steps} | {numbers} |"
+        )
 
 
 def row(name: str, scene: Scene, accuracy: float, try_all: bool) -> Row:
@@ -111,20 +135,38 @@ def row(name: str, scene: Scene, accuracy: float, try_all: bool) -> Row:
     level = plan.cells or (1 if pilots.refined else 0)
     chosen = min(timed(pilots, level, plan.steps, plan.local_error)[0] for _ in range(2))
     error = true_error(pilots, run, level, plan)
-    best = cheapest(pilots, level, plan.steps, plan.local_error) if try_all and not plan.why_not else None
+    best = (
+        cheapest(pilots, level, plan.steps, plan.local_error)
+        if try_all and not plan.why_not
+        else None
+    )
     foretold = plan.of_step + (plan.of_mesh or 0.0)
     told = plan.why_not, plan.trusted_until, len(plan.pilots), chosen, spent
-    return Row(name, accuracy, plan.cells, plan.steps, error, foretold, *told, *(best or (None, None)), plan.pilots)
+    return Row(
+        name,
+        accuracy,
+        plan.cells,
+        plan.steps,
+        error,
+        foretold,
+        *told,
+        *(best or (None, None)),
+        plan.pilots,
+    )
 
 
 def true_error(pilots: ScenePilots, run: studies.Run, level: int, plan: planned.Planned) -> float:
-    """The largest error of a run over what is wanted, at the ends of its steps, up to the time that it is trusted to.
+    """The largest error of a run over what is wanted, at the ends of its steps, up to the time that
+    it is trusted to.
 
-    The reference has four times the cells, and of the steps a whole number for each of the run. NaN where it fails.
+    The reference has four times the cells, and of the steps a whole number for each of the run. NaN
+    where it fails.
     """
     parts = math.ceil(max(AT_LEAST, 4 * max(one["steps"] for one in plan.pilots)) / plan.steps)
     try:
-        finer = pilots.analysis.piloted(parts * plan.steps, parts).solve_for_outputs(pilots.system(4 * level))
+        finer = pilots.analysis.piloted(parts * plan.steps, parts).solve_for_outputs(
+            pilots.system(4 * level)
+        )
     except FmbsError:
         return math.nan
     end = math.inf if plan.trusted_until is None else plan.trusted_until * (1.0 + 1e-9)
@@ -137,10 +179,14 @@ def true_error(pilots: ScenePilots, run: studies.Run, level: int, plan: planned.
     return largest(pilots.differ(until(mine, end), until(reference, end)))
 
 
-def cheapest(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, tuple[int, int]]:
-    """Counted work of a run over that of the cheapest one that meets the accuracy, and which that is; 1 where it is the cheapest.
+def cheapest(
+    pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0
+) -> tuple[float, tuple[int, int]]:
+    """Counted work of a run over that of the cheapest one that meets the accuracy, and which that
+    is; 1 where it is the cheapest.
 
-    Only runs with less work are looked at. The reference has 200 2^k steps, which every number of steps of STEPS has instants of.
+    Only runs with less work are looked at. The reference has 200 2^k steps, which every number of
+    steps of STEPS has instants of.
     """
     mine = work(pilots, cells, steps, local_error)
     least, best = mine, (cells, steps)
@@ -159,7 +205,18 @@ def cheapest(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0
     return mine / least, best
 
 
-HEADS = ("scene", "accuracy", "cells", "steps", "true error over wanted", "foretold", "told", "pilots", "run [ms]", "plan [ms]")
+HEADS = (
+    "scene",
+    "accuracy",
+    "cells",
+    "steps",
+    "true error over wanted",
+    "foretold",
+    "told",
+    "pilots",
+    "run [ms]",
+    "plan [ms]",
+)
 HEADS = (*HEADS, "work over the cheapest (cells x steps)")
 
 
@@ -170,20 +227,34 @@ def main(
     try_all: bool = False,
     part: tuple[int, int] = (1, 1),
 ) -> list[Row]:
-    """Rows of scenes by name, all without, and what they amount to; of `part` (i, n) every n-th scene from the i-th on."""
+    """Rows of scenes by name, all without, and what they amount to; of `part` (i, n) every n-th
+    scene from the i-th on.
+    """
     rows: list[Row] = []
-    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        threadpool_limits(limits=1, user_api="blas"),
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")
-        for name, scene in itertools.islice(of_names(names, Path(folder)), part[0] - 1, None, part[1]):
+        for name, scene in itertools.islice(
+            of_names(names, Path(folder)), part[0] - 1, None, part[1]
+        ):
             for accuracy in wanted:
                 try:
                     rows.append(row(name, scene, accuracy, try_all))
                 except FmbsError as error:
-                    print(f"| {name} | {accuracy:g} | {type(error).__name__}: {str(error)[:150]} |", flush=True)
+                    print(
+                        f"| {name} | {accuracy:g} | {type(error).__name__}: {str(error)[:150]} |",
+                        flush=True,
+                    )
                     continue
                 print(rows[-1].words, flush=True)
                 if log:
-                    print("   ", [(one["cells"], one["steps"], one["difference"]) for one in rows[-1].log])
+                    print(
+                        "   ",
+                        [(one["cells"], one["steps"], one["difference"]) for one in rows[-1].log],
+                    )
     text = page(rows)
     print(text.splitlines()[2])
     RESULTS.mkdir(parents=True, exist_ok=True)
@@ -192,15 +263,20 @@ def main(
 
 
 def front(name: str, wanted: Sequence[float] = (1e-2, 1e-3, 1e-4), repeats: int = 3) -> Path:
-    """A picture of full models with all cells and steps, and of what plans choose: CPU beside true error, parts of the ranges.
+    """A picture of full models with all cells and steps, and of what plans choose: CPU beside true
+    error, parts of the ranges.
 
-    The reference has 48 cells and four times the steps of the finest one. CPU seconds are the least of `repeats` calls of the
-    integration and its outputs.
+    The reference has 48 cells and four times the steps of the finest one. CPU seconds are the least
+    of `repeats` calls of the integration and its outputs.
     """
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
-    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        threadpool_limits(limits=1, user_api="blas"),
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")
         _, scene = next(of_names([name], Path(folder)))
         pilots = ScenePilots(wanting(scene, 1.0 - 1e-9))
@@ -213,20 +289,35 @@ def front(name: str, wanted: Sequence[float] = (1e-2, 1e-3, 1e-4), repeats: int 
             tries = [timed(pilots, cells, steps, local_error) for _ in range(repeats)]
             found = tries[0][1]
             return (
-                None if found is None else (min(seconds for seconds, _ in tries), float(pilots.differ(found, reference)[0].max()))
+                None
+                if found is None
+                else (
+                    min(seconds for seconds, _ in tries),
+                    float(pilots.differ(found, reference)[0].max()),
+                )
             )
 
         for number, cells in enumerate(CELLS):
             known = [one for steps in STEPS if (one := point(cells, steps)) is not None]
             if known:
                 axes.loglog(
-                    *zip(*known, strict=True), "o-", ms=3, lw=0.8, color=plt.cm.viridis(number / len(CELLS)), label=f"{cells} cells"
+                    *zip(*known, strict=True),
+                    "o-",
+                    ms=3,
+                    lw=0.8,
+                    color=plt.cm.viridis(number / len(CELLS)),
+                    label=f"{cells} cells",
                 )
         for accuracy, plan in zip(wanted, plans, strict=True):
             if (one := point(plan.cells or 0, plan.steps, plan.local_error)) is not None:
                 axes.axhline(accuracy, color="0.8", lw=0.8, zorder=0)
                 axes.loglog(
-                    *one, "*", ms=13, color="#D55E00", zorder=5, label="chosen for an accuracy" if accuracy == wanted[0] else None
+                    *one,
+                    "*",
+                    ms=13,
+                    color="#D55E00",
+                    zorder=5,
+                    label="chosen for an accuracy" if accuracy == wanted[0] else None,
                 )
                 axes.annotate(
                     f"{accuracy:g}: {plan.cells} cells, {plan.steps} steps",
@@ -238,7 +329,8 @@ def front(name: str, wanted: Sequence[float] = (1e-2, 1e-3, 1e-4), repeats: int 
     axes.set_xlabel("CPU of a run [s]")
     axes.set_ylabel("largest true error of an output, part of its range")
     axes.set_title(
-        f"{name.removeprefix('example_')}: full models of 200 to 6400 steps, and those that accuracies choose", fontsize=10
+        f"{name.removeprefix('example_')}: full models of 200 to 6400 steps, and those that accuracies choose",
+        fontsize=10,
     )
     axes.legend(fontsize=8, ncols=2, frameon=False)
     axes.grid(alpha=0.3)
@@ -255,13 +347,18 @@ def page(rows: Sequence[Row]) -> str:
     ratio = statistics.median(row.plan_s / row.run_s for row in told) if told else 0.0
     cheap = sum(row.plan_s <= max(4.0 * row.run_s, 0.05) for row in told)
     text = f"{len(rows)} plans, {len(told)} of which promise their accuracy: {met} keep it, the worst errs by {worst:.2f} of it. "
-    text += (
-        f"A plan costs {ratio:.1f} times the run that it chooses, in the median; {cheap} cost at most 4 times as much, or 50 ms. "
-    )
+    text += f"A plan costs {ratio:.1f} times the run that it chooses, in the median; {cheap} cost at most 4 times as much, or 50 ms. "
     if over := [row.over_cheapest for row in told if row.over_cheapest is not None]:
         text += f"The chosen run does {statistics.median(over):.2f} times the work of the cheapest one that meets the accuracy, "
         text += f"in the median, {np.percentile(over, 90):.2f} times in one of ten."
-    lines = ["# Accuracies that were asked for", "", text, "", f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS)]
+    lines = [
+        "# Accuracies that were asked for",
+        "",
+        text,
+        "",
+        f"| {' | '.join(HEADS)} |",
+        "|" + "---|" * len(HEADS),
+    ]
     return "\n".join([*lines, *(row.words for row in rows)]) + "\n"
 
 
@@ -270,12 +367,22 @@ if __name__ == "__main__":
     asked.add_argument("names", nargs="*")
     asked.add_argument("--accuracy", default="1e-2,1e-3,1e-4")
     asked.add_argument("--log", action="store_true")
-    asked.add_argument("--cheapest", action="store_true", help="try all cells and steps that are cheaper")
+    asked.add_argument(
+        "--cheapest", action="store_true", help="try all cells and steps that are cheaper"
+    )
     asked.add_argument("--part", default="1/1", help="i/n: every n-th scene, from the i-th on")
-    asked.add_argument("--front", action="store_true", help="draw full models and plans of the scenes named")
+    asked.add_argument(
+        "--front", action="store_true", help="draw full models and plans of the scenes named"
+    )
     given = asked.parse_args()
     if given.front:
         print(*(front(name) for name in given.names), sep="\n")
         raise SystemExit
     first, every = map(int, given.part.split("/"))
-    main(given.names, [float(one) for one in given.accuracy.split(",")], given.log, given.cheapest, (first, every))
+    main(
+        given.names,
+        [float(one) for one in given.accuracy.split(",")],
+        given.log,
+        given.cheapest,
+        (first, every),
+    )

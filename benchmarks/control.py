@@ -1,11 +1,14 @@
-"""What control costs: a step that is told an input beside one of `integrate`, and a controlled flexible arm, reduced and full.
+"""What control costs: a step that is told an input beside one of `integrate`, and a controlled
+flexible arm, reduced and full.
 
     python benchmarks/control.py
 
-The first table is example 2 of Hou, Liu, Hu (doi 10.1016/j.cma.2019.112690), reduced at component level with eps = 1e-12 and ECSW
-at points, 2000 steps of 5e-4 s: microseconds of CPU time a step, the least of several runs that alternate. `run.step` is told the
-value of its input in every step. The second one is examples/controlled_arm.yaml, a beam of 50 cells and more under PD control,
-reduced as far as an error of 1e-3 allows: the largest distance of the tip from the full one over the stroke.
+The first table is example 2 of Hou, Liu, Hu (doi 10.1016/j.cma.2019.112690), reduced at component
+level with eps = 1e-12 and ECSW at points, 2000 steps of 5e-4 s: microseconds of CPU time a step,
+the least of several runs that alternate. `run.step` is told the value of its input in every step.
+The second one is examples/controlled_arm.yaml, a beam of 50 cells and more under PD control,
+reduced as far as an error of 1e-3 allows: the largest distance of the tip from the full one over
+the stroke.
 """
 
 from __future__ import annotations
@@ -27,7 +30,9 @@ CELLS, EPS = (50, 100, 200, 400), 1e-8  #: of the arm, and tolerance of its mode
 PUSH = "inputs: {u: {unit: N}}\nloads:\n  push: {type: control_force, at: II.C, direction: [0, 0, 1], force: u}\n"
 
 
-def reduced(scene: Scene, duration: float, cells: int | None = None, eps: float = 1e-12) -> tuple[dynamics.Trajectory, System]:
+def reduced(
+    scene: Scene, duration: float, cells: int | None = None, eps: float = 1e-12
+) -> tuple[dynamics.Trajectory, System]:
     """The full motion of a scene, and the hyper-reduced system that is trained by it."""
     raw, scheme = build.system(scene, cells), build.dynamic(scene).scheme
     motion = dynamics.integrate(systems.eliminate(raw), scheme, duration)
@@ -48,7 +53,9 @@ def least(ways: dict[str, Callable[[], object]]) -> dict[str, float]:
 
 
 def steps() -> dict[str, float]:
-    """CPU time [s] of STEPS steps of the reduced double pendulum: by `integrate`, and told an input in every one."""
+    """CPU time [s] of STEPS steps of the reduced double pendulum: by `integrate`, and told an input
+    in every one.
+    """
     text = (ROOT / "examples" / "double_pendulum.yaml").read_text(encoding="utf-8")
     scene = scenes.loads(text.replace("loads:\n", PUSH, 1), ROOT / "examples")
     scheme = build.dynamic(scene).scheme
@@ -71,16 +78,26 @@ def steps() -> dict[str, float]:
 
 
 def arm(cells: int) -> tuple[dict[str, float], float]:
-    """CPU time [s] of the controlled arm in full and reduced, and the distance of the tips over the stroke."""
+    """CPU time [s] of the controlled arm in full and reduced, and the distance of the tips over the
+    stroke.
+    """
     scene = scenes.read(ROOT / "examples" / "controlled_arm.yaml")
     analysis = build.dynamic(scene)
     motion, small = reduced(scene, analysis.duration, cells, EPS)
-    tips = [dynamics.outputs(one) for one in (motion, dynamics.integrate(small, analysis.scheme, analysis.duration))]
+    tips = [
+        dynamics.outputs(one)
+        for one in (motion, dynamics.integrate(small, analysis.scheme, analysis.duration))
+    ]
     full, other = (np.stack([found["tip_x"], found["tip_y"]]) for found in tips)
-    error = np.linalg.norm(other - full, axis=0).max() / np.linalg.norm(full - full[:, :1], axis=0).max()
+    error = (
+        np.linalg.norm(other - full, axis=0).max()
+        / np.linalg.norm(full - full[:, :1], axis=0).max()
+    )
     last = len(motion.times) - 1
     ways = {
-        name: lambda one=one: dynamics.integrate(one, analysis.scheme, analysis.duration, every=last)
+        name: lambda one=one: dynamics.integrate(
+            one, analysis.scheme, analysis.duration, every=last
+        )
         for name, one in (("full", motion.system), ("reduced", small))
     }
     return least(ways), float(error)

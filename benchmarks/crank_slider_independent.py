@@ -1,24 +1,29 @@
-r"""Example 3, the crank-slider of thin plates, by a second solver that shares no code with fmbs_skfem; ours beside it.
+r"""Example 3, the crank-slider of thin plates, by a second solver that shares no code with
+fmbs_skfem; ours beside it.
 
     python benchmarks/crank_slider_independent.py [--quick] [--json] [--write]
 
-Plane stress, St. Venant-Kirchhoff, total Lagrangian, on isoparametric 9-node quads of scikit-fem (nodes in the plane are numbers
-z = x + iy, the middle nodes of curved sides lie on the exact circles):
+Plane stress, St. Venant-Kirchhoff, total Lagrangian, on isoparametric 9-node quads of scikit-fem
+(nodes in the plane are numbers z = x + iy, the middle nodes of curved sides lie on the exact
+circles):
 
     E = (F^T F - I)/2,   S = E_Y t/(1 - nu^2) [(1 - nu) E + nu tr(E) I],   f = int F S : dF,   z_rim = c + a (X - C),   |a| = 1
 
-A rim follows its frame (c, a), two complex numbers, in positions; every node between them is free. Frames are massless, the torque
-does the work M Im(conj(a) da), joints are linear rows on c, the slider is 0.5 kg on the linkage's c_C. With m z'' + f = Q + G^T l
+A rim follows its frame (c, a), two complex numbers, in positions; every node between them is free.
+Frames are massless, the torque does the work M Im(conj(a) da), joints are linear rows on c, the
+slider is 0.5 kg on the linkage's c_C. With m z'' + f = Q + G^T l
 
     generalized-alpha:  (1 - am) a1 + am a0 = (1 - af) z1'' + af z0''   (M. Arnold, O. Bruels, Multibody Syst. Dyn. 18, 2007,
     doi:10.1007/s11044-007-9084-0), Newton with one factorisation of bh m + K a body at the reference shape, turned with the body
 
-and nine multipliers by a Schur complement on the eight numbers of each body's two frames. What is varied beside it: mesh, step,
-rho_inf, plane strain, straight sides instead of arcs, rims that are rigid only in the mean, a rigid layer of cells around the rims,
-rigid plates, and flanks that are common tangents of the ends instead of joining their highest points: by that the crank gains
-8.6e-4 of its area and 1.2e-6 kg m2 of its inertia about A.
+and nine multipliers by a Schur complement on the eight numbers of each body's two frames. What is
+varied beside it: mesh, step, rho_inf, plane strain, straight sides instead of arcs, rims that are
+rigid only in the mean, a rigid layer of cells around the rims, rigid plates, and flanks that are
+common tangents of the ends instead of joining their highest points: by that the crank gains 8.6e-4
+of its area and 1.2e-6 kg m2 of its inertia about A.
 
-Model: Y. Hou, C. Liu, H. Hu, doi:10.1016/j.cma.2019.112690, with the dimensions of examples/crank_slider.yaml.
+Model: Y. Hou, C. Liu, H. Hu, doi:10.1016/j.cma.2019.112690, with the dimensions of
+examples/crank_slider.yaml.
 """
 
 from __future__ import annotations
@@ -55,7 +60,9 @@ class End:
 
 @dataclass(frozen=True)
 class Cuts:
-    """Cells of half a ring up to the flank's cut, along the flank, around the end; across the ring; along the web."""
+    """Cells of half a ring up to the flank's cut, along the flank, around the end; across the ring;
+    along the web.
+    """
 
     row: int = 3
     flank: int = 3
@@ -64,7 +71,12 @@ class Cuts:
     web: int = 6
 
     def finer(self, factor: float) -> Cuts:
-        return Cuts(*(max(1, round(factor * n)) for n in (self.row, self.flank, self.end, self.ring, self.web)))
+        return Cuts(
+            *(
+                max(1, round(factor * n))
+                for n in (self.row, self.flank, self.end, self.ring, self.web)
+            )
+        )
 
 
 @dataclass(frozen=True)
@@ -80,7 +92,9 @@ class Model:
     refinement: float = 1.0  #: of the numbers of cells a direction
     strain: bool = False  #: plane strain instead of plane stress
     straight: bool = False  #: sides without curvature
-    tangent: bool = False  #: flanks are common tangents of the ends instead of joining their highest points
+    tangent: bool = (
+        False  #: flanks are common tangents of the ends instead of joining their highest points
+    )
     mean: bool = False  #: frames are means of rims, which may deform
     layer: float = 1.0  #: up to this multiple of the hole's radius the plate is rigid
 
@@ -92,7 +106,9 @@ LINKAGE = (End(0.1, 0.035, 0.010), End(0.3, 0.035, 0.010)), Cuts(web=14)
 # ------------------------------------------------------------------------------------------------------------------- mesh
 @dataclass(frozen=True)
 class Flank:
-    """The upper straight side x cos(normal) + y sin(normal) = offset, seen from an end's centre; it meets the end at `contact`."""
+    """The upper straight side x cos(normal) + y sin(normal) = offset, seen from an end's centre; it
+    meets the end at `contact`.
+    """
 
     normal: float  #: [rad]
     offset: float  #: [m]
@@ -100,7 +116,9 @@ class Flank:
 
     def mirrored(self, length: float) -> Flank:
         """The same side as the other end sees it, with its web on the right too."""
-        return Flank(np.pi - self.normal, self.offset - length * np.cos(self.normal), np.pi - self.contact)
+        return Flank(
+            np.pi - self.normal, self.offset - length * np.cos(self.normal), np.pi - self.contact
+        )
 
 
 def flank_of(ends: tuple[End, End], tangent: bool) -> Flank:
@@ -115,7 +133,9 @@ def flank_of(ends: tuple[End, End], tangent: bool) -> Flank:
 
 
 def half_outline(end: End, flank: Flank, cuts: Cuts) -> np.ndarray:
-    """Points of the upper half of the outline around an end at 0: on the cut x = R, on the flank, on the circle."""
+    """Points of the upper half of the outline around an end at 0: on the cut x = R, on the flank,
+    on the circle.
+    """
     height = (flank.offset - end.outer * np.cos(flank.normal)) / np.sin(flank.normal)
     cut = end.outer + 1j * np.linspace(0.0, height, cuts.row + 1)
     side = np.linspace(np.angle(cut[-1]), flank.contact, cuts.flank + 1)[1:-1]
@@ -125,7 +145,9 @@ def half_outline(end: End, flank: Flank, cuts: Cuts) -> np.ndarray:
 
 
 def ring(end: End, flank: Flank, cuts: Cuts) -> np.ndarray:
-    """Points (around, across) of a ring as if the web lay on its right, first and last the same; rays from rim to outline."""
+    """Points (around, across) of a ring as if the web lay on its right, first and last the same;
+    rays from rim to outline.
+    """
     outline = half_outline(end, flank, cuts)[:, None]
     across = np.linspace(0.0, 1.0, cuts.ring + 1) ** 1.3
     rim = end.hole * outline / np.abs(outline)
@@ -145,7 +167,9 @@ def blocks(ends: tuple[End, End], cuts: Cuts, tangent: bool) -> Iterator[np.ndar
 
 
 def curved(ends: tuple[End, End], cuts: Cuts, model: Model) -> Any:
-    """MeshQuad2 of a link; middle nodes of sides on a circle of the border are moved onto it, centres of cells with them."""
+    """MeshQuad2 of a link; middle nodes of sides on a circle of the border are moved onto it,
+    centres of cells with them.
+    """
     from skfem import MeshQuad, MeshQuad2
 
     points, cells, count = [], [], 0
@@ -155,7 +179,12 @@ def curved(ends: tuple[End, End], cuts: Cuts, model: Model) -> Any:
         points.append(grid.ravel())
         count += grid.size
     flat, quads = np.concatenate(points), np.concatenate(cells, axis=1)
-    _, kept, same = np.unique(np.rint(np.stack([flat.real, flat.imag]) * 1e9) + 0.0, axis=1, return_index=True, return_inverse=True)
+    _, kept, same = np.unique(
+        np.rint(np.stack([flat.real, flat.imag]) * 1e9) + 0.0,
+        axis=1,
+        return_index=True,
+        return_inverse=True,
+    )
     flat, quads = flat[kept], same.ravel()[quads]
     x = flat[quads]
     back = np.imag((x[1] - x[0]).conj() * (x[3] - x[0])) < 0
@@ -165,7 +194,9 @@ def curved(ends: tuple[End, End], cuts: Cuts, model: Model) -> Any:
 
 
 def on_arcs(mesh: Any, ends: tuple[End, End]) -> np.ndarray:
-    """Places (2, n) of the nodes with curved sides: x -> c + R (x - c)/|x - c|; centre = sides / 2 - corners / 4."""
+    """Places (2, n) of the nodes with curved sides: x -> c + R (x - c)/|x - c|; centre = sides / 2
+    - corners / 4.
+    """
     basis = lagrange(mesh)
     z = places(basis)
     border = mesh.boundary_facets()
@@ -200,7 +231,9 @@ def places(basis: Any) -> np.ndarray:
 # ----------------------------------------------------------------------------------------------------------------- bodies
 @dataclass(frozen=True)
 class Part:
-    """A link with the coordinates w: pairs (Re, Im) of free nodes, then c, a of both frames; a mean frame has only nodes."""
+    """A link with the coordinates w: pairs (Re, Im) of free nodes, then c, a of both frames; a mean
+    frame has only nodes.
+    """
 
     start: np.ndarray  #: (n,) w of the reference shape
     frames: csr_array  #: (8, n), c and a of both frames from w
@@ -223,28 +256,49 @@ def doubled(S: csr_array) -> csr_array:
     rows, columns = np.concatenate([i, i, i + 1, i + 1]), np.concatenate([j, j + 1, j, j + 1])
     data = np.concatenate([z.real, -z.imag, z.imag, z.real])
     keep = data != 0
-    return csr_array(coo_array((data[keep], (rows[keep], columns[keep])), shape=(2 * S.shape[0], 2 * S.shape[1])))
+    return csr_array(
+        coo_array((data[keep], (rows[keep], columns[keep])), shape=(2 * S.shape[0], 2 * S.shape[1]))
+    )
 
 
-def slaved(z: np.ndarray, rims: list[np.ndarray], ends: tuple[End, End]) -> tuple[csr_array, csr_array, np.ndarray]:
-    """Nodes from free nodes and frames (n, m), frames from those (4, m), and those at the reference (m,): complex."""
+def slaved(
+    z: np.ndarray, rims: list[np.ndarray], ends: tuple[End, End]
+) -> tuple[csr_array, csr_array, np.ndarray]:
+    """Nodes from free nodes and frames (n, m), frames from those (4, m), and those at the reference
+    (m,): complex.
+    """
     free = np.setdiff1d(np.arange(len(z)), np.concatenate(rims))
-    blocks = [coo_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(len(z), len(free) + 4))]
+    blocks = [
+        coo_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(len(z), len(free) + 4))
+    ]
     for k, (rim, end) in enumerate(zip(rims, ends, strict=True)):
         for column, values in ((0, np.ones(len(rim))), (1, z[rim] - end.x)):
             at = np.full(len(rim), len(free) + 2 * k + column)
             blocks.append(coo_array((values, (rim, at)), shape=blocks[0].shape))
-    frames = coo_array((np.ones(4), (np.arange(4), len(free) + np.arange(4))), shape=(4, len(free) + 4))
-    return csr_array(sum(blocks[1:], blocks[0])), csr_array(frames), np.concatenate([z[free], [ends[0].x, 1.0, ends[1].x, 1.0]])
+    frames = coo_array(
+        (np.ones(4), (np.arange(4), len(free) + np.arange(4))), shape=(4, len(free) + 4)
+    )
+    return (
+        csr_array(sum(blocks[1:], blocks[0])),
+        csr_array(frames),
+        np.concatenate([z[free], [ends[0].x, 1.0, ends[1].x, 1.0]]),
+    )
 
 
-def averaged(z: np.ndarray, rims: list[np.ndarray], ends: tuple[End, End]) -> tuple[csr_array, csr_array, np.ndarray]:
-    """The same for rims that may deform: the frame nearest to the rim, min sum |z - c - a (X - C)|^2."""
+def averaged(
+    z: np.ndarray, rims: list[np.ndarray], ends: tuple[End, End]
+) -> tuple[csr_array, csr_array, np.ndarray]:
+    """The same for rims that may deform: the frame nearest to the rim, min sum |z - c - a (X -
+    C)|^2.
+    """
     rows = []
     for rim, end in zip(rims, ends, strict=True):
         fit = np.linalg.pinv(np.column_stack([np.ones(len(rim)), z[rim] - end.x]))
         rows += [(rim, values) for values in fit]
-    data = [coo_array((values, (np.full(len(rim), i), rim)), shape=(4, len(z))) for i, (rim, values) in enumerate(rows)]
+    data = [
+        coo_array((values, (np.full(len(rim), i), rim)), shape=(4, len(z)))
+        for i, (rim, values) in enumerate(rows)
+    ]
     identity = coo_array((np.ones(len(z)), (np.arange(len(z)), np.arange(len(z)))))
     return csr_array(identity), csr_array(sum(data[1:], data[0])), z.astype(complex)
 
@@ -281,14 +335,21 @@ def strains(body: Part, w: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
     """F (e, p, 2 directions, 2 components), and E11, E22, E12 (e, p) of Green and Lagrange."""
     u = (body.gather @ w).reshape(-1, 9, 2)
     F = (body.gradient @ u).reshape(len(u), -1, 2, 2)
-    E = [0.5 * (F[:, :, i, 0] * F[:, :, j, 0] + F[:, :, i, 1] * F[:, :, j, 1] - (i == j)) for i, j in PAIRS]
+    E = [
+        0.5 * (F[:, :, i, 0] * F[:, :, j, 0] + F[:, :, i, 1] * F[:, :, j, 1] - (i == j))
+        for i, j in PAIRS
+    ]
     return F, E
 
 
 def stresses(body: Part, E: list[np.ndarray]) -> list[np.ndarray]:
     """Forces S11, S22, S12 (e, p) times area [N m]."""
     A, B, G = body.stiffness
-    return [body.weight * (A * E[0] + B * E[1]), body.weight * (A * E[1] + B * E[0]), body.weight * (G * E[2])]
+    return [
+        body.weight * (A * E[0] + B * E[1]),
+        body.weight * (A * E[1] + B * E[0]),
+        body.weight * (G * E[2]),
+    ]
 
 
 def force(body: Part, w: np.ndarray) -> np.ndarray:
@@ -344,7 +405,11 @@ class Solver:
 
     def turned(self, k: int, w: np.ndarray, by: complex) -> np.ndarray:
         """W^-1 w of a body that has turned."""
-        return np.asarray((self.solves[k]((w.view(complex) * by.conjugate()).view(float)).view(complex) * by).view(float))
+        return np.asarray(
+            (
+                self.solves[k]((w.view(complex) * by.conjugate()).view(float)).view(complex) * by
+            ).view(float)
+        )
 
 
 def solver(model: Model, bh: float) -> Solver:
@@ -354,7 +419,11 @@ def solver(model: Model, bh: float) -> Solver:
     masses = parts[0].mass, csr_array(parts[1].mass + model.slider * slider.T @ slider)
     solves, columns = [], []
     for body, mass in zip(parts, masses, strict=True):
-        factors = splu(csc_array(bh * mass + tangent(body)), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        factors = splu(
+            csc_array(bh * mass + tangent(body)),
+            permc_spec="MMD_AT_PLUS_A",
+            options={"SymmetricMode": True},
+        )
         solves.append(factors.solve)
         columns.append(factors.solve(body.frames.T.toarray()))
     return Solver(parts, masses, (solves[0], solves[1]), (columns[0], columns[1]), model)
@@ -371,7 +440,9 @@ def frames_of(s: Solver, x: np.ndarray) -> np.ndarray:
     return np.concatenate([body.frames @ w for body, w in zip(s.parts, halves(s, x), strict=True)])
 
 
-def correction(s: Solver, x: np.ndarray, r: np.ndarray, gap: np.ndarray, G: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def correction(
+    s: Solver, x: np.ndarray, r: np.ndarray, gap: np.ndarray, G: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """dx, dl of  W dx + P^T G^T dl = -r,  G P dx = -gap."""
     turns = [body.turn(w) for body, w in zip(s.parts, halves(s, x), strict=True)]
     free = np.concatenate([s.turned(k, half, turns[k]) for k, half in enumerate(halves(s, r))])
@@ -382,18 +453,27 @@ def correction(s: Solver, x: np.ndarray, r: np.ndarray, gap: np.ndarray, G: np.n
     dl = np.linalg.solve(G @ small @ G.T, gap - G @ frames_of(s, free))
     push = (G.T @ dl).view(complex).reshape(2, 4)
     own = [s.columns[k] @ (push[k] * turn.conjugate()).view(float) for k, turn in enumerate(turns)]
-    held = np.concatenate([(w.view(complex) * turn).view(float) for w, turn in zip(own, turns, strict=True)])
+    held = np.concatenate(
+        [(w.view(complex) * turn).view(float) for w, turn in zip(own, turns, strict=True)]
+    )
     return -free - held, dl
 
 
-def residual(s: Solver, x: np.ndarray, a: np.ndarray, multipliers: np.ndarray, G: np.ndarray) -> np.ndarray:
+def residual(
+    s: Solver, x: np.ndarray, a: np.ndarray, multipliers: np.ndarray, G: np.ndarray
+) -> np.ndarray:
     """m x'' + f(x) + P^T (G^T l - Q), with the torque M i a/|a|^2 on the crank's first frame."""
     push = G.T @ multipliers
     arm = (s.parts[0].frames[2:4] @ halves(s, x)[0]).view(complex)[0]
     pull = s.model.torque * 1j * arm / abs(arm) ** 2
     push[2:4] -= pull.real, pull.imag
     states = zip(s.parts, s.masses, halves(s, x), halves(s, a), push.reshape(2, 8), strict=True)
-    return np.concatenate([m @ acceleration + force(body, w) + body.frames.T @ p for body, m, w, acceleration, p in states])
+    return np.concatenate(
+        [
+            m @ acceleration + force(body, w) + body.frames.T @ p
+            for body, m, w, acceleration, p in states
+        ]
+    )
 
 
 # ------------------------------------------------------------------------------------------------------------------- time
@@ -419,7 +499,9 @@ def coefficients(rho: float) -> tuple[float, float, float, float]:
 def solved(
     s: Solver, x: np.ndarray, a: np.ndarray, multipliers: np.ndarray, bh: float, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Newton from a prediction x, x'' with dx'' = bh dx, until the next correction is expected below the tolerance."""
+    """Newton from a prediction x, x'' with dx'' = bh dx, until the next correction is expected
+    below the tolerance.
+    """
     last = np.inf
     for count in range(1, 30):
         gap, G = s.rows(frames_of(s, x))
@@ -432,7 +514,14 @@ def solved(
     raise RuntimeError(f"no convergence: the last correction is {size:.1e}")
 
 
-def integrate(model: Model, h: float, duration: float, rho: float = 0.8, every: int = 1, tolerance: float = 1e-13) -> Run:
+def integrate(
+    model: Model,
+    h: float,
+    duration: float,
+    rho: float = 0.8,
+    every: int = 1,
+    tolerance: float = 1e-13,
+) -> Run:
     """The motion from rest, stored every so many steps; am a start of (m + K/bh) x''(0) = Q."""
     am, af, gamma, beta = coefficients(rho)
     bh = (1.0 - am) / (h**2 * beta * (1.0 - af))
@@ -461,7 +550,9 @@ def integrate(model: Model, h: float, duration: float, rho: float = 0.8, every: 
     return Run(every * h * np.arange(len(rows)), x_C, angles, speed, excess, total)
 
 
-def sampled(s: Solver, x: np.ndarray, v: np.ndarray, angle: float) -> tuple[float, float, float, float]:
+def sampled(
+    s: Solver, x: np.ndarray, v: np.ndarray, angle: float
+) -> tuple[float, float, float, float]:
     """x_C, angle, speed, energy that is not the torque's."""
     arm, rate = ((s.parts[0].frames[2:4] @ halves(s, y)[0]).view(complex)[0] for y in (x, v))
     speed = float((arm.conjugate() * rate).imag / abs(arm) ** 2)
@@ -485,7 +576,11 @@ def rigid(model: Model, times: np.ndarray) -> Run:
         first = -arm * np.cos(angle) / (length * np.cos(tilt))
         second = (arm * np.sin(angle) / length + np.sin(tilt) * first**2) / np.cos(tilt)
         pin, turn = arm * np.exp(1j * angle), np.exp(1j * tilt)
-        return tilt, np.array([1j * pin, 1j * first * turn]), np.array([-pin, (1j * second - first**2) * turn])
+        return (
+            tilt,
+            np.array([1j * pin, 1j * first * turn]),
+            np.array([-pin, (1j * second - first**2) * turn]),
+        )
 
     def rate(_: float, y: np.ndarray) -> list[float]:
         _, first, second = motion(y[0])
@@ -525,7 +620,9 @@ def figures(name: str, step: float, run: Run) -> Figures:
     """Key numbers of a run."""
     rpm = run.speed * 30.0 / np.pi
     top = int(rpm.argmax())
-    return Figures(name, step, *map(float, (run.x_C[-1], run.angle[-1], rpm[-1], rpm[top], run.time[top])))
+    return Figures(
+        name, step, *map(float, (run.x_C[-1], run.angle[-1], rpm[-1], rpm[top], run.time[top]))
+    )
 
 
 def every(step: float) -> int:
@@ -539,24 +636,42 @@ def independent(name: str, model: Model, step: float, duration: float, rho: floa
 
 
 def ours(scene: str, step: float, duration: float, tangent: bool = False) -> Figures:
-    """A run of fmbs_skfem; with `tangent` on a coarse crank whose flanks touch its ends as tangents."""
+    """A run of fmbs_skfem; with `tangent` on a coarse crank whose flanks touch its ends as
+    tangents.
+    """
     from fmbs_skfem import dynamics, scenes, systems
     from fmbs_skfem.scenes import build
     from fmbs_skfem.shapes import plate_meshes
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        shutil.copytree(ROOT / "meshes", folder / "meshes", ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copytree(ROOT / "examples", folder / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(
+            ROOT / "meshes", folder / "meshes", ignore=shutil.ignore_patterns("__pycache__")
+        )
+        shutil.copytree(
+            ROOT / "examples", folder / "examples", ignore=shutil.ignore_patterns("__pycache__")
+        )
         if tangent:
             links = runpy.run_path(str(ROOT / "meshes" / "build_plates.py"))
             crank, cuts = links["LINKS"]["plate_crank_coarse.msh"]
-            plate_meshes.write(links["link"](replace(crank, tangent=True), cuts), folder / "meshes" / "plate_crank_coarse.msh")
+            plate_meshes.write(
+                links["link"](replace(crank, tangent=True), cuts),
+                folder / "meshes" / "plate_crank_coarse.msh",
+            )
         system = systems.eliminate(build.system(scenes.read(folder / "examples" / f"{scene}.yaml")))
     scheme = dynamics.GeneralizedAlpha(step, 0.8)
-    motion = dynamics.integrate(system, scheme, duration, dynamics.Newton(tolerance=1e-12), every=every(step))
+    motion = dynamics.integrate(
+        system, scheme, duration, dynamics.Newton(tolerance=1e-12), every=every(step)
+    )
     found = dynamics.outputs(motion)
-    run = Run(motion.times, found["x_C"], found["crank_angle"], found["crank_speed"], 0.0 * motion.times, 0)
+    run = Run(
+        motion.times,
+        found["x_C"],
+        found["crank_angle"],
+        found["crank_speed"],
+        0.0 * motion.times,
+        0,
+    )
     return figures(f"fmbs_skfem, {scene}.yaml" + (f", {OTHER}" if tangent else ""), step, run)
 
 
@@ -574,14 +689,27 @@ VARIANTS: dict[str, Model] = {
 
 def both(step: float, duration: float) -> list[Figures]:
     """One step: two meshes of this solver, and ours; then flanks that touch the ends as tangents."""
-    cells = {n: sum(curved(*link, Model(refinement=n)).nelements for link in (CRANK, LINKAGE)) for n in (1, 2)}
-    own = [independent(f"independent, {cells[n]} cells", Model(refinement=n), step, duration) for n in (1, 2)]
+    cells = {
+        n: sum(curved(*link, Model(refinement=n)).nelements for link in (CRANK, LINKAGE))
+        for n in (1, 2)
+    }
+    own = [
+        independent(f"independent, {cells[n]} cells", Model(refinement=n), step, duration)
+        for n in (1, 2)
+    ]
     other = independent(f"{OTHER}, {cells[1]} cells", VARIANTS[OTHER], step, duration)
-    return [*own, ours("crank_slider_coarse", step, duration), other, ours("crank_slider_coarse", step, duration, tangent=True)]
+    return [
+        *own,
+        ours("crank_slider_coarse", step, duration),
+        other,
+        ours("crank_slider_coarse", step, duration, tangent=True),
+    ]
 
 
 def steps(step: float, duration: float, known: list[Figures]) -> list[Figures]:
-    """Four times and twice the step beside the known runs of the coarse meshes, and the limits for h = 0."""
+    """Four times and twice the step beside the known runs of the coarse meshes, and the limits for
+    h = 0.
+    """
     mine = [independent(known[0].name, Model(), n * step, duration) for n in (4, 2)] + [known[0]]
     other = [ours("crank_slider_coarse", n * step, duration) for n in (4, 2)] + [known[2]]
     return [*mine, limit(*mine[1:]), *other, limit(*other[1:])]
@@ -590,7 +718,8 @@ def steps(step: float, duration: float, known: list[Figures]) -> list[Figures]:
 def limit(coarse: Figures, fine: Figures) -> Figures:
     """fine + (fine - coarse)/3 for a method of second order and half the step."""
     x_C, angle, speed, top = (
-        getattr(fine, key) + (getattr(fine, key) - getattr(coarse, key)) / 3.0 for key in ("x_C", "angle", "speed", "top_speed")
+        getattr(fine, key) + (getattr(fine, key) - getattr(coarse, key)) / 3.0
+        for key in ("x_C", "angle", "speed", "top_speed")
     )
     return Figures(f"{fine.name}, limit", 0.0, x_C, angle, speed, top, fine.top_time)
 
@@ -602,7 +731,10 @@ def variants(step: float, duration: float) -> list[Figures]:
     rows += [independent("rho_inf 0.5", Model(), step, duration, 0.5)]
     rows += [independent(name, model, step, duration) for name, model in VARIANTS.items()]
     rows += [figures("rigid plates", 0.0, rigid(Model(refinement=2), times))]
-    return [*rows, figures(f"rigid plates, {OTHER}", 0.0, rigid(Model(refinement=2, tangent=True), times))]
+    return [
+        *rows,
+        figures(f"rigid plates, {OTHER}", 0.0, rigid(Model(refinement=2, tangent=True), times)),
+    ]
 
 
 def table(rows: list[Figures], base: Figures) -> str:
@@ -620,19 +752,23 @@ def table(rows: list[Figures], base: Figures) -> str:
     )
     lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
     for row in rows:
-        apart = f"{row.x_C - base.x_C:+.1e} | {row.angle - base.angle:+.1e}" if row is not base else "base | base"
+        apart = (
+            f"{row.x_C - base.x_C:+.1e} | {row.angle - base.angle:+.1e}"
+            if row is not base
+            else "base | base"
+        )
         values = f"{row.x_C:.7f} | {row.angle:.6f} | {row.speed:.2f} | {row.top_speed:.2f} | {row.top_time:.5f} | {apart}"
         lines.append(f"| {row.name} | {row.step:g} | {values} |")
     return "\n".join(lines)
 
 
 def summary(same: list[Figures]) -> str:
-    """Who agrees with whom; x_C of the last run is carried over to the finer mesh by what that changes in the first."""
+    """Who agrees with whom; x_C of the last run is carried over to the finer mesh by what that
+    changes in the first.
+    """
     coarse, fine, mine, other, touching = same
     x_C = other.x_C + fine.x_C - coarse.x_C
-    agreed = (
-        f"Both codes differ by {abs(mine.x_C - fine.x_C):.1e} m in x_C, {abs(mine.angle - fine.angle):.1e} rad in {fine.angle:.1f}."
-    )
+    agreed = f"Both codes differ by {abs(mine.x_C - fine.x_C):.1e} m in x_C, {abs(mine.angle - fine.angle):.1e} rad in {fine.angle:.1f}."
     asked = f"With {OTHER}: x_C = {other.x_C:.7f} m, {x_C:.5f} m less the error of the mesh; {other.top_speed:.1f} rpm."
     here = f"fmbs_skfem with the same flanks: x_C = {touching.x_C:.7f} m, {touching.top_speed:.1f} rpm."
     return f"{agreed} {asked} {here}"
@@ -657,19 +793,31 @@ def page(found: dict[str, list[Figures]], duration: float) -> str:
 def main(arguments: list[str] | None = None) -> dict[str, list[Figures]]:
     """Print the tables, or JSON; write both into benchmarks/results if asked."""
     parser = argparse.ArgumentParser(description="Example 3 by an independent solver")
-    parser.add_argument("--quick", action="store_true", help="0.02 s with a step of 4e-5 s instead of 0.2 s with 1e-5 s")
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="0.02 s with a step of 4e-5 s instead of 0.2 s with 1e-5 s",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--write", action="store_true", help="write crank_slider_independent.md and .json")
+    parser.add_argument(
+        "--write", action="store_true", help="write crank_slider_independent.md and .json"
+    )
     options = parser.parse_args(arguments)
     duration, step = (0.02, 4e-5) if options.quick else (0.2, 1e-5)
     same = both(step, duration)
-    found = {"both": same, "steps": steps(step, duration, same), "variants": variants(4.0 * step, duration)}
+    found = {
+        "both": same,
+        "steps": steps(step, duration, same),
+        "variants": variants(4.0 * step, duration),
+    }
     data = json.dumps({key: [asdict(row) for row in rows] for key, rows in found.items()}, indent=2)
     print(data if options.json else page(found, duration))
     if options.write:
         RESULTS.mkdir(parents=True, exist_ok=True)
         (RESULTS / "crank_slider_independent.json").write_text(data + "\n", encoding="utf-8")
-        (RESULTS / "crank_slider_independent.md").write_text(page(found, duration), encoding="utf-8")
+        (RESULTS / "crank_slider_independent.md").write_text(
+            page(found, duration), encoding="utf-8"
+        )
     return found
 
 

@@ -1,10 +1,12 @@
-"""Trainings of families by an accuracy: what they cost in full runs, and whether they end with a model or say that none pays.
+"""Trainings of families by an accuracy: what they cost in full runs, and whether they end with a
+model or say that none pays.
 
     python benchmarks/families.py [family ...]
 
-Examples over ranges of their parameters, with the step and the cells that the accuracy chooses: beams and their mechanisms, whose
-full models of that error are small, and thin plates on given meshes. Speeds are CPU times of reduced and full runs at hold-out
-points, where the full model is the cheapest one of that error. Every family is trained twice, and the second time counts: the first
+Examples over ranges of their parameters, with the step and the cells that the accuracy chooses:
+beams and their mechanisms, whose full models of that error are small, and thin plates on given
+meshes. Speeds are CPU times of reduced and full runs at hold-out points, where the full model is
+the cheapest one of that error. Every family is trained twice, and the second time counts: the first
 one loads and compiles. Writes benchmarks/results/families.md.
 """
 
@@ -29,7 +31,8 @@ EXAMPLES, RESULTS = ROOT / "examples", ROOT / "benchmarks" / "results"
 ACCURACY = 1e-2
 TRAINING = "training: {candidates: {design: sobol, count: 128}, samples: 8, iterations: 8, max_samples: 16, holdout: 4}\n"
 REDUCTION = "reduction: {snapshots: 5 ms}\n"
-#: by name: the example, what replaces what in it, and how it is reduced; sections from `reduction` on are those of here
+#: by name: the example, what replaces what in it, and how it is reduced; sections from `reduction`
+#: on are those of here
 FAMILIES: dict[str, tuple[str, dict[str, str], str]] = {
     "spin_up": (
         "spin_up",
@@ -71,7 +74,9 @@ class Row:
     training_s: float
     pays: bool
     speedup: float | None
-    error: float | None  #: largest one at hold-out points, over the ranges of the outputs; None without a model
+    error: (
+        float | None
+    )  #: largest one at hold-out points, over the ranges of the outputs; None without a model
     why: str
 
     @property
@@ -79,7 +84,9 @@ class Row:
         """Its line of the table."""
         speed = "" if self.speedup is None else f"{self.speedup:.2g}"
         error = "" if self.error is None else f"{self.error:.1e}"
-        cost = f"{1e3 * self.full_s:.0f} | {self.training_s:.2f} | {self.training_s / self.full_s:.0f}"
+        cost = (
+            f"{1e3 * self.full_s:.0f} | {self.training_s:.2f} | {self.training_s / self.full_s:.0f}"
+        )
         return f"| {self.family} | {cost} | {'pays' if self.pays else 'does not pay'} | {speed} | {error} | {self.why} |"
 
 
@@ -109,12 +116,18 @@ def row(name: str, path: Path) -> Row:
 
 def main(names: tuple[str, ...] = tuple(FAMILIES)) -> list[Row]:
     """All families, as a table."""
-    with tempfile.TemporaryDirectory() as place, threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+    with (
+        tempfile.TemporaryDirectory() as place,
+        threadpool_limits(limits=1, user_api="blas"),
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore", Notice)
         shutil.copytree(ROOT / "meshes", Path(place) / "meshes")
         rows = [row(name, written(name, Path(place))) for name in names]
     lines = [f"# Families trained for an accuracy of {ACCURACY:g}", ""]
-    lines += ["| family | full run [ms] | training [s] | in full runs | | times as fast | largest error | why |"]
+    lines += [
+        "| family | full run [ms] | training [s] | in full runs | | times as fast | largest error | why |"
+    ]
     lines += ["|---|---|---|---|---|---|---|---|", *(one.words for one in rows), ""]
     lines += [f"CPU seconds, {platform.machine()}, load {os.getloadavg()[0]:.1f}.", ""]
     (RESULTS / "families.md").write_text("\n".join(lines), encoding="utf-8")

@@ -1,10 +1,11 @@
-"""What users get: answers, exit codes, messages and files of every command, kept to be compared after a change.
+"""What users get: answers, exit codes, messages and files of every command, kept to be compared
+after a change.
 
     python benchmarks/freeze.py FOLDER [NAME ...]       write FOLDER/NAME.json for every call below, or for those named
     python benchmarks/freeze.py --compare BEFORE AFTER  list what differs, exit code 1 if anything does
 
-Motions of scenes take STEPS steps. Numbers differ where |a - b| > RELATIVE max(|a|, |b|) + FLOOR. Times, versions, the machine and
-places of files are not compared.
+Motions of scenes take STEPS steps. Numbers differ where |a - b| > RELATIVE max(|a|, |b|) + FLOOR.
+Times, versions, the machine and places of files are not compared.
 """
 
 from __future__ import annotations
@@ -27,13 +28,24 @@ from fmbs_skfem import scenes
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
-STEPS, RELATIVE, FLOOR = 40, 1e-9, 1e-16  #: below FLOOR numbers are round-off of coordinates of size 1
-#: keys of times, of what follows from them, of the machine, and of hashes of files in which times stand
-PASSING = re.compile(r"(?!.*per_s$).*_u?s|(cpu_s|pays|OUT).*|choice|front|overhead|speedup|versions|machine|threads|sha256")
+STEPS, RELATIVE, FLOOR = (
+    40,
+    1e-9,
+    1e-16,
+)  #: below FLOOR numbers are round-off of coordinates of size 1
+#: keys of times, of what follows from them, of the machine, and of hashes of files in which times
+#: stand
+PASSING = re.compile(
+    r"(?!.*per_s$).*_u?s|(cpu_s|pays|OUT).*|choice|front|overhead|speedup|versions|machine|threads|sha256"
+)
 TIMES = re.compile(r"[-+.e\d]+ +(?=(ms|s|min|h)\b)|^[\da-f]{64} ")  #: the same in words
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]?\d+)?|inf|nan)")
 PROGRESS = re.compile(r"^(first run: compiling|.*\d+% after ).*\n?", re.MULTILINE)
-SLOW = {"crank_slider", "crank_slider_young", "crank_slider_torque"}  #: those whose coarse variant is run
+SLOW = {
+    "crank_slider",
+    "crank_slider_young",
+    "crank_slider_torque",
+}  #: those whose coarse variant is run
 CALLS = """\
 run.words run MOTION:double_pendulum --units --out OUT/run.words
 check.words check EXAMPLES/double_pendulum.yaml
@@ -63,17 +75,28 @@ HELP = "check, run, resume, reduce, train, rom, part, compare, sweep, render, ex
 
 
 def calls(out: Path) -> dict[str, list[str]]:
-    """Arguments of `fmbs` by the name under which the answer is kept; later ones use the files of earlier ones."""
+    """Arguments of `fmbs` by the name under which the answer is kept; later ones use the files of
+    earlier ones.
+    """
     paths = sorted([*EXAMPLES.glob("*.yaml"), *EXAMPLES.glob("parts/*.yaml")])
-    names, examples = [path.relative_to(EXAMPLES).with_suffix("").as_posix() for path in paths], str(EXAMPLES)
+    names, examples = (
+        [path.relative_to(EXAMPLES).with_suffix("").as_posix() for path in paths],
+        str(EXAMPLES),
+    )
     lines = [f"check.{name} check EXAMPLES/{name}.yaml --json" for name in names]
-    lines += [f"run.{name} run MOTION:{name} --no-plots --json --out OUT/run.{name}" for name in names if name not in SLOW]
+    lines += [
+        f"run.{name} run MOTION:{name} --no-plots --json --out OUT/run.{name}"
+        for name in names
+        if name not in SLOW
+    ]
     lines += [f"help.{command} {command} --help" for command in HELP.split(", ")]
     found = {}
     for line in [*lines, *CALLS.splitlines()]:
         name, *words = shlex.split(line)
         parts = (motion(word[7:]) if word.startswith("MOTION:") else [word] for word in words)
-        found[name.replace("/", ".")] = [p.replace("EXAMPLES", examples).replace("OUT", str(out)) for part in parts for p in part]
+        found[name.replace("/", ".")] = [
+            p.replace("EXAMPLES", examples).replace("OUT", str(out)) for part in parts for p in part
+        ]
     return found
 
 
@@ -81,7 +104,11 @@ def motion(name: str) -> list[str]:
     """An example with the option that shortens its motion to STEPS steps."""
     path = EXAMPLES / f"{name}.yaml"
     analysis = scenes.read(path).analysis
-    return [str(path), "--duration", repr(STEPS * analysis.step)] if isinstance(analysis, Dynamic) else [str(path)]
+    return (
+        [str(path), "--duration", repr(STEPS * analysis.step)]
+        if isinstance(analysis, Dynamic)
+        else [str(path)]
+    )
 
 
 def freeze(out: Path, names: list[str]) -> None:
@@ -91,25 +118,54 @@ def freeze(out: Path, names: list[str]) -> None:
     for name, arguments in calls(out / "files").items():
         if names and name not in names:
             continue
-        command = [sys.executable, "-m", "fmbs_skfem", *arguments, *(["--force"] if "--out" in arguments else [])]
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False)
+        command = [
+            sys.executable,
+            "-m",
+            "fmbs_skfem",
+            *arguments,
+            *(["--force"] if "--out" in arguments else []),
+        ]
+        done = subprocess.run(
+            command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False
+        )
         folder = out / "files" / name
-        kept = {file.relative_to(folder).as_posix(): content(file) for file in sorted(folder.rglob("*")) if file.is_file()}
-        said = json.loads(done.stdout) if "--json" in arguments and done.stdout.startswith("{") else done.stdout.splitlines()
-        answer = {"exit": done.returncode, "out": said, "err": PROGRESS.sub("", done.stderr).splitlines(), "files": kept}
+        kept = {
+            file.relative_to(folder).as_posix(): content(file)
+            for file in sorted(folder.rglob("*"))
+            if file.is_file()
+        }
+        said = (
+            json.loads(done.stdout)
+            if "--json" in arguments and done.stdout.startswith("{")
+            else done.stdout.splitlines()
+        )
+        answer = {
+            "exit": done.returncode,
+            "out": said,
+            "err": PROGRESS.sub("", done.stderr).splitlines(),
+            "files": kept,
+        }
         text = json.dumps(answer, indent=1).replace(str(out), "OUT").replace(str(ROOT), "ROOT")
         (out / f"{name}.json").write_text(text, encoding="utf-8")
         print(f"{name}: exit code {done.returncode}", flush=True)
 
 
 def content(path: Path) -> Any:
-    """What can be compared of a file: keys and shapes of a container; of a table its head and last line; numbers of JSON."""
+    """What can be compared of a file: keys and shapes of a container; of a table its head and last
+    line; numbers of JSON.
+    """
     if path.suffix == ".h5":
         with h5py.File(path, "r") as file:
             found: dict[str, Any] = {}
-            file.visititems(lambda key, item: found.__setitem__(key, f"{getattr(item, 'dtype', '')} {getattr(item, 'shape', '')}"))
+            file.visititems(
+                lambda key, item: found.__setitem__(
+                    key, f"{getattr(item, 'dtype', '')} {getattr(item, 'shape', '')}"
+                )
+            )
             return found | (
-                {"tree": json.loads(file["tree"][()].tobytes(), parse_float=lambda _: "float")} if "tree" in file else {}
+                {"tree": json.loads(file["tree"][()].tobytes(), parse_float=lambda _: "float")}
+                if "tree" in file
+                else {}
             )
     if path.suffix == ".csv":
         head, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
@@ -123,7 +179,9 @@ def differences(a: Any, b: Any, place: str) -> Iterator[str]:
     if isinstance(a, dict) and isinstance(b, dict):
         for key in [*a, *(key for key in b if key not in a)]:
             if not PASSING.fullmatch(key):
-                yield from differences(a.get(key, "(absent)"), b.get(key, "(absent)"), f"{place}.{key}")
+                yield from differences(
+                    a.get(key, "(absent)"), b.get(key, "(absent)"), f"{place}.{key}"
+                )
     elif isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
         for index, pair in enumerate(zip(a, b, strict=True)):
             yield from differences(*pair, f"{place}[{index}]")
@@ -136,7 +194,13 @@ def differences(a: Any, b: Any, place: str) -> Iterator[str]:
 
 def compare(before: Path, after: Path) -> bool:
     """Print what differs between two folders; whether anything does."""
-    kept = [{path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(d.glob("*.json"))} for d in (before, after)]
+    kept = [
+        {
+            path.stem: json.loads(path.read_text(encoding="utf-8"))
+            for path in sorted(d.glob("*.json"))
+        }
+        for d in (before, after)
+    ]
     listed = "\n".join(differences(*kept, ""))
     print(listed or "no differences")
     return bool(listed)

@@ -1,17 +1,20 @@
-"""Full models of both examples beside Exudyn: CPU and wall seconds of 6000 steps with one thread, the error beside.
+"""Full models of both examples beside Exudyn: CPU and wall seconds of 6000 steps with one thread,
+the error beside.
 
     python benchmarks/full_models.py [repetitions]
 
-Runs alternate between the codes, and the best of several counts; building the models and the first, compiling call are not
-timed. The largest error over the run is
+Runs alternate between the codes, and the best of several counts; building the models and the first,
+compiling call are not timed. The largest error over the run is
 
     |w(t) - w_ref(t)|   deflection of the tip in the frame of the root's slope     (example 1)
     |C(t) - C_ref(t)|   position of the free end                                   (example 2)
 
-against runs of our own with a step of h / 8 and Newton's tolerance 1e-12. Exudyn's cables measure curvature by
+against runs of our own with a step of h / 8 and Newton's tolerance 1e-12. Exudyn's cables measure
+curvature by
 |r' x r''| / |r'|^2, and so does the reference that they are compared with. Exudyn (the extra `benchmark`) has 100 ANCF cable
-elements a beam, generalized-alpha with the same rho_inf, modified Newton and EigenSparse, at a loose and a tight absolute
-tolerance; its driven angle is a compiled (symbolic) function. Without Exudyn its rows are left out.
+elements a beam, generalized-alpha with the same rho_inf, modified Newton and EigenSparse, at a
+loose and a tight absolute tolerance; its driven angle is a compiled (symbolic) function. Without
+Exudyn its rows are left out.
 
 Model of both: Y. Hou, C. Liu, H. Hu, doi 10.1016/j.cma.2019.112690.
 """
@@ -79,7 +82,9 @@ def model(example: str, law: Law = Law.EXACT) -> systems.System:
     return replace(system, elastic=elastic)
 
 
-def ours(example: str, law: Law = Law.EXACT, finer: int = 1, newton: dynamics.Newton | None = None) -> Callable[[], Run]:
+def ours(
+    example: str, law: Law = Law.EXACT, finer: int = 1, newton: dynamics.Newton | None = None
+) -> Callable[[], Run]:
     """A run of the full model with the step h / finer, sampled every h."""
     system = model(example, law)
 
@@ -97,7 +102,12 @@ def ours(example: str, law: Law = Law.EXACT, finer: int = 1, newton: dynamics.Ne
 def spin(t: Any, cosine: Callable[[Any], Any]) -> Any:
     """Driven angle of example 1 during the spin-up [rad]."""
     return (
-        SPIN_RATE / SPIN_TIME * (t * t / 2.0 + (SPIN_TIME / (2.0 * math.pi)) ** 2 * (cosine(2.0 * math.pi / SPIN_TIME * t) - 1.0))
+        SPIN_RATE
+        / SPIN_TIME
+        * (
+            t * t / 2.0
+            + (SPIN_TIME / (2.0 * math.pi)) ** 2 * (cosine(2.0 * math.pi / SPIN_TIME * t) - 1.0)
+        )
     )
 
 
@@ -130,21 +140,38 @@ def exudyn_settings(tolerance: float) -> Any:
 
 def exudyn_spin_up(mbs: Any) -> int:
     """Example 1 in Exudyn; the sensor of the tip."""
-    exudyn, items, utilities = (untyped(name) for name in ("exudyn", "exudyn.itemInterface", "exudyn.utilities"))
+    exudyn, items, utilities = (
+        untyped(name) for name in ("exudyn", "exudyn.itemInterface", "exudyn.utilities")
+    )
 
-    nodes = [mbs.AddNode(items.NodePoint2DSlope1(referenceCoordinates=[LENGTH * k / CELLS, 0, 1, 0])) for k in range(CELLS + 1)]
-    law = {"length": LENGTH / CELLS, "massPerLength": MASS, "axialStiffness": STIFFNESS, "bendingStiffness": BENDING}
-    cables = [mbs.AddObject(items.ObjectANCFCable2D(nodeNumbers=nodes[k : k + 2], **law)) for k in range(CELLS)]
+    nodes = [
+        mbs.AddNode(items.NodePoint2DSlope1(referenceCoordinates=[LENGTH * k / CELLS, 0, 1, 0]))
+        for k in range(CELLS + 1)
+    ]
+    law = {
+        "length": LENGTH / CELLS,
+        "massPerLength": MASS,
+        "axialStiffness": STIFFNESS,
+        "bendingStiffness": BENDING,
+    }
+    cables = [
+        mbs.AddObject(items.ObjectANCFCable2D(nodeNumbers=nodes[k : k + 2], **law))
+        for k in range(CELLS)
+    ]
     ground = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
     root = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=cables[0], localPosition=[0, 0, 0]))
 
-    joint = mbs.AddObject(items.GenericJoint(markerNumbers=[ground, root], constrainedAxes=[1, 1, 0, 0, 0, 1]))
+    joint = mbs.AddObject(
+        items.GenericJoint(markerNumbers=[ground, root], constrainedAxes=[1, 1, 0, 0, 0, 1])
+    )
     symbolic = exudyn.symbolic
 
     def turned(mbs: Any, t: Any, item: Any, parameters: Any) -> Any:
         rising = spin(t, symbolic.cos)
         none = [symbolic.Real(0) for _ in range(5)]
-        return symbolic.Vector([*none, symbolic.IfThenElse(t > SPIN_TIME, SPIN_RATE * (t - SPIN_TIME / 2.0), rising)])
+        return symbolic.Vector(
+            [*none, symbolic.IfThenElse(t > SPIN_TIME, SPIN_RATE * (t - SPIN_TIME / 2.0), rising)]
+        )
 
     compiled = utilities.CreateSymbolicUserFunction(mbs, turned, "offsetUserFunction", joint)
     mbs.SetObjectParameter(joint, "offsetUserFunction", compiled)
@@ -155,16 +182,34 @@ def exudyn_double_pendulum(mbs: Any) -> int:
     """Example 2 in Exudyn; the sensor of C."""
     exudyn, items = untyped("exudyn"), untyped("exudyn.itemInterface")
 
-    law = {"length": LENGTH / CELLS, "massPerLength": MASS, "axialStiffness": STIFFNESS, "bendingStiffness": BENDING}
+    law = {
+        "length": LENGTH / CELLS,
+        "massPerLength": MASS,
+        "axialStiffness": STIFFNESS,
+        "bendingStiffness": BENDING,
+    }
     ends = []
-    for start, direction in (((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))):
-        points = np.array(start) + LENGTH * np.linspace(0.0, 1.0, CELLS + 1)[:, None] * np.array(direction)
-        nodes = [mbs.AddNode(items.NodePointSlope1(referenceCoordinates=[*point, *direction])) for point in points]
+    for start, direction in (
+        ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    ):
+        points = np.array(start) + LENGTH * np.linspace(0.0, 1.0, CELLS + 1)[:, None] * np.array(
+            direction
+        )
+        nodes = [
+            mbs.AddNode(items.NodePointSlope1(referenceCoordinates=[*point, *direction]))
+            for point in points
+        ]
         for k in range(CELLS):
             cable = mbs.AddObject(items.ObjectANCFCable(nodeNumbers=nodes[k : k + 2], **law))
             weight = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=cable))
             mbs.AddLoad(items.LoadMassProportional(markerNumber=weight, loadVector=[0, 0, -9.81]))
-        ends.append([mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node)) for node in (nodes[0], nodes[-1])])
+        ends.append(
+            [
+                mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node))
+                for node in (nodes[0], nodes[-1])
+            ]
+        )
     ground = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=mbs.AddObject(items.ObjectGround())))
     for pair in ([ground, ends[0][0]], [ends[0][1], ends[1][0]]):
         mbs.AddObject(items.SphericalJoint(markerNumbers=pair))
@@ -174,7 +219,9 @@ def exudyn_double_pendulum(mbs: Any) -> int:
 def position_sensor(mbs: Any, node: int, kind: Any) -> int:
     items = untyped("exudyn.itemInterface")
 
-    sensor: int = mbs.AddSensor(items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
+    sensor: int = mbs.AddSensor(
+        items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind)
+    )
     return sensor
 
 
@@ -241,15 +288,23 @@ def measure(example: str, repetitions: int) -> tuple[list[Row], dict[str, float]
 
 def page(rows: list[Row], numbers: dict[str, float]) -> str:
     """The figures as Markdown."""
-    lines = ["| example | code | CPU [s] | wall [s] | largest error [m] | CPU time over ours |", "|---|---|---:|---:|---:|---:|"]
-    lines += [f"| {r.example} | {r.code} | {r.cpu_s:.3f} | {r.wall_s:.3f} | {r.error:.2e} | {r.ratio:.2f} |" for r in rows]
+    lines = [
+        "| example | code | CPU [s] | wall [s] | largest error [m] | CPU time over ours |",
+        "|---|---|---:|---:|---:|---:|",
+    ]
+    lines += [
+        f"| {r.example} | {r.code} | {r.cpu_s:.3f} | {r.wall_s:.3f} | {r.error:.2e} | {r.ratio:.2f} |"
+        for r in rows
+    ]
     listed = "; ".join(f"{name} {value:.7f} m" for name, value in numbers.items())
     title = "# Full models of 100 elements a beam: 6000 steps of 5e-4 s, one thread"
     return "\n".join([title, "", *lines, "", f"Example 1: {listed}.", ""])
 
 
 def main(repetitions: int = 3) -> list[Row]:
-    """Measure both examples, print the table, and write full_models.json and full_models.md into benchmarks/results."""
+    """Measure both examples, print the table, and write full_models.json and full_models.md into
+    benchmarks/results.
+    """
     rows: list[Row] = []
     numbers: dict[str, float] = {}
     with threadpool_limits(limits=1):
@@ -258,7 +313,11 @@ def main(repetitions: int = 3) -> list[Row]:
             rows += more
             numbers |= found
     text = page(rows, numbers)
-    machine = {"processor": platform.machine(), "python": platform.python_version(), "repetitions": repetitions}
+    machine = {
+        "processor": platform.machine(),
+        "python": platform.python_version(),
+        "repetitions": repetitions,
+    }
     RESULTS.mkdir(parents=True, exist_ok=True)
     report = {"machine": machine, "rows": [asdict(row) for row in rows], "numbers": numbers}
     (RESULTS / "full_models.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")

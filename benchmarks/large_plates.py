@@ -1,13 +1,16 @@
-"""Large plates: static membrane and bending solves by sparse factors and by multigrid, and time steps of a free plate.
+"""Large plates: static membrane and bending solves by sparse factors and by multigrid, and time
+steps of a free plate.
 
     python benchmarks/large_plates.py [CELLS ...] [--steps CELLS] [--direct]
 
-A square ANCF plate of CELLS x CELLS, clamped along one edge, under a shear force (membrane) and a transverse force (bending) along
-the other. CPU seconds with one BLAS thread, relative residual 1e-10. `--steps 330` takes three time steps of a free plate of a
-million unknowns. Results go to benchmarks/results/large_plates.md.
+A square ANCF plate of CELLS x CELLS, clamped along one edge, under a shear force (membrane) and a
+transverse force (bending) along the other. CPU seconds with one BLAS thread, relative residual
+1e-10. `--steps 330` takes three time steps of a free plate of a million unknowns. Results go to
+benchmarks/results/large_plates.md.
 
-`--direct` compares factors of this package, of SuperLU (symmetric ordering, no pivoting) and of PARDISO, where the extra `pardiso`
-is installed, in place of all that; to benchmarks/results/direct_solvers.md.
+`--direct` compares factors of this package, of SuperLU (symmetric ordering, no pivoting) and of
+PARDISO, where the extra `pardiso` is installed, in place of all that; to
+benchmarks/results/direct_solvers.md.
 """
 
 from __future__ import annotations
@@ -50,7 +53,9 @@ def square(cells: int) -> Body:
 
 
 def clamped(cells: int) -> tuple[csr_array, np.ndarray, np.ndarray]:
-    """Stiffness (n, n) without the nodes of the clamped edge, rigid motions (n, 6), and right-hand sides (2, n)."""
+    """Stiffness (n, n) without the nodes of the clamped edge, rigid motions (n, 6), and right-hand
+    sides (2, n).
+    """
     system = assemble([square(cells)])
     model = compile_system(system)
     held = FUNCTIONS * 3 * (cells + 1)
@@ -105,14 +110,21 @@ class Solver:
 
 
 def superlu(K: csr_array) -> Any:
-    return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return splu(
+        K.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
 
 
 def direct_solvers(cells: int) -> list[str]:
     """One row a solver: the better of two runs."""
     K, _, rhs = clamped(cells)
     solvers = [
-        Solver("own", direct.factor, lambda f: len(f.lower), lambda f, b: direct.solve(f, b.copy())),
+        Solver(
+            "own", direct.factor, lambda f: len(f.lower), lambda f, b: direct.solve(f, b.copy())
+        ),
         Solver("SuperLU", superlu, lambda f: f.L.nnz + f.U.nnz, lambda f, b: f.solve(b.T).T),
         Solver("PARDISO", pardiso.factor, lambda f: f.numbers, pardiso.solve),
     ]
@@ -127,14 +139,18 @@ def direct_solvers(cells: int) -> list[str]:
             solve = min(solve, (time.process_time() - start) / len(rhs))
         left = np.linalg.norm(direct.residual(K, x, rhs)) / np.linalg.norm(rhs)
         memory = solver.numbers(factors) * 8 / 2**20
-        rows.append(f"| {K.shape[0]} | {solver.name} | {set_up:.2f} | {1e3 * solve:.1f} | {memory:.0f} | {left:.0e} |")
+        rows.append(
+            f"| {K.shape[0]} | {solver.name} | {set_up:.2f} | {1e3 * solve:.1f} | {memory:.0f} | {left:.0e} |"
+        )
     return rows
 
 
 def steps(cells: int) -> str:
     """Three time steps of a free plate that a force at its corner starts."""
     start = time.process_time()
-    system = assemble([square(cells)], [], [loads.PointForce("push", At("plate", "corner"), (0.0, 0.0, 100.0))])
+    system = assemble(
+        [square(cells)], [], [loads.PointForce("push", At("plate", "corner"), (0.0, 0.0, 100.0))]
+    )
     built = time.process_time() - start
     found = integrate(system, GeneralizedAlpha(1e-4), 3e-4, Newton(1e-8)).statistics
     return (
@@ -148,7 +164,11 @@ def main(sizes: list[int], moving: int | None) -> str:
     head = "| unknowns | load | factors + solve [s] | [MiB] | multigrid + solve [s] | iterations | [MiB] | difference |"
     with threadpool_limits(limits=1, user_api="blas"):
         statics(4)  # compiled before the clock starts
-        lines = [head, "|---|---|---|---|---|---|---|---|", *(row for cells in sizes for row in statics(cells))]
+        lines = [
+            head,
+            "|---|---|---|---|---|---|---|---|",
+            *(row for cells in sizes for row in statics(cells)),
+        ]
         if moving:
             lines += ["", steps(moving)]
     text = "\n".join(lines) + "\n"
@@ -161,16 +181,26 @@ def compare_direct(sizes: list[int]) -> str:
     head = "| unknowns | solver | order and factors [s] | solve [ms] | numbers of the factors [MiB] | residual |"
     with threadpool_limits(limits=1):
         direct_solvers(4)  # compiled before the clock starts
-        lines = [head, "|---|---|---|---|---|---|", *(row for cells in sizes for row in direct_solvers(cells))]
+        lines = [
+            head,
+            "|---|---|---|---|---|---|",
+            *(row for cells in sizes for row in direct_solvers(cells)),
+        ]
     text = "\n".join(lines) + "\n"
     (RESULTS / "direct_solvers.md").write_text(text, encoding="utf-8")
     return text
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cells", nargs="*", type=int, default=[20, 40, 80], help="cells along a side")
-    parser.add_argument("--steps", type=int, help="cells along a side of a free plate that takes time steps")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "cells", nargs="*", type=int, default=[20, 40, 80], help="cells along a side"
+    )
+    parser.add_argument(
+        "--steps", type=int, help="cells along a side of a free plate that takes time steps"
+    )
     parser.add_argument("--direct", action="store_true", help="compare direct solvers instead")
     given = parser.parse_args()
     print(compare_direct(given.cells) if given.direct else main(given.cells, given.steps))

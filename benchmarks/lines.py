@@ -2,8 +2,8 @@
 
     python benchmarks/lines.py [FOLDER]
 
-A line counts if a token of code stands on it, or a string goes over it that is no docstring. The engine is what runs without
-scenes, files, commands and figures.
+A line counts if a token of code stands on it, or a string goes over it that is no docstring. The
+engine is what runs without scenes, files, commands and figures.
 """
 
 from __future__ import annotations
@@ -17,7 +17,14 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "fmbs_skfem"
 ENGINE = {"core", "shapes", "bodies", "systems", "dynamics", "reduction"}
-LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+LAYOUT = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+}
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -30,7 +37,15 @@ def code_lines(text: str) -> int:
         for line in range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1)
     }
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
-    return len({n for token in tokens if token.type not in LAYOUT for n in range(token.start[0], token.end[0] + 1)} - docstrings)
+    return len(
+        {
+            n
+            for token in tokens
+            if token.type not in LAYOUT
+            for n in range(token.start[0], token.end[0] + 1)
+        }
+        - docstrings
+    )
 
 
 def count(package: Path) -> tuple[Counter[str], Counter[str]]:
@@ -50,7 +65,9 @@ def main(package: Path) -> str:
     rows = []
     for title, names in (("engine", set(lines) & ENGINE), ("the rest", set(lines) - ENGINE)):
         rows += [f"{name:14s} {files[name]:5d} {lines[name]:7d}" for name in sorted(names)]
-        rows.append(f"{title:14s} {sum(files[n] for n in names):5d} {sum(lines[n] for n in names):7d}\n")
+        rows.append(
+            f"{title:14s} {sum(files[n] for n in names):5d} {sum(lines[n] for n in names):7d}\n"
+        )
     return "\n".join([*rows, f"{'all':14s} {files.total():5d} {lines.total():7d}"])
 
 

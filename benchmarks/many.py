@@ -2,11 +2,12 @@
 
     python benchmarks/many.py [members]
 
-Example 2 of Hou, Liu, Hu (doi 10.1016/j.cma.2019.112690): 100 cells a beam, component level with eps = 1e-12, ECSW at quadrature
-points with eta = 1e-3, 6000 steps of 5e-4 s. Members differ in Young's modulus (0.7 to 1.3 GPa) and gravity (8 to 12 m/s2), at
-random with a fixed seed. All rows take the same members in one process with one BLAS thread, after a short run that compiles. CPU
-seconds are those of the process with all its threads; wall seconds appear only if the machine was idle at the start. The
-difference is that of the free end C from the runs one by one.
+Example 2 of Hou, Liu, Hu (doi 10.1016/j.cma.2019.112690): 100 cells a beam, component level with
+eps = 1e-12, ECSW at quadrature points with eta = 1e-3, 6000 steps of 5e-4 s. Members differ in
+Young's modulus (0.7 to 1.3 GPa) and gravity (8 to 12 m/s2), at random with a fixed seed. All rows
+take the same members in one process with one BLAS thread, after a short run that compiles. CPU
+seconds are those of the process with all its threads; wall seconds appear only if the machine was
+idle at the start. The difference is that of the free end C from the runs one by one.
 """
 
 from __future__ import annotations
@@ -71,13 +72,23 @@ def members(system: systems.System, count: int) -> list[systems.System]:
     """The structure at random parameters."""
     rng = np.random.default_rng(1)
     found = []
-    for stiffness, gravity in zip(rng.uniform(0.7, 1.3, count), rng.uniform(8.0, 12.0, count) / GRAVITY, strict=True):
+    for stiffness, gravity in zip(
+        rng.uniform(0.7, 1.3, count), rng.uniform(8.0, 12.0, count) / GRAVITY, strict=True
+    ):
         elastic = tuple(stiffened(part, stiffness) for part in system.elastic)
-        found.append(replace(system, elastic=elastic, loads=replace(system.loads, constant=gravity * system.loads.constant)))
+        found.append(
+            replace(
+                system,
+                elastic=elastic,
+                loads=replace(system.loads, constant=gravity * system.loads.constant),
+            )
+        )
     return found
 
 
-def one_by_one(chosen: list[systems.System], newton: dynamics.Newton, duration: float) -> list[Result]:
+def one_by_one(
+    chosen: list[systems.System], newton: dynamics.Newton, duration: float
+) -> list[Result]:
     return [dynamics.integrate(system, SCHEME, duration, newton, EVERY) for system in chosen]
 
 
@@ -85,7 +96,9 @@ def ways() -> dict[str, Callable[[list[systems.System], dynamics.Newton, float],
     """How the members are run."""
     return {
         "one by one": one_by_one,
-        "2 threads": lambda s, newton, T: dynamics.integrate_many(s, SCHEME, T, newton, EVERY, threads=2),
+        "2 threads": lambda s, newton, T: dynamics.integrate_many(
+            s, SCHEME, T, newton, EVERY, threads=2
+        ),
     }
 
 
@@ -104,22 +117,45 @@ def measured(chosen: list[systems.System], idle: bool) -> list[Row]:
         run(chosen[:2], newton, 2 * EVERY * SCHEME.step)
         cpu, wall = time.process_time(), time.perf_counter()
         found = run(chosen, newton, DURATION)
-        cpu, wall = (time.process_time() - cpu) / len(chosen), (time.perf_counter() - wall) / len(chosen)
+        cpu, wall = (
+            (time.process_time() - cpu) / len(chosen),
+            (time.perf_counter() - wall) / len(chosen),
+        )
         reference, base = reference or found, base or cpu
-        apart = max(float(np.abs(end_of(a) - end_of(b)).max()) for a, b in zip(found, reference, strict=False))
+        apart = max(
+            float(np.abs(end_of(a) - end_of(b)).max())
+            for a, b in zip(found, reference, strict=False)
+        )
         iterations, factorisations = (
-            float(np.mean([getattr(one.statistics, name) for one in found if isinstance(one, dynamics.Trajectory)]))
+            float(
+                np.mean(
+                    [
+                        getattr(one.statistics, name)
+                        for one in found
+                        if isinstance(one, dynamics.Trajectory)
+                    ]
+                )
+            )
             for name in ("iterations", "factorisations")
         )
-        rows.append(Row(way, len(chosen), cpu, wall if idle else None, base / cpu, iterations, factorisations, apart))
+        rows.append(
+            Row(
+                way,
+                len(chosen),
+                cpu,
+                wall if idle else None,
+                base / cpu,
+                iterations,
+                factorisations,
+                apart,
+            )
+        )
     return rows
 
 
 def page(rows: list[Row], load: float) -> str:
     """The figures as Markdown."""
-    head = (
-        "way | members | CPU a run [ms] | wall a run [ms] | runs a CPU second | ratio | iterations | factorisations | C apart [m]"
-    )
+    head = "way | members | CPU a run [ms] | wall a run [ms] | runs a CPU second | ratio | iterations | factorisations | C apart [m]"
     lines = [f"| {head} |", "|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
     for r in rows:
         wall = "" if r.wall_s is None else f"{1e3 * r.wall_s:.1f}"
@@ -129,7 +165,9 @@ def page(rows: list[Row], load: float) -> str:
     note = f"Load average of the machine at the start: {load:.1f}" + (
         "." if load < IDLE else ": others were running, no wall times."
     )
-    return "\n".join([title, "", *lines, "", "Ratio: CPU time of one by one over that of the row. " + note, ""])
+    return "\n".join(
+        [title, "", *lines, "", "Ratio: CPU time of one by one over that of the row. " + note, ""]
+    )
 
 
 def main(count: int = 64) -> list[Row]:
@@ -137,7 +175,12 @@ def main(count: int = 64) -> list[Row]:
     load = os.getloadavg()[0]
     with threadpool_limits(limits=1):
         rows = measured(members(reduced(), count), load < IDLE)
-    machine = {"processor": platform.machine(), "python": platform.python_version(), "cores": os.cpu_count(), "load": load}
+    machine = {
+        "processor": platform.machine(),
+        "python": platform.python_version(),
+        "cores": os.cpu_count(),
+        "load": load,
+    }
     RESULTS.mkdir(parents=True, exist_ok=True)
     report = {"machine": machine, "rows": [asdict(row) for row in rows]}
     (RESULTS / "many.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")

@@ -1,7 +1,8 @@
 """Scenes that ask for an accuracy: mechanisms of beams, rigid bodies and shells, by name.
 
-Every one leaves its step, and the cells of its lines, to be found. Half of them are meant to be hard: outputs that settle slowly,
-what jumps, what is short beside a step of a two-hundredth of the motion, and what repeats as often as such steps.
+Every one leaves its step, and the cells of its lines, to be found. Half of them are meant to be
+hard: outputs that settle slowly, what jumps, what is short beside a step of a two-hundredth of the
+motion, and what repeats as often as such steps.
 """
 
 from __future__ import annotations
@@ -25,13 +26,19 @@ STRIP_OF_SHELL = {
     "format": "fmbs-nurbs",
     "version": 1,
     "patches": [
-        {"degree": [1, 1], "knots": [[0, 0, 1, 1], [0, 0, 1, 1]], "control": [[[0, 0, 0], [0, 0.1, 0]], [[1, 0, 0], [1, 0.1, 0]]]}
+        {
+            "degree": [1, 1],
+            "knots": [[0, 0, 1, 1], [0, 0, 1, 1]],
+            "control": [[[0, 0, 0], [0, 0.1, 0]], [[1, 0, 0], [1, 0.1, 0]]],
+        }
     ],
 }
 IN_SPACE = "  weight: {type: gravity, acceleration: [0, 0, -9.81 m/s^2]}"
 
 
-def beam(name: str, length: float = 1.0, x: float = 0.0, y: float = 0.0, turn: float = 0.0, **more: str) -> str:
+def beam(
+    name: str, length: float = 1.0, x: float = 0.0, y: float = 0.0, turn: float = 0.0, **more: str
+) -> str:
     """A cable of a length [m] from (x, y), turned by an angle [deg]."""
     shape = {"section": "{shape: circular, diameter: 10 mm}", "material": PLASTIC} | more
     place = f"origin: [{x}, {y}], rotation: {turn} deg"
@@ -52,7 +59,13 @@ def in_space(name: str, x: float = 0.0, y: float = 0.0, turn: float = 0.0, **mor
 
 
 def mechanism(
-    duration: float, bodies: list[str], joints: list[str], loads: list[str], outputs: list[str], dim: int = 2, more: str = ""
+    duration: float,
+    bodies: list[str],
+    joints: list[str],
+    loads: list[str],
+    outputs: list[str],
+    dim: int = 2,
+    more: str = "",
 ) -> str:
     """The text of a scene."""
     parts = {"bodies": bodies, "joints": joints, "loads": loads, "outputs": outputs}
@@ -80,12 +93,19 @@ CRANK_SLIDER = (
         "  motor: {type: driven_angle, at: crank.left, angle: 10 * t**2}",
     ],
     [],
-    ["  middle: {type: position, at: {body: rod, s: 0.25 m}}", "  S: {type: position, at: rod.right}"],
+    [
+        "  middle: {type: position, at: {body: rod, s: 0.25 m}}",
+        "  S: {type: position, at: rod.right}",
+    ],
 )
 
 SCENES: dict[str, str] = {
     "cantilever_step": mechanism(
-        1.0, [beam("beam")], [HELD], ["  f: {type: point_force, at: beam.right, force: [0, -0.5 N]}"], [TIP]
+        1.0,
+        [beam("beam")],
+        [HELD],
+        ["  f: {type: point_force, at: beam.right, force: [0, -0.5 N]}"],
+        [TIP],
     ),
     "cantilever_ramp": mechanism(
         1.0,
@@ -95,7 +115,11 @@ SCENES: dict[str, str] = {
         [TIP],
     ),
     "follower": mechanism(
-        0.6, [beam("beam")], [HELD], ["  f: {type: follower, at: beam.right, force: [0, 0.4 N], history: sin(3 * t)}"], [TIP]
+        0.6,
+        [beam("beam")],
+        [HELD],
+        ["  f: {type: follower, at: beam.right, force: [0, 0.4 N], history: sin(3 * t)}"],
+        [TIP],
     ),
     "pendulum": mechanism(1.5, [beam("beam")], [PINNED], [GRAVITY], [TIP]),
     "stiff_pendulum": mechanism(1.5, [beam("beam", material=STEEL)], [PINNED], [GRAVITY], [TIP]),
@@ -124,7 +148,10 @@ SCENES: dict[str, str] = {
     "double_space": mechanism(
         1.5,
         [in_space("first"), in_space("second", x=1.0, turn=90)],
-        ["  O: {type: spherical, at: first.left}", "  A: {type: spherical, at: first.right, to: second.left}"],
+        [
+            "  O: {type: spherical, at: first.left}",
+            "  A: {type: spherical, at: first.right, to: second.left}",
+        ],
         [IN_SPACE],
         ["  tip: {type: position, at: second.right}"],
         3,
@@ -139,7 +166,13 @@ SCENES: dict[str, str] = {
     "chain_of_five": mechanism(
         4.0,
         [beam(n, length=0.4, x=0.4 * k) for k, n in enumerate("abcde")],
-        [pin("O", "a.left"), *(pin(p.upper(), f"{p}.right", f"{q}.left") for p, q in zip("abcd", "bcde", strict=True))],
+        [
+            pin("O", "a.left"),
+            *(
+                pin(p.upper(), f"{p}.right", f"{q}.left")
+                for p, q in zip("abcd", "bcde", strict=True)
+            ),
+        ],
         [GRAVITY],
         ["  tip: {type: position, at: e.right}"],
     ),
@@ -151,7 +184,11 @@ SCENES: dict[str, str] = {
         ["  deflection: {type: deflection, tip: beam.right, root: beam.left}"],
     ),
     "spin_position": mechanism(
-        2.0, [beam("beam")], [PINNED, f'  drive: {{type: driven_angle, at: beam.left, angle: "{RUN_UP}"}}'], [], [TIP]
+        2.0,
+        [beam("beam")],
+        [PINNED, f'  drive: {{type: driven_angle, at: beam.left, angle: "{RUN_UP}"}}'],
+        [],
+        [TIP],
     ),
     "four_bar": mechanism(
         1.5,
@@ -176,7 +213,10 @@ SCENES: dict[str, str] = {
         1.0,
         [beam("beam")],
         [PINNED],
-        [GRAVITY, "  s: {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 40 N/m, damping: 0.4 N s/m}"],
+        [
+            GRAVITY,
+            "  s: {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 40 N/m, damping: 0.4 N s/m}",
+        ],
         [TIP],
     ),
     "with_a_mass": mechanism(
@@ -188,7 +228,9 @@ SCENES: dict[str, str] = {
     ),
     "rigid_pendulum": mechanism(
         1.5,
-        ["  rod: {type: rigid, mass: 1 kg, inertia: 0.08 kg m^2, center: [0.5 m, 0], points: {left: [0, 0], right: [1 m, 0]}}"],
+        [
+            "  rod: {type: rigid, mass: 1 kg, inertia: 0.08 kg m^2, center: [0.5 m, 0], points: {left: [0, 0], right: [1 m, 0]}}"
+        ],
         [pin("O", "rod.left")],
         [GRAVITY],
         ["  tip: {type: position, at: rod.right}"],
@@ -197,55 +239,75 @@ SCENES: dict[str, str] = {
         1.0,
         [beam("beam", **STRIP)],
         [PINNED],
-        ["  m: {type: control_torque, at: beam.left, torque: -8 N m * (angle - 0.5) - 0.8 N m s * rate}"],
+        [
+            "  m: {type: control_torque, at: beam.left, torque: -8 N m * (angle - 0.5) - 0.8 N m s * rate}"
+        ],
         [TIP],
     ),
     "arm_jump": mechanism(
         1.0,
         [beam("beam", **STRIP)],
         [PINNED],
-        ["  m: {type: torsion_spring, at: beam.left, stiffness: 10 N m/rad, rest_angle: 1 rad, damping: 0.05 N m s/rad}"],
+        [
+            "  m: {type: torsion_spring, at: beam.left, stiffness: 10 N m/rad, rest_angle: 1 rad, damping: 0.05 N m s/rad}"
+        ],
         [TIP],
     ),
     "stop": mechanism(
         1.0,
         [beam("beam")],
         [PINNED],
-        [GRAVITY, "  s: {type: stop, at: beam.right, to: [1 m, -0.4 m], direction: [0, 1], stiffness: 1 kN/m}"],
+        [
+            GRAVITY,
+            "  s: {type: stop, at: beam.right, to: [1 m, -0.4 m], direction: [0, 1], stiffness: 1 kN/m}",
+        ],
         [TIP],
     ),
     "floor": mechanism(
         0.8,
         [beam("beam", y=0.3)],
         [],
-        [GRAVITY, "  f: {type: contact_plane, body: beam, point: [0, 0], normal: [0, 1], stiffness: 5 kN/m, damping: 5 N s/m}"],
+        [
+            GRAVITY,
+            "  f: {type: contact_plane, body: beam, point: [0, 0], normal: [0, 1], stiffness: 5 kN/m, damping: 5 N s/m}",
+        ],
         [TIP],
     ),
     "rope_taut": mechanism(
         1.0,
         [beam("beam")],
         [PINNED],
-        [GRAVITY, "  r: {type: rope, at: beam.right, to: [1 m, 0.5 m], stiffness: 1 kN/m, length: 0.7 m}"],
+        [
+            GRAVITY,
+            "  r: {type: rope, at: beam.right, to: [1 m, 0.5 m], stiffness: 1 kN/m, length: 0.7 m}",
+        ],
         [TIP],
     ),
     "switched_off": mechanism(
         1.0,
         [beam("beam")],
         [HELD],
-        ['  f: {type: point_force, at: beam.right, force: [0, -0.5 N], history: "where(t < 0.3337, 1, 0)"}'],
+        [
+            '  f: {type: point_force, at: beam.right, force: [0, -0.5 N], history: "where(t < 0.3337, 1, 0)"}'
+        ],
         [TIP],
     ),
     "corners": mechanism(
         1.0,
         [beam("beam")],
         [HELD],
-        ['  f: {type: point_force, at: beam.right, force: [0, -1 N], history: "max(0, 1 - abs(t / 0.3 - 1))"}'],
+        [
+            '  f: {type: point_force, at: beam.right, force: [0, -1 N], history: "max(0, 1 - abs(t / 0.3 - 1))"}'
+        ],
         [TIP],
     ),
     "corner_drive": mechanism(
         1.0,
         [beam("beam", **STRIP)],
-        [PINNED, '  d: {type: driven_angle, at: beam.left, angle: "where(t < 0.4, 2 * t**2, 0.32 + 1.6 * (t - 0.4))"}'],
+        [
+            PINNED,
+            '  d: {type: driven_angle, at: beam.left, angle: "where(t < 0.4, 2 * t**2, 0.32 + 1.6 * (t - 0.4))"}',
+        ],
         [],
         [TIP],
     ),
@@ -256,9 +318,23 @@ SCENES: dict[str, str] = {
         ["  m: {type: motor, at: beam.left, stall_torque: 0.3 N m, no_load_speed: 120 rpm}"],
         [TIP],
     ),
-    "resting": mechanism(1.0, [beam("beam")], [HELD], ["  f: {type: point_force, at: beam.right, force: [0, 0 N]}"], [TIP]),
-    "velocity": mechanism(1.0, [beam("beam")], [PINNED], [GRAVITY], ["  v: {type: velocity, at: beam.right}"]),
-    "section": mechanism(1.0, [beam("beam")], [PINNED], [GRAVITY], ["  s: {type: section_forces, at: {body: beam, s: 0.5 m}}"]),
+    "resting": mechanism(
+        1.0,
+        [beam("beam")],
+        [HELD],
+        ["  f: {type: point_force, at: beam.right, force: [0, 0 N]}"],
+        [TIP],
+    ),
+    "velocity": mechanism(
+        1.0, [beam("beam")], [PINNED], [GRAVITY], ["  v: {type: velocity, at: beam.right}"]
+    ),
+    "section": mechanism(
+        1.0,
+        [beam("beam")],
+        [PINNED],
+        [GRAVITY],
+        ["  s: {type: section_forces, at: {body: beam, s: 0.5 m}}"],
+    ),
     "energy": mechanism(1.5, [beam("beam")], [PINNED], [GRAVITY], ["  e: {type: energy}"]),
     "free_flight": mechanism(
         1.0,
@@ -276,21 +352,31 @@ SCENES: dict[str, str] = {
         [TIP],
         more="initial:\n  bodies:\n    beam: {angular_velocity: 10 rad/s}\n",
     ),
-    "quintic": mechanism(1.5, [beam("beam", degree="5", continuity="4")], [PINNED], [GRAVITY], [TIP]),
-    "smooth_cubic": mechanism(1.5, [beam("beam", degree="3", continuity="2")], [PINNED], [GRAVITY], [TIP]),
+    "quintic": mechanism(
+        1.5, [beam("beam", degree="5", continuity="4")], [PINNED], [GRAVITY], [TIP]
+    ),
+    "smooth_cubic": mechanism(
+        1.5, [beam("beam", degree="3", continuity="2")], [PINNED], [GRAVITY], [TIP]
+    ),
 }
-RUN_UP_SOFT = "1.5 * (t - sin(2 * pi * t) / (2 * pi))"  #: an angle that begins and ends without a jump [rad]
+RUN_UP_SOFT = (
+    "1.5 * (t - sin(2 * pi * t) / (2 * pi))"  #: an angle that begins and ends without a jump [rad]
+)
 WHOLE_TURNS = "where(t < 2, 10 * pi * t - 20 * sin(pi * t / 2), 20 * pi * (t - 1))"  #: up to ten turns a second
 
 
-def block(name: str, x: float, y: float, points: str = "", mass: float = 1.0, inertia: float = 0.01) -> str:
+def block(
+    name: str, x: float, y: float, points: str = "", mass: float = 1.0, inertia: float = 0.01
+) -> str:
     """A rigid body in the plane, with its centre at (x, y)."""
     return f"  {name}: {{type: rigid, mass: {mass} kg, inertia: {inertia} kg m^2, center: [{x}, {y}], points: {{{points}}}}}"
 
 
 def moving(**bodies: str) -> str:
     """Velocities of bodies at the start."""
-    return "initial:\n  bodies:\n" + "".join(f"    {name}: {{{motion}}}\n" for name, motion in bodies.items())
+    return "initial:\n  bodies:\n" + "".join(
+        f"    {name}: {{{motion}}}\n" for name, motion in bodies.items()
+    )
 
 
 SCENES |= {
@@ -306,7 +392,10 @@ SCENES |= {
         [beam("beam", **STRIP)],
         [PINNED, f"  drive: {{type: driven_angle, at: beam.left, angle: {RUN_UP_SOFT}}}"],
         [],
-        ["  drive: {type: reaction, joint: drive}", "  middle: {type: section_forces, at: {body: beam, s: 0.3 m}}"],
+        [
+            "  drive: {type: reaction, joint: drive}",
+            "  middle: {type: section_forces, at: {body: beam, s: 0.3 m}}",
+        ],
     ),
     "slopes": mechanism(
         1.5,
@@ -319,19 +408,32 @@ SCENES |= {
         1.2,
         [beam("one"), beam("two", 0.8, y=0.3, material=STEEL)],
         [pin("O", "one.left"), pin("P", "two.left")],
-        [GRAVITY, "  s: {type: spring_damper, at: one.right, to: two.right, stiffness: 60 N/m, damping: 0.2 N s/m}"],
+        [
+            GRAVITY,
+            "  s: {type: spring_damper, at: one.right, to: two.right, stiffness: 60 N/m, damping: 0.2 N s/m}",
+        ],
         ["  s: {type: load, load: s}", "  d: {type: distance, at: one.right, to: two.right}"],
     ),
     "rigid_double": mechanism(
         2.0,
-        [block("one", 0.25, 0, "a: [0, 0], b: [0.5 m, 0]"), block("two", 0.75, 0, "a: [0.5 m, 0], b: [1 m, 0]")],
+        [
+            block("one", 0.25, 0, "a: [0, 0], b: [0.5 m, 0]"),
+            block("two", 0.75, 0, "a: [0.5 m, 0], b: [1 m, 0]"),
+        ],
         [pin("O", "one.a"), pin("A", "one.b", "two.a")],
         [GRAVITY],
-        ["  one: {type: angle, at: one}", "  w: {type: angular_velocity, at: two}", "  A: {type: reaction, joint: A}"],
+        [
+            "  one: {type: angle, at: one}",
+            "  w: {type: angular_velocity, at: two}",
+            "  A: {type: reaction, joint: A}",
+        ],
     ),
     "rigid_chaos": mechanism(
         20.0,
-        [block("one", 0.25, 0, "a: [0, 0], b: [0.5 m, 0]"), block("two", 0.75, 0, "a: [0.5 m, 0], b: [1 m, 0]")],
+        [
+            block("one", 0.25, 0, "a: [0, 0], b: [0.5 m, 0]"),
+            block("two", 0.75, 0, "a: [0.5 m, 0], b: [1 m, 0]"),
+        ],
         [pin("O", "one.a"), pin("A", "one.b", "two.a")],
         [GRAVITY],
         ["  tip: {type: position, at: two.b}"],
@@ -355,7 +457,9 @@ SCENES |= {
         5.0,
         [beam("beam")],
         [HELD],
-        ["  f: {type: point_force, at: beam.right, force: [0, 2 N], history: sin(2 * pi * 20 * t)}"],
+        [
+            "  f: {type: point_force, at: beam.right, force: [0, 2 N], history: sin(2 * pi * 20 * t)}"
+        ],
         [TIP],
         more="damping: {stiffness: 2 ms}\n",
     ),
@@ -363,7 +467,9 @@ SCENES |= {
         1.0,
         [beam("beam")],
         [HELD],
-        ['  f: {type: point_force, at: beam.right, force: [0, 20 N], history: "where(abs(t - 0.503) < 0.002, 1, 0)"}'],
+        [
+            '  f: {type: point_force, at: beam.right, force: [0, 20 N], history: "where(abs(t - 0.503) < 0.002, 1, 0)"}'
+        ],
         [TIP],
         more="damping: {stiffness: 2 ms}\n",
     ),
@@ -371,7 +477,9 @@ SCENES |= {
         1.0,
         [beam("beam"), "  bob: {type: point_mass, mass: 0.1 kg, position: [1 m, 0]}"],
         [HELD, "  hook: {type: spherical, at: bob, to: beam.right}"],
-        ['  f: {type: point_force, at: bob, force: [0, 100 N], history: "where(t < 0.004, sin(pi * t / 0.004)**2, 0)"}'],
+        [
+            '  f: {type: point_force, at: bob, force: [0, 100 N], history: "where(t < 0.004, sin(pi * t / 0.004)**2, 0)"}'
+        ],
         [TIP, "  v: {type: velocity, at: bob}"],
         more="damping: {stiffness: 2 ms}\n",
     ),
@@ -436,16 +544,30 @@ SCENES |= {
         [block("hub", 0, 0, "", 1, 0.02), beam("arm", **STRIP)],
         [pin("O", "hub.center"), "  A: {type: weld, at: arm.left, to: hub.frame}"],
         ["  drive: {type: control_torque, at: hub.frame, torque: servo}", GRAVITY],
-        ["  a: {type: angle, at: hub.frame}", "  u: {type: load, load: drive}", "  tip: {type: position, at: arm.right}"],
+        [
+            "  a: {type: angle, at: hub.frame}",
+            "  u: {type: load, load: drive}",
+            "  tip: {type: position, at: arm.right}",
+        ],
         more="controllers:\n  servo: {type: pid, unit: N m, sample: 4 ms, error: 0.4 * sin(3 * t) - a, kp: 12 N m, "
         "ki: 20 N m/s, kd: 0.1 N m s, limits: [-4 N m, 4 N m]}\n",
     ),
     "cart": mechanism(
         2.0,
         [block("cart", 0, 0, "", 1), beam("pole", 0.6, turn=80, **STRIP)],
-        ["  rail: {type: prismatic, at: cart.frame, direction: [1, 0]}", pin("A", "cart.center", "pole.left")],
-        [GRAVITY, "  f: {type: control_force, at: cart.center, direction: [1, 0], force: -20 N/m * stretch - 2 N s/m * rate}"],
-        ["  x: {type: position, at: cart.center, component: x}", "  tip: {type: position, at: pole.right}", "  e: {type: energy}"],
+        [
+            "  rail: {type: prismatic, at: cart.frame, direction: [1, 0]}",
+            pin("A", "cart.center", "pole.left"),
+        ],
+        [
+            GRAVITY,
+            "  f: {type: control_force, at: cart.center, direction: [1, 0], force: -20 N/m * stretch - 2 N s/m * rate}",
+        ],
+        [
+            "  x: {type: position, at: cart.center, component: x}",
+            "  tip: {type: position, at: pole.right}",
+            "  e: {type: energy}",
+        ],
     ),
     "let_go": mechanism(
         1.2,
@@ -458,7 +580,11 @@ SCENES |= {
     "catch": mechanism(
         1.2,
         [beam("beam"), block("hand", 1.0, -0.2, "", 0.2, 0.001)],
-        [PINNED, "  grip: {type: latch, at: beam.right, to: hand.frame}", "  rail: {type: revolute, at: hand.frame}"],
+        [
+            PINNED,
+            "  grip: {type: latch, at: beam.right, to: hand.frame}",
+            "  rail: {type: revolute, at: hand.frame}",
+        ],
         [GRAVITY],
         [TIP],
         more="events:\n  catch: {when: tip.y + 0.2 m, direction: falling, lock: grip, once: true}\n",
@@ -552,13 +678,21 @@ SCENES |= {
             "density: 1800 kg/m^3}}"
         ],
         ["  root: {type: edge, body: strip, edges: xi1_min, slope: xyz}"],
-        ["  f: {type: edge_load, body: strip, edges: xi1_max, force: [0, 0, -6 N/m], history: sin(2 * pi * t)**2}"],
+        [
+            "  f: {type: edge_load, body: strip, edges: xi1_max, force: [0, 0, -6 N/m], history: sin(2 * pi * t)**2}"
+        ],
         ["  tip: {type: position, at: strip.corner_11}"],
         3,
     ),
-    "constant_output": mechanism(1.0, [beam("beam")], [PINNED], [GRAVITY], ["  root: {type: position, at: beam.left}", TIP]),
+    "constant_output": mechanism(
+        1.0, [beam("beam")], [PINNED], [GRAVITY], ["  root: {type: position, at: beam.left}", TIP]
+    ),
     "straight_fall": mechanism(
-        1.0, [beam("beam", turn=-90)], [PINNED], [GRAVITY], [TIP, "  N: {type: section_forces, at: {body: beam, s: 0.5 m}}"]
+        1.0,
+        [beam("beam", turn=-90)],
+        [PINNED],
+        [GRAVITY],
+        [TIP, "  N: {type: section_forces, at: {body: beam, s: 0.5 m}}"],
     ),
     "gyro": mechanism(
         1.5,
@@ -568,7 +702,10 @@ SCENES |= {
         ],
         ["  foot: {type: spherical, at: top.foot}"],
         [IN_SPACE],
-        ["  tip: {type: position, at: top.tip}", "  w: {type: angular_velocity, at: top.frame, axis: [0, 0, 1]}"],
+        [
+            "  tip: {type: position, at: top.tip}",
+            "  w: {type: angular_velocity, at: top.frame, axis: [0, 0, 1]}",
+        ],
         3,
         more=moving(top="angular_velocity: [0.5 rad/s, 0, 60 rad/s]"),
     ),
@@ -599,8 +736,12 @@ def written(texts: Mapping[str, str], folder: Path) -> Iterator[tuple[str, Scene
 
 
 def of_names(names: Sequence[str], folder: Path) -> Iterator[tuple[str, Scene]]:
-    """Scenes by name, all without: those of this page, and examples, with `example_` before their names."""
-    yield from written({name: text for name, text in SCENES.items() if not names or name in names}, folder)
+    """Scenes by name, all without: those of this page, and examples, with `example_` before their
+    names.
+    """
+    yield from written(
+        {name: text for name, text in SCENES.items() if not names or name in names}, folder
+    )
     for name in EXAMPLES:
         if not names or f"example_{name}" in names:
             found = scenes.read(ROOT / "examples" / f"{name}.yaml")

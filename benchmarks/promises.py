@@ -1,12 +1,14 @@
-"""Wishes for an accuracy and what is promised for them: whether it is kept, and in how many columns `+-` holds.
+"""Wishes for an accuracy and what is promised for them: whether it is kept, and in how many columns
+`+-` holds.
 
     python benchmarks/promises.py [--accuracy 1e-2,1e-3] [--part 1/4] [NAMES or SCENE.yaml]
 
-Motions that are let go, struck, driven, of steps that are given, and equilibria of cables, beams and joints. Every wish is planned
-and run as `fmbs run --accuracy` does it, and held, at the ends of all its steps, against a run of four times its cells and of four
-times the steps of all its pilots; an equilibrium against one of four times the cells. `excess` is the largest true error of a
-column over its `+-`, of columns of which something is wanted; errors below ROUND of the range of a column are round-off. Costs are
-CPU seconds of plans with all their builds.
+Motions that are let go, struck, driven, of steps that are given, and equilibria of cables, beams
+and joints. Every wish is planned and run as `fmbs run --accuracy` does it, and held, at the ends of
+all its steps, against a run of four times its cells and of four times the steps of all its pilots;
+an equilibrium against one of four times the cells. `excess` is the largest true error of a column
+over its `+-`, of columns of which something is wanted; errors below ROUND of the range of a column
+are round-off. Costs are CPU seconds of plans with all their builds.
 """
 
 from __future__ import annotations
@@ -58,7 +60,13 @@ ROD = "{shape: circular, diameter: 10 mm}"
 def rod(name: str, length: float, x: float, y: float, turn: float = 0.0) -> str:
     """A beam with torsion of a length [m] in the plane of x and y."""
     return (
-        in_space(name, x, y, turn, material="{young_modulus: 1 GPa, poisson_ratio: 0.3, density: 1800 kg/m^3}")
+        in_space(
+            name,
+            x,
+            y,
+            turn,
+            material="{young_modulus: 1 GPa, poisson_ratio: 0.3, density: 1800 kg/m^3}",
+        )
         .replace("type: cable", "type: beam")
         .replace("unit: 1.0 m", f"unit: {length} m")
     )
@@ -79,7 +87,9 @@ def stepping(text: str, step: str) -> str:
 
 
 def force(at: str, components: str, history: str = "") -> str:
-    return f"  f: {{type: point_force, at: {at}, force: [{components}]" + (f', history: "{history}"}}' if history else "}")
+    return f"  f: {{type: point_force, at: {at}, force: [{components}]" + (
+        f', history: "{history}"}}' if history else "}"
+    )
 
 
 MOTIONS = {
@@ -103,7 +113,14 @@ MOTIONS = {
             more=DAMPED,
         )
     ),
-    "stepped": mechanism(0.5, [beam("beam")], [HELD], [force("beam.right", "0, -0.5 N")], [TIP, ROOT_FORCES], more=DAMPED),
+    "stepped": mechanism(
+        0.5,
+        [beam("beam")],
+        [HELD],
+        [force("beam.right", "0, -0.5 N")],
+        [TIP, ROOT_FORCES],
+        more=DAMPED,
+    ),
     "stairs": mechanism(
         0.8,
         [beam("beam")],
@@ -116,14 +133,19 @@ MOTIONS = {
         0.5,
         [beam("beam", **STRIP)],
         [PINNED],
-        ['  m: {type: torque, at: beam.left, torque: 20 mN m, history: "where(t < 0.1, 1, where(t < 0.2, -1, 0))"}'],
+        [
+            '  m: {type: torque, at: beam.left, torque: 20 mN m, history: "where(t < 0.1, 1, where(t < 0.2, -1, 0))"}'
+        ],
         [TIP, "  a: {type: angle, at: beam.left}"],
         more=DAMPED,
     ),
     "driven_by_a_corner": mechanism(
         0.8,
         [beam("beam", **STRIP)],
-        [PINNED, '  d: {type: driven_angle, at: beam.left, angle: "where(t < 0.4, 2 * t**2, 0.32 + 1.6 * (t - 0.4))"}'],
+        [
+            PINNED,
+            '  d: {type: driven_angle, at: beam.left, angle: "where(t < 0.4, 2 * t**2, 0.32 + 1.6 * (t - 0.4))"}',
+        ],
         [],
         [TIP, "  d: {type: reaction, joint: d}"],
         more=DAMPED,
@@ -147,16 +169,30 @@ MOTIONS = {
     ),
     "struck_cable": mechanism(
         0.5,
-        [in_space("beam", section="{shape: circular, diameter: 6 mm}", material="{young_modulus: 0.5 GPa, density: 1150 kg/m^3}")],
+        [
+            in_space(
+                "beam",
+                section="{shape: circular, diameter: 6 mm}",
+                material="{young_modulus: 0.5 GPa, density: 1150 kg/m^3}",
+            )
+        ],
         ["  l: {type: spherical, at: beam.left}", "  r: {type: spherical, at: beam.right}"],
-        [IN_SPACE, force("{body: beam, s: 0.5 m}", "0, 5 N, 0", "where(t < 0.02, sin(pi * t / 0.02)**2, 0)")],
+        [
+            IN_SPACE,
+            force(
+                "{body: beam, s: 0.5 m}", "0, 5 N, 0", "where(t < 0.02, sin(pi * t / 0.02)**2, 0)"
+            ),
+        ],
         ["  m: {type: position, at: {body: beam, s: 0.5 m}}"],
         3,
         more="damping: {mass: 0.5 1/s, stiffness: 0.5 ms}\n",
     ),
     "weight_on_a_wire": mechanism(
         1.0,
-        [beam("beam", section="{shape: circular, diameter: 3 mm}"), "  bob: {type: point_mass, mass: 0.2 kg, position: [1 m, 0]}"],
+        [
+            beam("beam", section="{shape: circular, diameter: 3 mm}"),
+            "  bob: {type: point_mass, mass: 0.2 kg, position: [1 m, 0]}",
+        ],
         [PINNED, "  hook: {type: spherical, at: bob, to: beam.right}"],
         [GRAVITY],
         ["  bob: {type: position, at: bob}", "  e: {type: energy}"],
@@ -167,14 +203,23 @@ MOTIONS = {
         0.6,
         [block("hub", 0, 0, "", 1, 0.02), beam("arm", **STRIP)],
         [pin("O", "hub.center"), "  A: {type: weld, at: arm.left, to: hub.frame}"],
-        ['  drive: {type: control_torque, at: hub.frame, torque: "5 N m * (0.4 - angle) - 0.5 N m s * rate"}'],
+        [
+            '  drive: {type: control_torque, at: hub.frame, torque: "5 N m * (0.4 - angle) - 0.5 N m s * rate"}'
+        ],
         ["  a: {type: angle, at: hub.frame}", "  tip: {type: position, at: arm.right}"],
         more=DAMPED,
     ),
-    "given_step": stepping(mechanism(0.6, [beam("beam")], [PINNED], [GRAVITY], [TIP], more=DAMPED), "0.5 ms"),
+    "given_step": stepping(
+        mechanism(0.6, [beam("beam")], [PINNED], [GRAVITY], [TIP], more=DAMPED), "0.5 ms"
+    ),
     "given_uneven_step": stepping(
         mechanism(
-            0.5, [beam("beam")], [HELD], [force("beam.right", "0, -0.5 N", "sin(3 * pi * t)**2")], [TIP, ROOT_FORCES], more=DAMPED
+            0.5,
+            [beam("beam")],
+            [HELD],
+            [force("beam.right", "0, -0.5 N", "sin(3 * pi * t)**2")],
+            [TIP, ROOT_FORCES],
+            more=DAMPED,
         ),
         "0.3 ms",
     ),
@@ -193,7 +238,10 @@ EQUILIBRIA = {
         [rod("a", 0.5, 0.0, 0.0), rod("b", 0.4, 0.5, 0.0, 90)],
         ["  C: {type: clamp, at: a.left}", "  W: {type: weld, at: b.left, to: a.right}"],
         [force("b.right", "0, 0, -1 N")],
-        ["  tip: {type: position, at: b.right}", "  s: {type: section_forces, at: {body: a, s: 0.2 m}}"],
+        [
+            "  tip: {type: position, at: b.right}",
+            "  s: {type: section_forces, at: {body: a, s: 0.2 m}}",
+        ],
         3,
     ),
     "portal": mechanism(
@@ -219,7 +267,10 @@ EQUILIBRIA = {
         1,
         [beam("beam")],
         [HELD],
-        [GRAVITY, "  s: {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 20 N/m, damping: 0.4 N s/m}"],
+        [
+            GRAVITY,
+            "  s: {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 20 N/m, damping: 0.4 N s/m}",
+        ],
         [TIP, "  s: {type: load, load: s}"],
     ),
 }
@@ -227,7 +278,9 @@ WISHES = MOTIONS | {name: at_rest(text) for name, text in EQUILIBRIA.items()}
 
 
 def wanting(scene: Scene, accuracy: float) -> Scene:
-    return replace(scene, analysis=replace(scene.analysis, accuracy=Accuracy({"": Bound(accuracy)})))
+    return replace(
+        scene, analysis=replace(scene.analysis, accuracy=Accuracy({"": Bound(accuracy)}))
+    )
 
 
 @dataclass(frozen=True)
@@ -267,16 +320,35 @@ def judge(name: str, scene: Scene, accuracy: float) -> Promise:
     level = plan.cells or (1 if pilots.refined else 0)
     if plan.steps:
         parts = math.ceil(4 * max(one["steps"] for one in plan.pilots) / plan.steps)
-        finer = pilots.analysis.piloted(parts * plan.steps, parts).solve_for_outputs(pilots.system(4 * level))
-        every = pilots.analysis.piloted(plan.steps, 1, plan.local_error, plan.tolerance).solve_for_outputs(pilots.system(level))
+        finer = pilots.analysis.piloted(parts * plan.steps, parts).solve_for_outputs(
+            pilots.system(4 * level)
+        )
+        every = pilots.analysis.piloted(
+            plan.steps, 1, plan.local_error, plan.tolerance
+        ).solve_for_outputs(pilots.system(level))
     else:
         finer, every = pilots.solve(4 * level, 0), run.motion
     if plan.trusted_until == 0.0:
         return Promise(
-            name, accuracy, plan.cells, plan.steps, plan.why_not, False, math.nan, math.nan, 0, 0, 0.0, "", len(plan.pilots), spent
+            name,
+            accuracy,
+            plan.cells,
+            plan.steps,
+            plan.why_not,
+            False,
+            math.nan,
+            math.nan,
+            0,
+            0,
+            0.0,
+            "",
+            len(plan.pilots),
+            spent,
         )
     one, other = (
-        PilotOutputs(motion.times, output_errors.columns(motion), tuple(at.time for at in motion.events))
+        PilotOutputs(
+            motion.times, output_errors.columns(motion), tuple(at.time for at in motion.events)
+        )
         for motion in (every, finer)
     )
     end = math.inf if plan.trusted_until is None else plan.trusted_until * (1.0 + 1e-9)
@@ -293,12 +365,26 @@ def judge(name: str, scene: Scene, accuracy: float) -> Promise:
     true = float(errors[0].max(initial=0.0))
     excess = ratios.get(worst, 0.0)
     told = plan.why_not, plan.met, true, foretold
-    return Promise(name, accuracy, plan.cells, plan.steps, *told, held, judged, excess, worst, len(plan.pilots), spent)
+    return Promise(
+        name,
+        accuracy,
+        plan.cells,
+        plan.steps,
+        *told,
+        held,
+        judged,
+        excess,
+        worst,
+        len(plan.pilots),
+        spent,
+    )
 
 
 def wishes(names: Sequence[str], folder: Path) -> Iterator[tuple[str, Scene]]:
     known = WISHES | SCENES if names else WISHES
-    yield from written({name: text for name, text in known.items() if not names or name in names}, folder)
+    yield from written(
+        {name: text for name, text in known.items() if not names or name in names}, folder
+    )
     for path in map(Path, names):
         if path.suffix == ".yaml":
             yield path.stem, scenes.read(path)
@@ -319,17 +405,32 @@ HEADS = (
 )
 
 
-def main(names: Sequence[str] = (), wanted: Sequence[float] = (1e-2, 1e-3), part: tuple[int, int] = (1, 1)) -> list[Promise]:
-    """All wishes by name, all without, and what they amount to; of `part` (i, n) every n-th scene from the i-th on."""
+def main(
+    names: Sequence[str] = (),
+    wanted: Sequence[float] = (1e-2, 1e-3),
+    part: tuple[int, int] = (1, 1),
+) -> list[Promise]:
+    """All wishes by name, all without, and what they amount to; of `part` (i, n) every n-th scene
+    from the i-th on.
+    """
     found: list[Promise] = []
-    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        threadpool_limits(limits=1, user_api="blas"),
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")
-        for name, scene in itertools.islice(wishes(names, Path(folder)), part[0] - 1, None, part[1]):
+        for name, scene in itertools.islice(
+            wishes(names, Path(folder)), part[0] - 1, None, part[1]
+        ):
             for accuracy in wanted:
                 try:
                     found.append(judge(name, scene, accuracy))
                 except FmbsError as error:
-                    print(f"| {name} | {accuracy:g} | {type(error).__name__}: {str(error)[:150]} |", flush=True)
+                    print(
+                        f"| {name} | {accuracy:g} | {type(error).__name__}: {str(error)[:150]} |",
+                        flush=True,
+                    )
                     continue
                 print(found[-1].words, flush=True)
     text = page(found)
@@ -345,13 +446,18 @@ def page(found: Sequence[Promise]) -> str:
     kept = sum(one.true <= 1.0 for one in promised)
     columns, held = sum(one.columns for one in found), sum(one.held for one in found)
     text = f"{len(found)} wishes, {len(promised)} of which are promised: {kept} are kept, the worst errs by "
-    text += (
-        f"{max((one.true for one in promised), default=0.0):.2f} of its accuracy. `+-` hold in {held} of {columns} columns; the "
-    )
+    text += f"{max((one.true for one in promised), default=0.0):.2f} of its accuracy. `+-` hold in {held} of {columns} columns; the "
     text += f"largest error is {max((one.excess for one in found), default=0.0):.2f} of its `+-`. Plans take "
     mean = math.exp(np.mean([math.log(one.plan_s) for one in found]))
     text += f"{sum(one.plan_s for one in found):.1f} s of CPU, {mean:.3f} s in the geometric mean."
-    lines = ["# What is promised", "", text, "", f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS)]
+    lines = [
+        "# What is promised",
+        "",
+        text,
+        "",
+        f"| {' | '.join(HEADS)} |",
+        "|" + "---|" * len(HEADS),
+    ]
     return "\n".join([*lines, *(one.words for one in found)]) + "\n"
 
 

@@ -1,11 +1,13 @@
-"""Steps of exported models at a fixed number of corrections, in C: how much the longest ones take over the usual ones.
+"""Steps of exported models at a fixed number of corrections, in C: how much the longest ones take
+over the usual ones.
 
     python benchmarks/real_time.py [steps of the first] [MODEL.h5 ...]
 
-Without files examples 2 and 3 (coarse meshes) are reduced first. Every step has the same number of operations: factors at its
-guess, then CORRECTIONS corrections. The process is pinned to a processor where the system allows it, and times are those of a
-monotonic clock: what lies above the usual step is of the operating system, which interrupts it, and not of the model. The second
-and further models take a twentieth of the steps.
+Without files examples 2 and 3 (coarse meshes) are reduced first. Every step has the same number of
+operations: factors at its guess, then CORRECTIONS corrections. The process is pinned to a processor
+where the system allows it, and times are those of a monotonic clock: what lies above the usual step
+is of the operating system, which interrupts it, and not of the model. The second and further models
+take a twentieth of the steps.
 """
 
 from __future__ import annotations
@@ -98,10 +100,22 @@ def measure(path: Path, steps: int) -> dict[str, Any]:
         for name, text in ((f"{model.name}.c", model.source), (f"{model.name}.h", model.header)):
             (folder / name).write_text(text, encoding="utf-8")
         (folder / "driver.c").write_text(DRIVER.replace("NAME", model.name), encoding="utf-8")
-        subprocess.run(["cc", *FLAGS, "driver.c", f"{model.name}.c", "-o", "driver"], cwd=folder, check=True)
-        done = subprocess.run([str(folder / "driver"), str(steps), str(CORRECTIONS)], capture_output=True, text=True, check=True)
+        subprocess.run(
+            ["cc", *FLAGS, "driver.c", f"{model.name}.c", "-o", "driver"], cwd=folder, check=True
+        )
+        done = subprocess.run(
+            [str(folder / "driver"), str(steps), str(CORRECTIONS)],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
     found: dict[str, Any] = json.loads(done.stdout)
-    return {"model": path.stem, "unknowns": case.system.size, "step_us": 1e6 * case.scheme.step, **found}
+    return {
+        "model": path.stem,
+        "unknowns": case.system.size,
+        "step_us": 1e6 * case.scheme.step,
+        **found,
+    }
 
 
 def page(rows: list[dict[str, Any]]) -> str:
@@ -136,14 +150,21 @@ def page(rows: list[dict[str, Any]]) -> str:
             f"{one['median_us']:.1f}",
             f"{one['p99999_us']:.1f}",
         ]
-        cells += [f"{one['longest_us']:.0f}", f"{ratio:.0f}", f"{one['left_m']:.1e}", f"{one['largest_energy_J']:.4g}"]
+        cells += [
+            f"{one['longest_us']:.0f}",
+            f"{ratio:.0f}",
+            f"{one['left_m']:.1e}",
+            f"{one['largest_energy_J']:.4g}",
+        ]
         cells.append(f"{one['energy_at_end_J']:.4g}")
         lines.append(f"| {' | '.join(map(str, cells))} |")
     return "\n".join([*lines, ""])
 
 
 def main(steps: int = STEPS, paths: list[Path] | None = None) -> list[dict[str, Any]]:
-    """Measure models, by default examples 2 and 3, and write real_time.md and .json into benchmarks/results."""
+    """Measure models, by default examples 2 and 3, and write real_time.md and .json into
+    benchmarks/results.
+    """
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     rows = []
     with tempfile.TemporaryDirectory() as place:

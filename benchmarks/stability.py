@@ -1,8 +1,10 @@
-"""Figures of docs/stability.md: reduced models of example 2 beyond their training, energy, DEIM, condition numbers, noise floor.
+"""Figures of docs/stability.md: reduced models of example 2 beyond their training, energy, DEIM,
+condition numbers, noise floor.
 
     python benchmarks/stability.py [--write]
 
-`--write` puts the tables between the marks of docs/stability.md and into benchmarks/results/stability.md and .json.
+`--write` puts the tables between the marks of docs/stability.md and into
+benchmarks/results/stability.md and .json.
 """
 
 from __future__ import annotations
@@ -22,7 +24,14 @@ from fmbs_skfem import reduction, scenes
 from fmbs_skfem.core.algebra import saddle
 from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    energies,
+    energy_drift,
+    integrate,
+)
 from fmbs_skfem.dynamics.scheme import DYNAMIC, method_of
 from fmbs_skfem.reduction import Level
 from fmbs_skfem.reduction.hyper import sampling
@@ -64,7 +73,9 @@ def trained() -> Trained:
     plain = reduction.reduce_system(raw, parts, reduction.bases(raw, data, parts, EPS))
     states, found = projected(plain, data.q), {"reduced": plain}
     for level in Level:
-        found[f"reduced, ECSW over {level.value}"] = sampling.apply(plain, sampling.train([(plain, states)], ETA, level))
+        found[f"reduced, ECSW over {level.value}"] = sampling.apply(
+            plain, sampling.train([(plain, states)], ETA, level)
+        )
     return Trained(full, run, raw, found, plain, data)
 
 
@@ -73,17 +84,34 @@ def long_runs(model: Trained) -> list[dict[str, Any]]:
     rows = []
     for name, system in {"full": model.full, **model.reduced}.items():
         run, failed = attempted(system, HORIZON * TRAINING, SCHEME)
-        rows.append({"model": name, "end [s]": float(run.times[-1]), "failed": failed, **energy(run)})
+        rows.append(
+            {"model": name, "end [s]": float(run.times[-1]), "failed": failed, **energy(run)}
+        )
     return rows
 
 
 def losses() -> list[dict[str, Any]]:
-    """The energy of the full model on a coarser mesh over ten times the training horizon, by step and algorithmic damping."""
+    """The energy of the full model on a coarser mesh over ten times the training horizon, by step
+    and algorithmic damping.
+    """
     system = eliminate(build.system(scenes.read(ROOT / "examples" / "double_pendulum.yaml"), FEW))
     rows = []
-    for step, rho in ((SCHEME.step, 0.8), (SCHEME.step / 2, 0.8), (SCHEME.step, 0.95), (SCHEME.step, 1.0)):
+    for step, rho in (
+        (SCHEME.step, 0.8),
+        (SCHEME.step / 2, 0.8),
+        (SCHEME.step, 0.95),
+        (SCHEME.step, 1.0),
+    ):
         run, failed = attempted(system, HORIZON * TRAINING, GeneralizedAlpha(step, rho))
-        rows.append({"h [s]": step, "rho_inf": rho, "end [s]": float(run.times[-1]), "failed": failed, **energy(run)})
+        rows.append(
+            {
+                "h [s]": step,
+                "rho_inf": rho,
+                "end [s]": float(run.times[-1]),
+                "failed": failed,
+                **energy(run),
+            }
+        )
     return rows
 
 
@@ -96,7 +124,9 @@ def attempted(system: System, duration: float, scheme: GeneralizedAlpha) -> tupl
 
 
 def energy(run: Trajectory) -> dict[str, float]:
-    """Largest kinetic energy [J], what the balance has lost at the end and gained at most [J], halved steps."""
+    """Largest kinetic energy [J], what the balance has lost at the end and gained at most [J],
+    halved steps.
+    """
     found = energies(run)
     change = found[:, 3] - found[0, 3]
     return {
@@ -112,7 +142,9 @@ def errors_in_training(model: Trained) -> list[dict[str, Any]]:
     rows = [{"model": "full", "error": 0.0, **energy(model.run)}]
     for name, system in model.reduced.items():
         run = integrate(system, SCHEME, TRAINING, Newton(), EVERY)
-        rows.append({"model": name, "error": reduction.compare(model.run, run).maximum, **energy(run)})
+        rows.append(
+            {"model": name, "error": reduction.compare(model.run, run).maximum, **energy(run)}
+        )
     return rows
 
 
@@ -120,7 +152,9 @@ def interpolated(model: Trained) -> list[dict[str, Any]]:
     """DEIM with more and more force modes on the same Galerkin basis."""
     rows = []
     for tolerance in (1e-8, 1e-12, 1e-16, 1e-20):
-        found = deim.train(model.raw, model.galerkin, reduction.body_level(model.raw), model.data, tolerance)
+        found = deim.train(
+            model.raw, model.galerkin, reduction.body_level(model.raw), model.data, tolerance
+        )
         try:
             run, failed = integrate(found, SCHEME, TRAINING, Newton(), EVERY), False
         except SolverError as error:
@@ -141,9 +175,15 @@ def interpolated(model: Trained) -> list[dict[str, Any]]:
 
 
 def conditions(model: Trained) -> list[dict[str, Any]]:
-    """Condition numbers of the matrix of Newton's iteration at the start: as it stands, scaled by c = h^2 beta, and balanced."""
+    """Condition numbers of the matrix of Newton's iteration at the start: as it stands, scaled by c
+    = h^2 beta, and balanced.
+    """
     rows = []
-    for name, system in {"full, all multipliers": model.raw, "full": model.full, "reduced": model.galerkin}.items():
+    for name, system in {
+        "full, all multipliers": model.raw,
+        "full": model.full,
+        "reduced": model.galerkin,
+    }.items():
         for h in (5e-4, 5e-6):
             rows.append({"model": name, "h [s]": h, **condition(system, h)})
     return rows
@@ -153,7 +193,9 @@ def condition(system: System, h: float) -> dict[str, float]:
     built = compile_system(system)
     method = method_of(SCHEME, Newton(), h, built)
     J = compiled.gap(built, system.x0)[1]
-    W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(system.mass)
+    W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(
+        system.mass
+    )
     plain, scaled = saddle.matrix(W, J), saddle.matrix(method.c * W, J)
     size = 1.0 / np.sqrt(np.abs(scaled).max(axis=1))
     return {
@@ -164,12 +206,16 @@ def condition(system: System, h: float) -> dict[str, float]:
 
 
 def noise(model: Trained) -> list[dict[str, Any]]:
-    """What Newton's tolerance leaves: error of a run against one at 1e-13; smaller reduced errors mean nothing."""
+    """What Newton's tolerance leaves: error of a run against one at 1e-13; smaller reduced errors
+    mean nothing.
+    """
     rows = []
     for name, system in (("full", model.full), ("reduced", model.galerkin)):
         sharp = integrate(system, SCHEME, TRAINING, Newton(1e-13), EVERY)
         for tolerance in (1e-8, 1e-10, DYNAMIC, 1e-12):
-            found = reduction.compare(sharp, integrate(system, SCHEME, TRAINING, Newton(tolerance), EVERY)).maximum
+            found = reduction.compare(
+                sharp, integrate(system, SCHEME, TRAINING, Newton(tolerance), EVERY)
+            ).maximum
             rows.append({"model": name, "Newton tolerance": tolerance, "noise": found})
     return rows
 
@@ -205,8 +251,12 @@ def text(value: Any) -> str:
 def page(found: Mapping[str, list[dict[str, Any]]]) -> str:
     """The tables as a part of a page."""
     head = f"Example 2, 100 cells a beam, h = 5e-4 s, component level, eps = {EPS:g}, eta = {ETA:g}, trained on {TRAINING:g} s. "
-    head += "The error is the largest distance over the largest displacement, in the norm of the mass."
-    return "\n\n".join([head, *(f"**{title}**\n\n{table(list(rows))}" for title, rows in found.items())])
+    head += (
+        "The error is the largest distance over the largest displacement, in the norm of the mass."
+    )
+    return "\n\n".join(
+        [head, *(f"**{title}**\n\n{table(list(rows))}" for title, rows in found.items())]
+    )
 
 
 def write(body: str, found: Mapping[str, Any]) -> None:

@@ -1,11 +1,14 @@
-"""A thousand reduced runs of example 2, 6000 steps of 5e-4 s each, on all cores: wall and CPU seconds, and what the engine adds.
+"""A thousand reduced runs of example 2, 6000 steps of 5e-4 s each, on all cores: wall and CPU
+seconds, and what the engine adds.
 
     python benchmarks/sweep.py [members]
 
-Two families, trained first: over E and diameter as examples/sweep_pendulum.py does it in Python, with eps and eta of the source;
-and over E, diameter and gravity with the tolerance 1e-4 by the studies `train` and `sweep` of examples/pendulum_family.yaml. Wall
-seconds mean something on an idle machine only: the load is told, too. What a call costs beside its compiled steps, over 1500 and
-all steps, and what a sample of a sweep does: CPU times, the least of CALLS. Writes benchmarks/results/sweep.md.
+Two families, trained first: over E and diameter as examples/sweep_pendulum.py does it in Python,
+with eps and eta of the source; and over E, diameter and gravity with the tolerance 1e-4 by the
+studies `train` and `sweep` of examples/pendulum_family.yaml. Wall seconds mean something on an idle
+machine only: the load is told, too. What a call costs beside its compiled steps, over 1500 and all
+steps, and what a sample of a sweep does: CPU times, the least of CALLS. Writes
+benchmarks/results/sweep.md.
 """
 
 from __future__ import annotations
@@ -39,27 +42,58 @@ def row(name: str, model: Path, folder: Path, members: int, workers: int | None)
     modes = " + ".join(map(str, saved["components"].values()))
     load = os.getloadavg()[0]
     found = studies.sweep(model, samples=members, workers=workers, out=folder, plots=False).report
-    cells = [name, ", ".join(saved["parameters"]), modes, str(members), str(found["ok"]), str(found["workers"])]
-    cells += [f"{found['wall_s']:.1f}", f"{found['cpu_s']:.1f}", f"{100 * found['overhead']:.1f} %", f"{load:.1f}"]
+    cells = [
+        name,
+        ", ".join(saved["parameters"]),
+        modes,
+        str(members),
+        str(found["ok"]),
+        str(found["workers"]),
+    ]
+    cells += [
+        f"{found['wall_s']:.1f}",
+        f"{found['cpu_s']:.1f}",
+        f"{100 * found['overhead']:.1f} %",
+        f"{load:.1f}",
+    ]
     return f"| {' | '.join(cells)} |"
 
 
 def beside(name: str, path: Path, steps: int) -> str:
-    """A call of a model over some steps, and a sample of a sweep, beside the compiled steps, as a line of the table."""
+    """A call of a model over some steps, and a sample of a sweep, beside the compiled steps, as a
+    line of the table.
+    """
     rom, found = parametric_model.load(path), list[list[float]]()
     step = rom.model.nominal.scheme.step
     for part in np.linspace(0.0, 1.0, CALLS + 1):
-        values = {one.name: float(one.low + part * (one.high - one.low)) for one in rom.model.parameters}
+        values = {
+            one.name: float(one.low + part * (one.high - one.low)) for one in rom.model.parameters
+        }
         case = parametric_model.case_of(rom, values, steps * step, step)[0]
-        run = integration.begun(RunSetting(case.system, case.scheme, case.newton, steps, case.system), np.array([0, steps]))
+        run = integration.begun(
+            RunSetting(case.system, case.scheme, case.newton, steps, case.system),
+            np.array([0, steps]),
+        )
         calls = (
             partial(integration.advance, run),
             partial(parametric_model.run, rom, steps, steps * step, step, **values),
-            partial(members.run_case, parametric_model.case_of(rom, values, steps * step, step)[0], members.INSTANTS),
+            partial(
+                members.run_case,
+                parametric_model.case_of(rom, values, steps * step, step)[0],
+                members.INSTANTS,
+            ),
         )
         found.append([cpu_ms(call) for call in calls])
     bare, call, sample = np.min(found[1:], axis=0)
-    cells = [name, str(steps), f"{bare:.1f}", f"{call:.1f}", f"{call / bare:.2f}", f"{sample:.1f}", f"{sample / bare:.2f}"]
+    cells = [
+        name,
+        str(steps),
+        f"{bare:.1f}",
+        f"{call:.1f}",
+        f"{call / bare:.2f}",
+        f"{sample:.1f}",
+        f"{sample / bare:.2f}",
+    ]
     return f"| {' | '.join(cells)} |"
 
 
@@ -93,9 +127,18 @@ def main(count: int = 1000, workers: int | None = None) -> str:
         "overhead of the engine",
         "load before",
     ]
-    lines = ["# Sweeps of example 2", "", f"| {' | '.join(head)} |", "|" + "---|" * len(head), *rows, ""]
+    lines = [
+        "# Sweeps of example 2",
+        "",
+        f"| {' | '.join(head)} |",
+        "|" + "---|" * len(head),
+        *rows,
+        "",
+    ]
     lines += [f"6000 steps a member, {os.cpu_count()} cores ({platform.machine()}).", ""]
-    lines += ["| model | steps | steps alone [ms] | a call [ms] | over its steps | a sample [ms] | over its steps |"]
+    lines += [
+        "| model | steps | steps alone [ms] | a call [ms] | over its steps | a sample [ms] | over its steps |"
+    ]
     lines += ["|---|---:|---:|---:|---:|---:|---:|", *ratios, ""]
     kept = f"a sample keeps {members.INSTANTS} instants and the extremes of all steps"
     text = "\n".join([*lines, f"CPU times with one thread, the least of {CALLS}; {kept}."]) + "\n"

@@ -1,16 +1,20 @@
-"""CPU time to a true error: the run that an accuracy chooses beside the best mesh and step of Exudyn, for six mechanisms of beams.
+"""CPU time to a true error: the run that an accuracy chooses beside the best mesh and step of
+Exudyn, for six mechanisms of beams.
 
     python benchmarks/time_to_error.py [repetitions] [NAMES]
 
-Both codes measure curvature by |r' x r''| / |r'|^2 and converge to the same motion, which is checked. Errors are the largest ones
-of a coordinate at 200 instants over its range, each code against a run of its own: ours of four times the cells and the steps that
-are chosen, Exudyn's of MESHES[-1] elements and STEPS[-1] steps, so that neither code pays for what the limits differ by.
+Both codes measure curvature by |r' x r''| / |r'|^2 and converge to the same motion, which is
+checked. Errors are the largest ones of a coordinate at 200 instants over its range, each code
+against a run of its own: ours of four times the cells and the steps that are chosen, Exudyn's of
+MESHES[-1] elements and STEPS[-1] steps, so that neither code pays for what the limits differ by.
 
-Exudyn (which is no dependency: `pip install exudyn`) runs without range checks, with modified Newton and the same rho_inf. Full
-and reduced integration, a loose and a tight tolerance of Newton, its dense and its sparse solver: what errs least on one mesh,
-soonest, is taken; then all of MESHES x STEPS are tried, and what meets the error soonest counts. Ours is the run that `accuracy`
-chooses, and its pilots stand beside it: they are what trying all of Exudyn's is. CPU seconds of one thread: the call of the
-integration, with its outputs; the codes alternate, and the best of the repetitions counts.
+Exudyn (which is no dependency: `pip install exudyn`) runs without range checks, with modified
+Newton and the same rho_inf. Full and reduced integration, a loose and a tight tolerance of Newton,
+its dense and its sparse solver: what errs least on one mesh, soonest, is taken; then all of MESHES
+x STEPS are tried, and what meets the error soonest counts. Ours is the run that `accuracy` chooses,
+and its pilots stand beside it: they are what trying all of Exudyn's is. CPU seconds of one thread:
+the call of the integration, with its outputs; the codes alternate, and the best of the repetitions
+counts.
 """
 
 from __future__ import annotations
@@ -30,7 +34,19 @@ from typing import Any
 
 import numpy as np
 from accuracy import timed, wanting
-from mechanisms import GRAVITY, HELD, IN_SPACE, PINNED, STRIP, TIP, beam, in_space, mechanism, pin, written
+from mechanisms import (
+    GRAVITY,
+    HELD,
+    IN_SPACE,
+    PINNED,
+    STRIP,
+    TIP,
+    beam,
+    in_space,
+    mechanism,
+    pin,
+    written,
+)
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem.scenes.schema import Scene
@@ -44,15 +60,26 @@ INSTANTS, RHO = 200, 0.8
 MESHES = (2, 3, 4, 6, 8, 10, 12, 16, 20, 32, 64)  #: elements a beam, the last one for the reference
 STEPS = tuple(INSTANTS * n for n in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 256))
 TOLERANCES = (1e-3, 1e-6)  #: absolute tolerances of its Newton iteration
-PROBE, AS_GOOD = (8, 1600), 1.1  #: elements and steps by which its other settings are chosen, and errors that count as the least
+PROBE, AS_GOOD = (
+    (8, 1600),
+    1.1,
+)  #: elements and steps by which its other settings are chosen, and errors that count as the least
 SAME = 3e-4  #: of a range, by which the limits of both codes may differ
 WEIGHT = 9.81  #: [m/s^2]
 CURVATURE = {"curvature": "material"}
 DRIVE = "1.2 * (t - sin(2 * pi * t) / (2 * pi))"  #: an angle that begins without a jump [rad]
 FOUR_BAR = 53.13010235415598  #: of its coupler [deg]
 
-ROUND = {"mass": 1800.0 * np.pi * 0.005**2, "axial": 1e9 * np.pi * 0.005**2, "bending": 1e9 * np.pi * 0.01**4 / 64}
-FLAT = {"mass": 1800.0 * 6e-5, "axial": 1e9 * 6e-5, "bending": 1e9 * 0.02 * 0.003**3 / 12}  #: of the strip
+ROUND = {
+    "mass": 1800.0 * np.pi * 0.005**2,
+    "axial": 1e9 * np.pi * 0.005**2,
+    "bending": 1e9 * np.pi * 0.01**4 / 64,
+}
+FLAT = {
+    "mass": 1800.0 * 6e-5,
+    "axial": 1e9 * 6e-5,
+    "bending": 1e9 * 0.02 * 0.003**3 / 12,
+}  #: of the strip
 
 
 def drive(t: Any, sine: Callable[[Any], Any] = np.sin) -> Any:
@@ -64,7 +91,10 @@ SCENES: dict[str, str] = {
     "double_pendulum": mechanism(
         3.0,
         [in_space("first", **CURVATURE), in_space("second", x=1.0, turn=90, **CURVATURE)],
-        ["  O: {type: spherical, at: first.left}", "  A: {type: spherical, at: first.right, to: second.left}"],
+        [
+            "  O: {type: spherical, at: first.left}",
+            "  A: {type: spherical, at: first.right, to: second.left}",
+        ],
         [IN_SPACE],
         ["  tip: {type: position, at: second.right}"],
         3,
@@ -87,10 +117,18 @@ SCENES: dict[str, str] = {
         ["  tip: {type: position, at: rocker.right}"],
     ),
     "spin_up": mechanism(
-        2.0, [beam("beam", **CURVATURE)], [PINNED, f"  d: {{type: driven_angle, at: beam.left, angle: {DRIVE}}}"], [], [TIP]
+        2.0,
+        [beam("beam", **CURVATURE)],
+        [PINNED, f"  d: {{type: driven_angle, at: beam.left, angle: {DRIVE}}}"],
+        [],
+        [TIP],
     ),
     "cantilever": mechanism(
-        1.0, [beam("beam", **CURVATURE)], [HELD], ["  f: {type: point_force, at: beam.right, force: [0, -0.5 N]}"], [TIP]
+        1.0,
+        [beam("beam", **CURVATURE)],
+        [HELD],
+        ["  f: {type: point_force, at: beam.right, force: [0, -0.5 N]}"],
+        [TIP],
     ),
     "tip_mass": mechanism(
         1.5,
@@ -163,13 +201,20 @@ class Beams:
 
     def __init__(self, settings: Settings, space: bool = False) -> None:
         sys.exudynFast = True  # type: ignore[attr-defined]
-        self.exudyn, self.items = (importlib.import_module(name) for name in ("exudyn", "exudyn.itemInterface"))
+        self.exudyn, self.items = (
+            importlib.import_module(name) for name in ("exudyn", "exudyn.itemInterface")
+        )
         self.settings, self.space = settings, space
         self.mbs = self.exudyn.SystemContainer().AddSystem()
         self.ground = self.mbs.AddObject(self.items.ObjectGround())
 
     def beam(
-        self, law: dict[str, float], length: float, start: Sequence[float], turn: float = 0.0, weight: bool = True
+        self,
+        law: dict[str, float],
+        length: float,
+        start: Sequence[float],
+        turn: float = 0.0,
+        weight: bool = True,
     ) -> list[int]:
         """Nodes of a straight beam from a point, turned by an angle [deg]."""
         angle, count = np.radians(turn), self.settings.elements
@@ -178,14 +223,23 @@ class Beams:
         cable = self.items.ObjectANCFCable if self.space else self.items.ObjectANCFCable2D
         points = np.array(start) + length * np.linspace(0.0, 1.0, count + 1)[:, None] * along
         nodes = [self.mbs.AddNode(node(referenceCoordinates=[*point, *along])) for point in points]
-        numbers = {"massPerLength": law["mass"], "axialStiffness": law["axial"], "bendingStiffness": law["bending"]}
+        numbers = {
+            "massPerLength": law["mass"],
+            "axialStiffness": law["axial"],
+            "bendingStiffness": law["bending"],
+        }
         for pair in itertools.pairwise(nodes):
-            more = {"useReducedOrderIntegration": int(self.settings.reduced), "length": length / count}
+            more = {
+                "useReducedOrderIntegration": int(self.settings.reduced),
+                "length": length / count,
+            }
             body = self.mbs.AddObject(cable(nodeNumbers=list(pair), **numbers, **more))
             if weight:
                 marker = self.mbs.AddMarker(self.items.MarkerBodyMass(bodyNumber=body))
                 pull = [0.0, 0.0, -WEIGHT] if self.space else [0.0, -WEIGHT, 0.0]
-                self.mbs.AddLoad(self.items.LoadMassProportional(markerNumber=marker, loadVector=pull))
+                self.mbs.AddLoad(
+                    self.items.LoadMassProportional(markerNumber=marker, loadVector=pull)
+                )
         return nodes
 
     def place(self, node: int) -> int:
@@ -195,7 +249,9 @@ class Beams:
     def fixed(self, point: Sequence[float]) -> int:
         """A marker at a point of the ground."""
         kind = self.items.MarkerBodyPosition
-        return int(self.mbs.AddMarker(kind(bodyNumber=self.ground, localPosition=[*point, 0.0, 0.0][:3])))
+        return int(
+            self.mbs.AddMarker(kind(bodyNumber=self.ground, localPosition=[*point, 0.0, 0.0][:3]))
+        )
 
     def pin(self, one: int, other: int) -> None:
         """Two markers coincide."""
@@ -204,7 +260,9 @@ class Beams:
 
     def hold(self, node: int, coordinate: int) -> None:
         """A coordinate of a node stays as it is."""
-        marker = self.mbs.AddMarker(self.items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+        marker = self.mbs.AddMarker(
+            self.items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)
+        )
         point = self.mbs.AddNode(self.items.NodePointGround())
         still = self.mbs.AddMarker(self.items.MarkerNodeCoordinate(nodeNumber=point, coordinate=0))
         self.mbs.AddObject(self.items.CoordinateConstraint(markerNumbers=[still, marker]))
@@ -213,25 +271,36 @@ class Beams:
         """The left end of an element is pinned, and turns by the driven angle, a compiled function."""
         utilities, symbolic = importlib.import_module("exudyn.utilities"), self.exudyn.symbolic
         base = self.mbs.AddMarker(self.items.MarkerBodyRigid(bodyNumber=self.ground))
-        root = self.mbs.AddMarker(self.items.MarkerBodyRigid(bodyNumber=body, localPosition=[0, 0, 0]))
-        joint = self.mbs.AddObject(self.items.GenericJoint(markerNumbers=[base, root], constrainedAxes=[1, 1, 0, 0, 0, 1]))
+        root = self.mbs.AddMarker(
+            self.items.MarkerBodyRigid(bodyNumber=body, localPosition=[0, 0, 0])
+        )
+        joint = self.mbs.AddObject(
+            self.items.GenericJoint(markerNumbers=[base, root], constrainedAxes=[1, 1, 0, 0, 0, 1])
+        )
 
         def offset(mbs: Any, t: Any, item: Any, parameters: Any) -> Any:
             return symbolic.Vector([*(symbolic.Real(0) for _ in range(5)), drive(t, symbolic.sin)])
 
-        compiled = utilities.CreateSymbolicUserFunction(self.mbs, offset, "offsetUserFunction", joint)
+        compiled = utilities.CreateSymbolicUserFunction(
+            self.mbs, offset, "offsetUserFunction", joint
+        )
         self.mbs.SetObjectParameter(joint, "offsetUserFunction", compiled)
 
     def run(self, node: int, duration: float) -> tuple[float, np.ndarray | None]:
         """CPU seconds, and positions (s, c) of a node at the instants; None where it fails."""
         kind = self.exudyn.OutputVariableType.Position
-        sensor = self.mbs.AddSensor(self.items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
+        sensor = self.mbs.AddSensor(
+            self.items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind)
+        )
         self.mbs.Assemble()
         asked = self.exudyn.SimulationSettings()
         steps = asked.timeIntegration
         steps.numberOfSteps, steps.endTime, steps.verboseMode = self.settings.steps, duration, 0
         steps.generalizedAlpha.spectralRadius = RHO
-        steps.newton.useModifiedNewton, steps.newton.absoluteTolerance = True, self.settings.tolerance
+        steps.newton.useModifiedNewton, steps.newton.absoluteTolerance = (
+            True,
+            self.settings.tolerance,
+        )
         asked.linearSolverType = getattr(self.exudyn.LinearSolverType, self.settings.solver)
         asked.solutionSettings.writeSolutionToFile = False
         asked.solutionSettings.sensorsWritePeriod = duration / INSTANTS
@@ -278,7 +347,11 @@ def cantilever(model: Beams) -> int:
     nodes = model.beam(ROUND, 1.0, (0.0, 0.0), weight=False)
     for coordinate in (0, 1, 3):
         model.hold(nodes[0], coordinate)
-    model.mbs.AddLoad(model.items.LoadForceVector(markerNumber=model.place(nodes[-1]), loadVector=[0.0, -0.5, 0.0]))
+    model.mbs.AddLoad(
+        model.items.LoadForceVector(
+            markerNumber=model.place(nodes[-1]), loadVector=[0.0, -0.5, 0.0]
+        )
+    )
     return nodes[-1]
 
 
@@ -288,7 +361,9 @@ def tip_mass(model: Beams) -> int:
     bob = model.mbs.AddNode(model.items.NodePoint2D(referenceCoordinates=[1.0, 0.0]))
     mass = model.mbs.AddObject(model.items.MassPoint2D(physicsMass=0.3, nodeNumber=bob))
     marker = model.mbs.AddMarker(model.items.MarkerBodyMass(bodyNumber=mass))
-    model.mbs.AddLoad(model.items.LoadMassProportional(markerNumber=marker, loadVector=[0.0, -WEIGHT, 0.0]))
+    model.mbs.AddLoad(
+        model.items.LoadMassProportional(markerNumber=marker, loadVector=[0.0, -WEIGHT, 0.0])
+    )
     model.pin(model.place(nodes[-1]), model.place(bob))
     return nodes[-1]
 
@@ -304,7 +379,8 @@ def slider_crank(model: Beams) -> int:
 
 
 MODELS: dict[str, Callable[[Beams], int]] = {
-    one.__name__: one for one in (double_pendulum, four_bar, spin_up, cantilever, tip_mass, slider_crank)
+    one.__name__: one
+    for one in (double_pendulum, four_bar, spin_up, cantilever, tip_mass, slider_crank)
 }
 
 
@@ -315,16 +391,24 @@ def exudyn_run(name: str, settings: Settings, duration: float) -> tuple[float, n
 
 
 def apart(found: np.ndarray, reference: np.ndarray) -> float:
-    """The largest error of a coordinate over its range, which counts with a hundredth of the largest one at least."""
+    """The largest error of a coordinate over its range, which counts with a hundredth of the
+    largest one at least.
+    """
     ranges = np.ptp(reference, axis=0)
-    return float((np.abs(found - reference).max(axis=0) / np.maximum(ranges, 1e-2 * ranges.max())).max())
+    return float(
+        (np.abs(found - reference).max(axis=0) / np.maximum(ranges, 1e-2 * ranges.max())).max()
+    )
 
 
-def trials(name: str, duration: float, reference: np.ndarray) -> Iterator[tuple[Settings, float, float]]:
-    """Settings, CPU seconds and true error of all runs of Exudyn that could be the best of some error.
+def trials(
+    name: str, duration: float, reference: np.ndarray
+) -> Iterator[tuple[Settings, float, float]]:
+    """Settings, CPU seconds and true error of all runs of Exudyn that could be the best of some
+    error.
 
-    Integration, tolerance and solver are those of the least error, and of the least time for it, on one mesh; meshes and steps are
-    all tried but for those that take longer than the best run of the smallest error so far.
+    Integration, tolerance and solver are those of the least error, and of the least time for it, on
+    one mesh; meshes and steps are all tried but for those that take longer than the best run of the
+    smallest error so far.
     """
     ways = itertools.product((True, False), TOLERANCES, ("EXUdense", "EigenSparse"))
     probes = [Settings(*PROBE, *way) for way in ways]
@@ -357,18 +441,29 @@ def trials(name: str, duration: float, reference: np.ndarray) -> Iterator[tuple[
 def positions(pilots: ScenePilots, cells: int, steps: int) -> np.ndarray | None:
     """Our positions (s, c) at the instants."""
     found = pilots.run(cells, steps)
-    return None if found is None else np.stack(list(found.columns.values()), axis=1)[:: (len(found.times) - 1) // INSTANTS]
+    return (
+        None
+        if found is None
+        else np.stack(list(found.columns.values()), axis=1)[:: (len(found.times) - 1) // INSTANTS]
+    )
 
 
 def measure(name: str, scene: Scene, repetitions: int) -> list[Row]:
     """Rows of one mechanism."""
     duration = scene.analysis.duration
-    limit = exudyn_run(name, Settings(MESHES[-1], STEPS[-1], True, 1e-8, "EigenSparse"), duration)[1]
+    limit = exudyn_run(name, Settings(MESHES[-1], STEPS[-1], True, 1e-8, "EigenSparse"), duration)[
+        1
+    ]
     ours = ScenePilots(wanting(scene, min(WANTED)))
     own = positions(ours, MESHES[-1], STEPS[-1])
     if limit is None or own is None or apart(own, limit) > SAME:
-        raise RuntimeError(f"{name}: the limits of both codes differ by {apart(own, limit):.1e} of the range, expected {SAME:g}")
-    print(f"{name}: the limits of both codes differ by {apart(own, limit):.1e} of the range", flush=True)
+        raise RuntimeError(
+            f"{name}: the limits of both codes differ by {apart(own, limit):.1e} of the range, expected {SAME:g}"
+        )
+    print(
+        f"{name}: the limits of both codes differ by {apart(own, limit):.1e} of the range",
+        flush=True,
+    )
     tried = list(trials(name, duration, limit))
     rows = []
     for wanted in WANTED:
@@ -388,15 +483,44 @@ def measure(name: str, scene: Scene, repetitions: int) -> list[Row]:
             if best is not None:
                 others.append(exudyn_run(name, best[0], duration)[0])
         reference = pilots.run(4 * cells, 4 * plan.steps)
-        error = float(pilots.differ(found, reference)[0].max()) if found is not None and reference is not None else np.nan
+        error = (
+            float(pilots.differ(found, reference)[0].max())
+            if found is not None and reference is not None
+            else np.nan
+        )
         rest = (None, None, None) if best is None else (min(others[1:]), best[2] / wanted, best[0])
-        rows.append(Row(name, wanted, min(times[1:]), error, cells, plan.steps, pilots_s, plan.why_not, *rest))
+        rows.append(
+            Row(
+                name,
+                wanted,
+                min(times[1:]),
+                error,
+                cells,
+                plan.steps,
+                pilots_s,
+                plan.why_not,
+                *rest,
+            )
+        )
         print(rows[-1].words, flush=True)
     return rows
 
 
-HEADS = ("mechanism", "error wanted", "cells x steps", "true error over wanted", "CPU [ms]", "its pilots [ms]")
-HEADS = (*HEADS, "Exudyn: elements x steps, integration, tolerance, solver", "true error over wanted", "CPU [ms]", "ratio")
+HEADS = (
+    "mechanism",
+    "error wanted",
+    "cells x steps",
+    "true error over wanted",
+    "CPU [ms]",
+    "its pilots [ms]",
+)
+HEADS = (
+    *HEADS,
+    "Exudyn: elements x steps, integration, tolerance, solver",
+    "true error over wanted",
+    "CPU [ms]",
+    "ratio",
+)
 
 
 def exudyn_version() -> str:
@@ -407,30 +531,52 @@ def page(rows: Sequence[Row]) -> str:
     """All rows as a table, below a sentence."""
     ratios = [row.ratio for row in rows if row.exudyn_s is not None and not row.why_not]
     text = f"Exudyn {exudyn_version()} takes {statistics.median(ratios):.1f} times as long as the run that an accuracy chooses, "
-    text += (
-        f"in the median of the {len(ratios)} errors that both promise and meet, and {min(ratios):.1f} to {max(ratios):.1f} times. "
-    )
-    with_pilots = [row.exudyn_s / (row.ours_s + row.pilots_s) for row in rows if row.exudyn_s is not None and not row.why_not]
+    text += f"in the median of the {len(ratios)} errors that both promise and meet, and {min(ratios):.1f} to {max(ratios):.1f} times. "
+    with_pilots = [
+        row.exudyn_s / (row.ours_s + row.pilots_s)
+        for row in rows
+        if row.exudyn_s is not None and not row.why_not
+    ]
     text += f"With all pilots, which nobody has made for Exudyn's best settings, {statistics.median(with_pilots):.1f} times."
     lines = ["# CPU time to a true error, beside Exudyn's best mesh and step", "", text, ""]
-    return "\n".join([*lines, f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS), *(row.words for row in rows), ""])
+    return "\n".join(
+        [
+            *lines,
+            f"| {' | '.join(HEADS)} |",
+            "|" + "---|" * len(HEADS),
+            *(row.words for row in rows),
+            "",
+        ]
+    )
 
 
 def keep(path: Path, page: str, rows: Sequence[Any]) -> None:
     """Write PATH.md and .json, and print the first sentence."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.with_suffix(".md").write_text(page, encoding="utf-8")
-    path.with_suffix(".json").write_text(json.dumps([asdict(row) for row in rows], indent=2) + "\n", encoding="utf-8")
+    path.with_suffix(".json").write_text(
+        json.dumps([asdict(row) for row in rows], indent=2) + "\n", encoding="utf-8"
+    )
     print(page.splitlines()[2])
 
 
 def main(repetitions: int = 5, names: Sequence[str] = ()) -> list[Row]:
-    """Measure mechanisms by name, all without, and write time_to_error.md and .json into benchmarks/results."""
+    """Measure mechanisms by name, all without, and write time_to_error.md and .json into
+    benchmarks/results.
+    """
     rows: list[Row] = []
-    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1), warnings.catch_warnings():
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        threadpool_limits(limits=1),
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")
-        for name, scene in written({key: text for key, text in SCENES.items() if not names or key in names}, Path(folder)):
-            rows += measure(name, replace(scene, analysis=replace(scene.analysis, rho_inf=RHO)), repetitions)
+        for name, scene in written(
+            {key: text for key, text in SCENES.items() if not names or key in names}, Path(folder)
+        ):
+            rows += measure(
+                name, replace(scene, analysis=replace(scene.analysis, rho_inf=RHO)), repetitions
+            )
     keep(RESULTS / "time_to_error", page(rows), rows)
     return rows
 

@@ -24,15 +24,25 @@ import tutorials  # noqa: E402
 
 def lay_out(source: Path, pictures: Path, executed: bool) -> None:
     """All pages of the site in one folder; those that the index does not name stand at its end."""
-    shutil.copytree(ROOT / "docs", source, ignore=shutil.ignore_patterns("_build", "__pycache__", "*.py", "site"))
+    shutil.copytree(
+        ROOT / "docs",
+        source,
+        ignore=shutil.ignore_patterns("_build", "__pycache__", "*.py", "site"),
+    )
     shutil.copytree(SITE, source, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
     for name in ("README.md", "CONTRIBUTING.md"):
         text = (ROOT / name).read_text(encoding="utf-8")
         (source / name).write_text(text.replace("](docs/", "]("), encoding="utf-8")
     index = source / "index.md"
     text = index.read_text(encoding="utf-8")
-    others = sorted(path.stem for path in source.glob("*.md") if path.stem not in ("index", "README", *text.split()))
-    index.write_text(text.rstrip().removesuffix("```") + "\n".join([*others, "```\n"]), encoding="utf-8")
+    others = sorted(
+        path.stem
+        for path in source.glob("*.md")
+        if path.stem not in ("index", "README", *text.split())
+    )
+    index.write_text(
+        text.rstrip().removesuffix("```") + "\n".join([*others, "```\n"]), encoding="utf-8"
+    )
     reference_pages.write(source / "api")
     gallery.write(source / "gallery", pictures)
     tutorials.write(source / "tutorials", executed)
@@ -48,15 +58,35 @@ def build(target: Path, drawn: bool) -> None:
         shutil.rmtree(folder, ignore_errors=True)
     target.mkdir(parents=True, exist_ok=True)
     lay_out(source, pictures, drawn)
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d", target / "doctrees"]
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-b",
+        "html",
+        "-d",
+        target / "doctrees",
+    ]
     if subprocess.run([*command, source, target / "html"], check=False).returncode:
         raise SystemExit("the site has warnings")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Build the documentation site.")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "_build", help="folder of the site (docs/_build)")
-    parser.add_argument("--no-gallery", action="store_true", help="run neither examples nor tutorials; pictures stay")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=ROOT / "docs" / "_build",
+        help="folder of the site (docs/_build)",
+    )
+    parser.add_argument(
+        "--no-gallery",
+        action="store_true",
+        help="run neither examples nor tutorials; pictures stay",
+    )
     options = parser.parse_args()
     build(options.out, not options.no_gallery)
 

@@ -83,7 +83,10 @@ class Interpolated:
 
     def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """D P^T F (r,)."""
-        return np.asarray(self.weights @ compiled.forces(self.bodies, self.lift(x), self.lift.matrix @ v)[self.rows])
+        return np.asarray(
+            self.weights
+            @ compiled.forces(self.bodies, self.lift(x), self.lift.matrix @ v)[self.rows]
+        )
 
     def tangent(self, x: np.ndarray, gh: float) -> np.ndarray:
         """D P^T (K + gh C) U (r, r), not symmetric."""
@@ -119,7 +122,11 @@ def force_modes(forces: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def train(
-    full: System, reduced: System, components: Mapping[str, Sequence[str]], data: Snapshots, tolerance: float = 1e-12
+    full: System,
+    reduced: System,
+    components: Mapping[str, Sequence[str]],
+    data: Snapshots,
+    tolerance: float = 1e-12,
 ) -> System:
     """The reduced system with the elastic forces of every component interpolated, from those at snapshots of the full system.
 
@@ -139,7 +146,9 @@ def train(
         picked.append(own[part.rows])
         weights.append(U[own].T @ np.linalg.solve(part.modes[part.rows].T, part.modes.T).T)
         parts[name] = part
-    force = Interpolated(bodies, reduced.lift, np.concatenate(picked), np.concatenate(weights, axis=1), parts)
+    force = Interpolated(
+        bodies, reduced.lift, np.concatenate(picked), np.concatenate(weights, axis=1), parts
+    )
     return replace(reduced, elastic=(Elastic("interpolated", 0.0, force),))
 
 
@@ -158,10 +167,19 @@ def compile_term(force: Interpolated, setting: Setting) -> Term:
 @terms.carry.register(Interpolated)
 def carry(force: Interpolated, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Interpolated:
     """Refused: its rows are chosen for its unknowns."""
-    raise InputError(say(f"body '{name}'", "cells or sampled points", "an interpolated force", "reduce the system before"))
+    raise InputError(
+        say(
+            f"body '{name}'",
+            "cells or sampled points",
+            "an interpolated force",
+            "reduce the system before",
+        )
+    )
 
 
-def main(cells: int = 16, tolerance: float = 1e-8, training: float = 3.0, duration: float = 0.5) -> dict[str, float]:
+def main(
+    cells: int = 16, tolerance: float = 1e-8, training: float = 3.0, duration: float = 0.5
+) -> dict[str, float]:
     """Rows that are read and all rows of both beams, and when the model breaks down [s]: `duration` where it does not."""
     raw = build.system(scenes.read(SCENE), cells)
     data = reduction.snapshots(integrate(eliminate(raw), SCHEME, training, Newton(1e-12), 10))
@@ -173,7 +191,11 @@ def main(cells: int = 16, tolerance: float = 1e-8, training: float = 3.0, durati
     except SolverError as error:
         end = error.time
     found = system.elastic[0].gather.parts.values()
-    return {"rows": sum(len(part.rows) for part in found), "of": sum(len(part.modes) for part in found), "end": end}
+    return {
+        "rows": sum(len(part.rows) for part in found),
+        "of": sum(len(part.modes) for part in found),
+        "end": end,
+    }
 
 
 if __name__ == "__main__":

@@ -18,7 +18,10 @@ MESH = Path(__file__).resolve().parents[1] / "meshes" / "double_pendulum_100.msh
 
 def pendulum() -> System:
     """Two beams at right angles with spherical joints at A and B, all constraints as multipliers."""
-    section, material = bodies.Circular(diameter=0.01), bodies.Material(young_modulus=1e9, density=1800.0)
+    section, material = (
+        bodies.Circular(diameter=0.01),
+        bodies.Material(young_modulus=1e9, density=1800.0),
+    )
     beams = [bodies.cable(name, MESH, section, material, group=name) for name in ("I", "II")]
     return systems.assemble(
         beams,
@@ -28,10 +31,14 @@ def pendulum() -> System:
     )
 
 
-def main(duration: float = 3.0, step: float = 5e-4, eps: float = 1e-12, eta: float = 1e-3) -> dict[str, float]:
+def main(
+    duration: float = 3.0, step: float = 5e-4, eps: float = 1e-12, eta: float = 1e-3
+) -> dict[str, float]:
     """Sizes of both models, the last position of C [m], and errors and CPU seconds."""
     raw, scheme = pendulum(), dynamics.GeneralizedAlpha(step, rho_inf=0.8)
-    full = dynamics.integrate(systems.eliminate(raw), scheme, duration, dynamics.Newton(tolerance=1e-12))
+    full = dynamics.integrate(
+        systems.eliminate(raw), scheme, duration, dynamics.Newton(tolerance=1e-12)
+    )
     plan = reduction.Plan(reduction.body_level(raw), eps, hyper=reduction.Elements(eta))
     task = reduction.task_of(reduction.Case(raw, scheme, duration), plan, interval=10 * step)
     small = reduction.train(task, motion=full).model.system

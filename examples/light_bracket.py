@@ -21,7 +21,9 @@ DENSITY, LENGTH, ALLOWED = 1200.0, 1.0, 0.02
 
 def deflection(design: np.ndarray) -> float:
     """w [m] of a design b, h [mm]."""
-    run = studies.run(SCENE, parameters={"b": f"{design[0]} mm", "h": f"{design[1]} mm"}, plots=False)
+    run = studies.run(
+        SCENE, parameters={"b": f"{design[0]} mm", "h": f"{design[1]} mm"}, plots=False
+    )
     return -float(run.outputs["tip"][-1])
 
 
@@ -38,12 +40,25 @@ def main() -> dict[str, float]:
         lambda design: design[0] * design[1] / 400.0,
         np.array([20.0, 20.0]),
         bounds=[(5.0, 60.0), (5.0, 30.0)],
-        constraints=[{"type": "ineq", "fun": room}, {"type": "ineq", "fun": lambda design: 2.0 * design[0] / design[1] - 1.0}],
+        constraints=[
+            {"type": "ineq", "fun": room},
+            {"type": "ineq", "fun": lambda design: 2.0 * design[0] / design[1] - 1.0},
+        ],
         options={"ftol": 1e-9},
     )
     b, h = (float(side) / 1000.0 for side in found.x)
-    return {"b": b, "h": h, "mass": DENSITY * b * h * LENGTH, "deflection": deflection(found.x), "runs": float(runs)}
+    return {
+        "b": b,
+        "h": h,
+        "mass": DENSITY * b * h * LENGTH,
+        "deflection": deflection(found.x),
+        "runs": float(runs),
+    }
 
 
 if __name__ == "__main__":
-    print("b {b:.4g} m, h {h:.4g} m: {mass:.4g} kg, bends by {deflection:.4g} m; {runs:.0f} runs".format(**main()))
+    print(
+        "b {b:.4g} m, h {h:.4g} m: {mass:.4g} kg, bends by {deflection:.4g} m; {runs:.0f} runs".format(
+            **main()
+        )
+    )

@@ -33,12 +33,23 @@ def main(duration: float = 1.5, modes: int = 4) -> dict[str, float]:
         tip.append(run.outputs()["tip"])
         states.append(plant.states(run.motion())[0])
     values, vectors = np.linalg.eig(plant.A - plant.B @ K)
-    predicted = np.real(plant.C @ (vectors * np.linalg.solve(vectors, states[0])) @ np.exp(np.outer(values, times)))[0]
+    predicted = np.real(
+        plant.C @ (vectors * np.linalg.solve(vectors, states[0])) @ np.exp(np.outer(values, times))
+    )[0]
     most = float(np.abs(tip).max())
     error = float(np.abs(tip - predicted).max()) / most
-    return {"most": most, "end": tip[-1], "torque": float(np.abs(np.array(states) @ K[0]).max()), "error": error}
+    return {
+        "most": most,
+        "end": tip[-1],
+        "torque": float(np.abs(np.array(states) @ K[0]).max()),
+        "error": error,
+    }
 
 
 if __name__ == "__main__":
     found = main()
-    print("the tip goes to {most:.3g} m and is at {end:.1g} m at the end; torque up to {torque:.3g} N m".format(**found))
+    print(
+        "the tip goes to {most:.3g} m and is at {end:.1g} m at the end; torque up to {torque:.3g} N m".format(
+            **found
+        )
+    )

@@ -19,7 +19,9 @@ SCENE = Path(__file__).parent / "plant.yaml"
 GOAL = 0.3  # [rad]
 
 
-def main(rounds: int = 6, count: int = 16, threads: int = 2, duration: float = 1.0, seed: int = 0) -> dict[str, float]:
+def main(
+    rounds: int = 6, count: int = 16, threads: int = 2, duration: float = 1.0, seed: int = 0
+) -> dict[str, float]:
     """Mean distance of the tip from its goal over the last episode [m]: of the best feedback of the first round and the last."""
     scene = scenes.read(SCENE)
     system, scheme = build.chosen_form(scene, build.system(scene)), build.dynamic(scene).scheme
@@ -45,4 +47,8 @@ def main(rounds: int = 6, count: int = 16, threads: int = 2, duration: float = 1
 
 
 if __name__ == "__main__":
-    print("the tip is {first:.3g} m from its goal at first, {last:.3g} m at last, over an episode".format(**main()))
+    print(
+        "the tip is {first:.3g} m from its goal at first, {last:.3g} m at last, over an episode".format(
+            **main()
+        )
+    )

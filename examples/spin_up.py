@@ -26,7 +26,10 @@ def angle(t: np.ndarray) -> np.ndarray:
 
 def main(mesh: str = "beam_100.msh", duration: float = 3.0, step: float = 5e-4) -> dict[str, float]:
     """Coordinates, constraints, and the smallest and last tip deflection [m]."""
-    section, material = bodies.Circular(diameter=0.01), bodies.Material(young_modulus=1e9, density=1800.0)
+    section, material = (
+        bodies.Circular(diameter=0.01),
+        bodies.Material(young_modulus=1e9, density=1800.0),
+    )
     beam = bodies.cable("beam", MESHES / mesh, section, material, dim=2, group="beam")
     left, right = At("beam", "left"), At("beam", "right")
     system = systems.assemble(
@@ -34,7 +37,9 @@ def main(mesh: str = "beam_100.msh", duration: float = 3.0, step: float = 5e-4) 
         [joints.Pin("hinge", left), joints.DrivenAngle("drive", left, angle)],
         outputs={"tip_deflection": probes.Deflection(right, left)},
     )
-    motion = dynamics.integrate(systems.eliminate(system), dynamics.GeneralizedAlpha(step, rho_inf=0.8), duration)
+    motion = dynamics.integrate(
+        systems.eliminate(system), dynamics.GeneralizedAlpha(step, rho_inf=0.8), duration
+    )
     deflection = dynamics.outputs(motion)["tip_deflection"]
     return {
         "dofs": system.size,

@@ -19,7 +19,9 @@ from fmbs_skfem.results import plots, sweep_files, sweep_plots
 SCENE = Path(__file__).resolve().parent / "pendulum_family.yaml"
 
 
-def train(path: Path, duration: float | None, cells: int | None, full_runs: int) -> parametric_model.ParametricModel:
+def train(
+    path: Path, duration: float | None, cells: int | None, full_runs: int
+) -> parametric_model.ParametricModel:
     """The reduced model over E and d; gravity stays as the scene has it."""
     known, family = scenes.family(scenes.read(SCENE), cells=cells, duration=duration)
     box = tuple(own for own in known if own.name in ("E", "d"))
@@ -28,7 +30,9 @@ def train(path: Path, duration: float | None, cells: int | None, full_runs: int)
     task = TrainingTask(family, box, plan, interval=min(5e-3, nominal.duration / 20))
     search = training.search(box, parameters.grid(box, 21), parameters.grid(box, 3))
     found = training.train(task, search, greedy.Options(iterations=full_runs, max_samples=20))
-    rom = parametric_model.ParametricModel(found.model.parametric, {"scene": SCENE.stem, prediction.KEY: prediction.record(found)})
+    rom = parametric_model.ParametricModel(
+        found.model.parametric, {"scene": SCENE.stem, prediction.KEY: prediction.record(found)}
+    )
     parametric_model.save(rom, path)
     return rom
 

@@ -33,11 +33,17 @@ def circle(s: np.ndarray) -> np.ndarray:
 def deep_arc(s: np.ndarray) -> np.ndarray:
     """Radius 1 m, 215 degrees from the origin over the crown to the other foot, (1.907, 0, 0)."""
     half = np.deg2rad(107.5)
-    return np.column_stack([np.sin(s - half) + np.sin(half), np.cos(s - half) - np.cos(half), 0 * s])
+    return np.column_stack(
+        [np.sin(s - half) + np.sin(half), np.cos(s - half) - np.cos(half), 0 * s]
+    )
 
 
 def line(
-    cells: int, length: float, points: dict[str, int], parts: dict[str, tuple[int, int]], curve: meshes.Curve
+    cells: int,
+    length: float,
+    points: dict[str, int],
+    parts: dict[str, tuple[int, int]],
+    curve: meshes.Curve,
 ) -> meshes.LineMesh:
     """A line of equal cells, laid along a curve; `points` name nodes, `parts` name ranges of cells, both counted from the start."""
     grid: Any = MeshLine(np.linspace(0.0, length, cells + 1))
@@ -46,7 +52,9 @@ def line(
     return meshes.from_skfem(grid, curve)
 
 
-def beam(cells: int, length: float, name: str = "beam", curve: meshes.Curve = meshes.straight) -> meshes.LineMesh:
+def beam(
+    cells: int, length: float, name: str = "beam", curve: meshes.Curve = meshes.straight
+) -> meshes.LineMesh:
     """One body with its two ends `left` and `right`."""
     return line(cells, length, {"left": 0, "right": cells}, {name: (0, cells)}, curve)
 
@@ -55,14 +63,24 @@ def everything() -> dict[str, meshes.LineMesh]:
     """File name -> mesh."""
     out = {f"beam_{cells}.msh": beam(cells, 1.0) for cells in (5, 10, 20, 50, 100)}
     out["beam_100.vtu"] = out["beam_100.msh"]
-    out |= {"crank.msh": beam(10, 0.2, "crank"), "coupler.msh": beam(25, 0.5, "coupler"), "rocker.msh": beam(20, 0.4, "rocker")}
-    pendulum = line(200, 2.0, {"A": 0, "B": 100, "C": 200}, {"I": (0, 100), "II": (100, 200)}, corner)
+    out |= {
+        "crank.msh": beam(10, 0.2, "crank"),
+        "coupler.msh": beam(25, 0.5, "coupler"),
+        "rocker.msh": beam(20, 0.4, "rocker"),
+    }
+    pendulum = line(
+        200, 2.0, {"A": 0, "B": 100, "C": 200}, {"I": (0, 100), "II": (100, 200)}, corner
+    )
     out["double_pendulum_100.msh"] = pendulum
     arc = beam(40, np.pi / 2, "arc", quarter_circle)
     out |= {"arc_40.msh": arc, "arc_40.vtu": arc}
     out["hoop_60.msh"] = beam(60, 0.4 * np.pi, "hoop", circle)
-    out["deep_arc_60.msh"] = line(60, np.deg2rad(215.0), {"left": 0, "middle": 30, "right": 60}, {"arc": (0, 60)}, deep_arc)
-    out["cable_40.msh"] = line(40, 2.0, {"left": 0, "middle": 20, "right": 40}, {"cable": (0, 40)}, meshes.straight)
+    out["deep_arc_60.msh"] = line(
+        60, np.deg2rad(215.0), {"left": 0, "middle": 30, "right": 60}, {"arc": (0, 60)}, deep_arc
+    )
+    out["cable_40.msh"] = line(
+        40, 2.0, {"left": 0, "middle": 20, "right": 40}, {"cable": (0, 40)}, meshes.straight
+    )
     return out
 
 

@@ -53,7 +53,9 @@ class Link:
         """Height of the upper flank."""
         (first, second), phi = self.ends, self.contact
         if not self.tangent:
-            return np.asarray(first.outer + (second.outer - first.outer) * (x - first.x) / (second.x - first.x))
+            return np.asarray(
+                first.outer + (second.outer - first.outer) * (x - first.x) / (second.x - first.x)
+            )
         return np.asarray((first.outer - (x - first.x) * np.cos(phi)) / np.sin(phi))
 
     def area(self) -> float:
@@ -115,7 +117,9 @@ def ring(link: Link, end: End, cuts: Cuts) -> np.ndarray:
     rim = end.hole * np.column_stack([np.cos(angle), np.sin(angle)])
     rim[-1] = -end.hole, 0.0
     growth = end.outer / end.hole
-    across = ((growth ** np.linspace(0.0, 1.0, cuts.ring + 1) - 1.0) / (growth - 1.0))[None, :, None]
+    across = ((growth ** np.linspace(0.0, 1.0, cuts.ring + 1) - 1.0) / (growth - 1.0))[
+        None, :, None
+    ]
     upper = (1.0 - across) * rim[:, None] + across * outer[:, None]
     if end is not link.ends[0]:
         upper = (upper * [-1.0, 1.0])[::-1]
@@ -168,17 +172,29 @@ def named(mesh: Any, shape: Link) -> Any:
     rims = {end.name: circle(end.x, end.hole) for end in shape.ends}
     arcs = {f"outer_{end.name}": circle(end.x, end.outer) for end in shape.ends}
     outer = np.setdiff1d(facets, np.concatenate(list(rims.values())))
-    return mesh.with_boundaries(rims | {"outer": outer} | arcs).with_subdomains({"plate": np.arange(mesh.nelements)})
+    return mesh.with_boundaries(rims | {"outer": outer} | arcs).with_subdomains(
+        {"plate": np.arange(mesh.nelements)}
+    )
 
 
 def rectangle(length: float, width: float, along: int, across: int) -> PlateMesh:
     """A rectangle from the origin: edges `left`, `right`, `bottom`, `top`, corners `a` to `d` counter-clockwise, face `plate`."""
-    grid: Any = MeshQuad.init_tensor(np.linspace(0.0, length, along + 1), np.linspace(0.0, width, across + 1))
+    grid: Any = MeshQuad.init_tensor(
+        np.linspace(0.0, length, along + 1), np.linspace(0.0, width, across + 1)
+    )
     tests = {"left": (0, 0.0), "right": (0, length), "bottom": (1, 0.0), "top": (1, width)}
-    edges = {name: grid.facets_satisfying(lambda x, k=k, at=at: np.isclose(x[k], at), True) for name, (k, at) in tests.items()}
-    mesh = plate_meshes.from_skfem(grid.with_boundaries(edges).with_subdomains({"plate": np.arange(grid.nelements)}))
+    edges = {
+        name: grid.facets_satisfying(lambda x, k=k, at=at: np.isclose(x[k], at), True)
+        for name, (k, at) in tests.items()
+    }
+    mesh = plate_meshes.from_skfem(
+        grid.with_boundaries(edges).with_subdomains({"plate": np.arange(grid.nelements)})
+    )
     corners = {"a": (0.0, 0.0), "b": (length, 0.0), "c": (length, width), "d": (0.0, width)}
-    at = {name: np.flatnonzero(np.all(mesh.points[:, :2] == corner, axis=1)) for name, corner in corners.items()}
+    at = {
+        name: np.flatnonzero(np.all(mesh.points[:, :2] == corner, axis=1))
+        for name, corner in corners.items()
+    }
     return replace(mesh, point_groups=at)
 
 
@@ -192,7 +208,12 @@ def outline(shape: Link, size: float) -> None:
     def arcs(end: End, radius: float, angles: list[float]) -> tuple[list[int], list[int]]:
         """Points at polar angles and the arcs between them."""
         centre = geo.addPoint(end.x, 0.0, 0.0)
-        points = [geo.addPoint(end.x + radius * np.cos(a), radius * np.sin(a), 0.0, min(size, 0.4 * radius)) for a in angles]
+        points = [
+            geo.addPoint(
+                end.x + radius * np.cos(a), radius * np.sin(a), 0.0, min(size, 0.4 * radius)
+            )
+            for a in angles
+        ]
         return points, [geo.addCircleArc(a, centre, b) for a, b in pairwise(points)]
 
     first, second = shape.ends
@@ -202,7 +223,10 @@ def outline(shape: Link, size: float) -> None:
     outer = [*curves[f"outer_{first.name}"], flanks[0], *curves[f"outer_{second.name}"], flanks[1]]
     for end in shape.ends:
         points, quarters = arcs(end, end.hole, [0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi])
-        curves[end.name] = [*quarters, geo.addCircleArc(points[-1], geo.addPoint(end.x, 0.0, 0.0), points[0])]
+        curves[end.name] = [
+            *quarters,
+            geo.addCircleArc(points[-1], geo.addPoint(end.x, 0.0, 0.0), points[0]),
+        ]
     loops = [geo.addCurveLoop(ids) for ids in (outer, *(curves[end.name] for end in shape.ends))]
     plate = geo.addPlaneSurface(loops)
     geo.synchronize()
@@ -237,7 +261,10 @@ def everything() -> dict[str, PlateMesh]:
     out["plate_16x1.msh"] = rectangle(10.0, 1.0, 16, 1)
     out["plate_8x8.msh"] = rectangle(1.0, 1.0, 8, 8)
     if importlib.util.find_spec("gmsh"):
-        out |= {"lug_quad.msh": unstructured(CRANK, 0.0076, True), "lug_tri.msh": unstructured(CRANK, 0.0076, False)}
+        out |= {
+            "lug_quad.msh": unstructured(CRANK, 0.0076, True),
+            "lug_tri.msh": unstructured(CRANK, 0.0076, False),
+        }
     return out
 
 

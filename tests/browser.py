@@ -13,27 +13,43 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+PROGRAM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 #: no request of its own leaves the machine, whose network may be closed
-QUIET = ("--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync")
+QUIET = (
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
 OPTIONS = ("--headless", "--no-sandbox", "--hide-scrollbars", "--remote-debugging-pipe", *QUIET)
 FLAT, DRAWS = (
     ("--disable-gpu",),
     ("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )  #: without WebGL, and with it in software
 WRONG = {"Runtime.exceptionThrown", "Log.entryAdded"}
-SLOW_DRIVER = "GL Driver Message (OpenGL, Performance"  #: of a busy machine, when tests read what was drawn
+SLOW_DRIVER = (
+    "GL Driver Message (OpenGL, Performance"  #: of a busy machine, when tests read what was drawn
+)
 LAYOUT = "document.documentElement.scrollWidth"
 
 
 class Browser:
-    """One tab: messages go out on `pen` and come in on `ear`, each a JSON object that ends with a zero byte."""
+    """One tab: messages go out on `pen` and come in on `ear`, each a JSON object that ends with a
+    zero byte.
+    """
 
     def __init__(self, ear: int, pen: int) -> None:
         self.ear, self.pen, self.rest, self.number, self.session = ear, pen, b"", 0, {}
         self.wrong: list[str] = []
         target = self.ask("Target.createTarget", url="about:blank")["targetId"]
-        self.session = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
+        self.session = {
+            "sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)[
+                "sessionId"
+            ]
+        }
         for domain in ("Page", "Runtime", "Log"):
             self.ask(f"{domain}.enable")
 
@@ -45,7 +61,9 @@ class Browser:
             self.rest += read
         text, _, self.rest = self.rest.partition(b"\0")
         message: dict[str, Any] = json.loads(text)
-        called = message.get("method") == "Runtime.consoleAPICalled" and message["params"]["type"] in ("error", "warning")
+        called = message.get("method") == "Runtime.consoleAPICalled" and message["params"][
+            "type"
+        ] in ("error", "warning")
         text = json.dumps(message.get("params"))
         if (called or message.get("method") in WRONG) and SLOW_DRIVER not in text:
             self.wrong.append(text)
@@ -54,7 +72,13 @@ class Browser:
     def ask(self, method: str, **values: Any) -> dict[str, Any]:
         """The answer to a command."""
         self.number += 1
-        os.write(self.pen, json.dumps({"id": self.number, "method": method, "params": values, **self.session}).encode() + b"\0")
+        os.write(
+            self.pen,
+            json.dumps(
+                {"id": self.number, "method": method, "params": values, **self.session}
+            ).encode()
+            + b"\0",
+        )
         while (message := self.hear()).get("id") != self.number:
             pass
         assert "error" not in message, message
@@ -62,7 +86,13 @@ class Browser:
         return found
 
     def resize(self, width: int, height: int = 900) -> None:
-        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.ask(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
 
     def widths(self, page: Path, wanted: tuple[int, ...]) -> dict[int, int]:
         """How wide a page is in windows of wanted widths [px]; it is loaded in the first one."""
@@ -119,7 +149,9 @@ def browser(folder: Path, options: tuple[str, ...] = FLAT) -> Iterator[Browser]:
         os.dup2(ends[1], 4)
 
     command = [PROGRAM, *OPTIONS, *options, f"--user-data-dir={folder}"]
-    process = subprocess.Popen(command, preexec_fn=connect, pass_fds=(3, 4), stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        command, preexec_fn=connect, pass_fds=(3, 4), stderr=subprocess.DEVNULL
+    )
     for end in (listens, speaks, *ends):
         os.close(end)
     try:

@@ -19,7 +19,9 @@ PRICES = {"force": 400.0, "tangent": 1000.0, "product": 1.0, "factor": 3000.0, "
 
 @dataclass
 class Clock:
-    """Stands in for the module `time`: every look at it takes `tick` seconds; work takes what is added to `now`."""
+    """Stands in for the module `time`: every look at it takes `tick` seconds; work takes what is
+    added to `now`.
+    """
 
     tick: float = 1.0
     now: float = 0.0  #: [s]
@@ -41,8 +43,16 @@ def wind(patch: pytest.MonkeyPatch, *modules: Any, tick: float = 1.0) -> Clock:
 
 def set_prices(patch: pytest.MonkeyPatch) -> None:
     """Calls that `reduction.accuracy.costs` measures take the seconds of PRICES."""
-    clock, spent, burst, repeat_calls = wind(patch, costs, tick=0.0), [0.0], costs.Burst, costs.repeat_calls
-    prices = {evaluation.elastic_forces.address: PRICES["force"], evaluation.sum_tangents.address: PRICES["tangent"]}
+    clock, spent, burst, repeat_calls = (
+        wind(patch, costs, tick=0.0),
+        [0.0],
+        costs.Burst,
+        costs.repeat_calls,
+    )
+    prices = {
+        evaluation.elastic_forces.address: PRICES["force"],
+        evaluation.sum_tangents.address: PRICES["tangent"],
+    }
     for form in Storage:
         factorise, solve, _ = factors.doors(form)
         prices |= {factorise.address: PRICES["factor"], solve.address: PRICES["solution"]}

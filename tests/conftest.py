@@ -1,4 +1,6 @@
-"""One BLAS thread, no window, one folder for what tests write, and a look whether anything can be drawn."""
+"""One BLAS thread, no window, one folder for what tests write, and a look whether anything can be
+drawn.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,8 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"
 os.environ["MPLBACKEND"] = "Agg"
 os.environ["FMBS_EXTENSIONS"] = "allow"
-# commands in processes of their own start as they do for users: without bytecode each of them compiles the whole package
+# commands in processes of their own start as they do for users: without bytecode each of them
+# compiles the whole package
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import gc
@@ -71,14 +74,19 @@ def pytest_deselected(items: list[pytest.Item]) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A full run is over: the process that all others report to writes the file, or looks for what it does not list."""
+    """A full run is over: the process that all others report to writes the file, or looks for what
+    it does not list.
+    """
     if hasattr(session.config, "workerinput"):
         session.config.workeroutput["left_out"] = COLLECTED.left_out  # type: ignore[attr-defined]
     elif session.config.option.all:
         seconds = COLLECTED.seconds()
         if session.config.option.record:
             durations.write(seconds)
-        elif session.exitstatus == pytest.ExitCode.OK and max(durations.unlisted(seconds).values(), default=0.0) > durations.FAIL:
+        elif (
+            session.exitstatus == pytest.ExitCode.OK
+            and max(durations.unlisted(seconds).values(), default=0.0) > durations.FAIL
+        ):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
@@ -92,7 +100,9 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     if COLLECTED.left_out:
         terminalreporter.write_line(f"tests left out: {COLLECTED.left_out} (--all takes all)")
     for test, spent in durations.unlisted(COLLECTED.seconds()).items():
-        terminalreporter.write_line(f"{test} took {spent:.1f} s: make it quick, or list it by `pytest -n logical --all --record`")
+        terminalreporter.write_line(
+            f"{test} took {spent:.1f} s: make it quick, or list it by `pytest -n logical --all --record`"
+        )
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -105,21 +115,27 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 
 def pytest_collection_finish() -> None:
-    """What was imported to find the tests stays: searches for garbage leave it out, and come less often, as in commands."""
+    """What was imported to find the tests stays: searches for garbage leave it out, and come less
+    often, as in commands.
+    """
     gc.freeze()
     gc.set_threshold(imports.YOUNG)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def one_blas_thread() -> Iterator[None]:
-    """Small systems are faster and their times comparable with one thread, also where numpy was loaded earlier."""
+    """Small systems are faster and their times comparable with one thread, also where numpy was
+    loaded earlier.
+    """
     with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
         yield
 
 
 @pytest.fixture(scope="session", autouse=True)
 def one_painter() -> Iterator[None]:
-    """All pictures of this process are drawn by one, which loads VTK with the first of them; its end counts for no test."""
+    """All pictures of this process are drawn by one, which loads VTK with the first of them; its
+    end counts for no test.
+    """
     one = painter.Painter()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(painter, "AT_HAND", [one])

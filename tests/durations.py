@@ -8,9 +8,10 @@
 
     seconds of a test = its own + sum over what it shares with others: seconds of that / number of tests that use it
 
-Seconds are those of all threads and of child processes. Compilation of kernels, which are there once on a machine, is left out;
-that of expressions of a test's own is not. What several tests share, a fixture of a module or a function with a cache, is made by
-the first of them, whichever that is.
+Seconds are those of all threads and of child processes. Compilation of kernels, which are there
+once on a machine, is left out; that of expressions of a test's own is not. What several tests
+share, a fixture of a module or a function with a cache, is made by the first of them, whichever
+that is.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ import pytest
 
 FILE = Path(__file__).with_name("durations.json")
 SLOW = 0.4  #: a test that takes more CPU seconds is slow; five hundred between this and 1 s take a third of the time of all others
-NAMED, FAIL = 2.0, 5.0  #: a test that is not listed and takes more is named at the end of a full run, or fails it [s]
+NAMED, FAIL = (
+    2.0,
+    5.0,
+)  #: a test that is not listed and takes more is named at the end of a full run, or fails it [s]
 LISTED = 0.3  #: what takes less is not worth a line of the file [s]
 PROPERTY = "durations"
 ALWAYS = {"tests/test_project.py::test_types"}  #: slow tests of every part
@@ -93,12 +97,28 @@ def add_options(parser: pytest.Parser) -> None:
     """Options of the selection."""
     group = parser.getgroup("slow tests")
     group.addoption("--all", action="store_true", help="slow tests too")
-    group.addoption("--record", action="store_true", help=f"write {FILE.name} with what each test took; needs --all")
-    group.addoption("--slow", metavar="K/N", help="the K-th of N parts of the slow tests, and no quick ones")
     group.addoption(
-        "--slow-in", metavar="FOLDER", nargs="*", default=[], help="with --slow: and those of these folders of the package"
+        "--record",
+        action="store_true",
+        help=f"write {FILE.name} with what each test took; needs --all",
     )
-    group.addoption("--budget", metavar="S", type=float, default=400.0, help="with --slow-in: CPU seconds that these may take")
+    group.addoption(
+        "--slow", metavar="K/N", help="the K-th of N parts of the slow tests, and no quick ones"
+    )
+    group.addoption(
+        "--slow-in",
+        metavar="FOLDER",
+        nargs="*",
+        default=[],
+        help="with --slow: and those of these folders of the package",
+    )
+    group.addoption(
+        "--budget",
+        metavar="S",
+        type=float,
+        default=400.0,
+        help="with --slow-in: CPU seconds that these may take",
+    )
 
 
 def read() -> dict[str, float]:
@@ -106,7 +126,11 @@ def read() -> dict[str, float]:
     if not FILE.exists():
         return {}
     files = json.loads(FILE.read_text(encoding="utf-8"))
-    return {f"tests/{file}::{test}": seconds for file, tests in files.items() for test, seconds in tests.items()}
+    return {
+        f"tests/{file}::{test}": seconds
+        for file, tests in files.items()
+        for test, seconds in tests.items()
+    }
 
 
 def write(seconds: dict[str, float]) -> None:
@@ -128,11 +152,15 @@ def is_slow(test: str, seconds: dict[str, float]) -> bool:
 
 def is_named(config: pytest.Config) -> bool:
     """Whether the command line names tests, not only files."""
-    return bool(config.option.keyword or config.option.markexpr) or any("::" in one for one in config.args)
+    return bool(config.option.keyword or config.option.markexpr) or any(
+        "::" in one for one in config.args
+    )
 
 
 def choose(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark slow tests, deselect what this run leaves out, and sort the rest: the longest files first, so that none ends alone."""
+    """Mark slow tests, deselect what this run leaves out, and sort the rest: the longest files
+    first, so that none ends alone.
+    """
     seconds = read()
     slow = [item for item in items if is_slow(item.nodeid, seconds)]
     for item in slow:
@@ -147,13 +175,18 @@ def choose(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
         if item.nodeid in kept:
             totals[item.path] += seconds.get(item.nodeid, 0.05)
-    items[:] = sorted((item for item in items if item.nodeid in kept), key=lambda item: (-totals[item.path], str(item.path)))
+    items[:] = sorted(
+        (item for item in items if item.nodeid in kept),
+        key=lambda item: (-totals[item.path], str(item.path)),
+    )
     if left_out:
         config.hook.pytest_deselected(items=left_out)
 
 
 def part_of(slow: dict[str, float], config: pytest.Config) -> set[str]:
-    """The tests of a part: whole files, parts of about equal length; then those of folders, as far as the budget goes."""
+    """The tests of a part: whole files, parts of about equal length; then those of folders, as far
+    as the budget goes.
+    """
     found = re.fullmatch(r"(\d+)/([1-9]\d*)", config.option.slow)
     if found is None:
         raise pytest.UsageError(f"--slow: expected K/N, as 2/6, got {config.option.slow!r}")
@@ -249,7 +282,9 @@ def measure_caches() -> None:
 
 
 def measure_compilation(record: bool) -> None:
-    """What compiles counts for nobody, but functions of a test's own expressions for it: they are compiled anew for the record."""
+    """What compiles counts for nobody, but functions of a test's own expressions for it: they are
+    compiled anew for the record.
+    """
     from fmbs_skfem.core.compiling import jit, machine_code
     from fmbs_skfem.core.compiling.compilation import LAW
 
@@ -292,7 +327,9 @@ def fixture(definition: Any, request: Any) -> Iterator[None]:
 def note(item: pytest.Item) -> None:
     """At its end a test notes what it took, what it made for others, and what it used of that."""
     known = getattr(getattr(item, "_fixtureinfo", None), "name2fixturedefs", {})
-    shared = {key_of(one[-1], item) for one in known.values() if one and one[-1].scope != "function"}
+    shared = {
+        key_of(one[-1], item) for one in known.values() if one and one[-1].scope != "function"
+    }
     item.user_properties.append((PROPERTY, [METER.own(), METER.made, sorted(METER.used | shared)]))
 
 
@@ -316,7 +353,9 @@ class Collected:
                     self.made[key].append(spent)
 
     def seconds(self) -> dict[str, float]:
-        """Of all tests. Where some users of what is shared are slow, the others bear it alone, until no more of them become so."""
+        """Of all tests. Where some users of what is shared are slow, the others bear it alone,
+        until no more of them become so.
+        """
         slow: dict[str, float] = {}
         while True:
             users: dict[str, int] = defaultdict(int)
@@ -336,4 +375,8 @@ class Collected:
 def unlisted(seconds: dict[str, float]) -> dict[str, float]:
     """Tests that take long and that the file does not list as slow."""
     listed = read()
-    return {test: spent for test, spent in seconds.items() if spent > NAMED and listed.get(test, 0.0) <= SLOW}
+    return {
+        test: spent
+        for test, spent in seconds.items()
+        if spent > NAMED and listed.get(test, 0.0) <= SLOW
+    }

@@ -21,9 +21,13 @@ class Forms(NamedTuple):
 
 
 def forms(raw: System, full: Trajectory, tolerance: float, path: Path) -> Forms:
-    """Forms of a system with all multipliers, trained on a motion of it; every body a component of its own."""
+    """Forms of a system with all multipliers, trained on a motion of it; every body a component of
+    its own.
+    """
     data, level = galerkin.snapshots(full), component.body_level(raw)
     bases = galerkin.bases(raw, data, level, tolerance)
     reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, component.projected(reduced, data.q))], 1e-8))
+    hyper_reduced = sampling.apply(
+        reduced, sampling.train([(reduced, component.projected(reduced, data.q))], 1e-8)
+    )
     return Forms(reduced, hyper_reduced, files.load(files.save(hyper_reduced, path)))

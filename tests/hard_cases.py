@@ -15,9 +15,13 @@ from fmbs_skfem.core.storage import container
 
 
 def child(work: Callable[[], object]) -> int:
-    """A process with all that this one has imported and compiled; its number. It ends with the code that `work` returns, else 0."""
+    """A process with all that this one has imported and compiled; its number. It ends with the code
+    that `work` returns, else 0.
+    """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # other threads of the test runner do not matter there
+        warnings.simplefilter(
+            "ignore", DeprecationWarning
+        )  # other threads of the test runner do not matter there
         number = os.fork()
     if number:
         return number
@@ -45,9 +49,18 @@ def alive(number: int) -> bool:
 
 
 def check_damage_is_found(path: Path, load: Callable[[Path], Any]) -> None:
-    """`load` names every flipped bit and every cut of a file of `core.storage.container` as damage; half of the file stays."""
+    """`load` names every flipped bit and every cut of a file of `core.storage.container` as damage;
+    half of the file stays.
+    """
     data = path.read_bytes()
-    for place in [0, 40, 60, 90, *range(container.HEADER, len(data), len(data) // 40), len(data) - 1]:
+    for place in [
+        0,
+        40,
+        60,
+        90,
+        *range(container.HEADER, len(data), len(data) // 40),
+        len(data) - 1,
+    ]:
         damaged = bytearray(data)
         damaged[place] ^= 1
         path.write_bytes(damaged)

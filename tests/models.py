@@ -1,4 +1,6 @@
-"""Systems that many tests use: the two examples of Hou, Liu, Hu (2020), a cantilever, a pendulum of one mass, and their meshes."""
+"""Systems that many tests use: the two examples of Hou, Liu, Hu (2020), a cantilever, a pendulum of
+one mass, and their meshes.
+"""
 
 from __future__ import annotations
 
@@ -29,12 +31,24 @@ SPIN_TIME, SPIN_RATE = 1.5, 2 * np.pi  #: Ts [s] and ws [rad/s] of example 1
 
 def spin_angle(time: np.ndarray) -> np.ndarray:
     """Driven angle of example 1 [rad]: spun up over Ts to the rate ws."""
-    rising = SPIN_RATE / SPIN_TIME * (time**2 / 2 + (SPIN_TIME / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / SPIN_TIME) - 1))
+    rising = (
+        SPIN_RATE
+        / SPIN_TIME
+        * (
+            time**2 / 2
+            + (SPIN_TIME / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / SPIN_TIME) - 1)
+        )
+    )
     return np.where(time < SPIN_TIME, rising, SPIN_RATE * (time - SPIN_TIME / 2))
 
 
 def spin_up(
-    cells: int = 25, *, section: object = SECTION, damping: Rayleigh | None = None, all_multipliers: bool = False, **options: Any
+    cells: int = 25,
+    *,
+    section: object = SECTION,
+    damping: Rayleigh | None = None,
+    all_multipliers: bool = False,
+    **options: Any,
 ) -> System:
     """Example 1: planar cantilever on a driven hinge; output `tip_deflection`."""
     beam = body.cable("beam", segment(cells), section, MATERIAL, dim=2, **options)
@@ -49,7 +63,12 @@ def spin_up(
 
 
 def double_pendulum(
-    cells: int = 25, *, section: object = SECTION, damping: Rayleigh | None = None, all_multipliers: bool = False, **options: Any
+    cells: int = 25,
+    *,
+    section: object = SECTION,
+    damping: Rayleigh | None = None,
+    all_multipliers: bool = False,
+    **options: Any,
 ) -> System:
     """Example 2: spatial double pendulum of two beams at right angles; outputs `B` and `C`."""
     first = body.cable("I", segment(cells), section, MATERIAL, **options)
@@ -80,22 +99,37 @@ def cantilever(
     all_multipliers: bool = False,
     **options: Any,
 ) -> System:
-    """Beam along x clamped at its start, with the loads that `loads_at_tip` makes for its end; outputs `tip`, `slope`, `clamp`."""
-    beam = body.cable("beam", segment(cells, end=(length, 0, 0)), section, material, dim=dim, **options)
+    """Beam along x clamped at its start, with the loads that `loads_at_tip` makes for its end;
+    outputs `tip`, `slope`, `clamp`.
+    """
+    beam = body.cable(
+        "beam", segment(cells, end=(length, 0, 0)), section, material, dim=dim, **options
+    )
     tip = At("beam", "right")
     system = assemble(
         [beam],
         [joints.Clamp("clamp", At("beam", "left"))],
         loads_at_tip(tip),
         damping,
-        {"tip": probes.Position(tip), "slope": probes.Slope(tip), "clamp": probes.Reaction("clamp")},
+        {
+            "tip": probes.Position(tip),
+            "slope": probes.Slope(tip),
+            "clamp": probes.Reaction("clamp"),
+        },
         initial,
     )
     return system if all_multipliers else eliminate(system)
 
 
-def platform(cells: int, inertia: np.ndarray, push: tuple[float, float, float] = (0.0, 0.0, 0.0), corners: str = "abc") -> System:
-    """A rigid platform falls into the cables at its corners, its centre pushed by a force [N]; output `place` of the centre."""
+def platform(
+    cells: int,
+    inertia: np.ndarray,
+    push: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    corners: str = "abc",
+) -> System:
+    """A rigid platform falls into the cables at its corners, its centre pushed by a force [N];
+    output `place` of the centre.
+    """
     places = {"a": (0.2, 0.0, 0.0), "b": (-0.1, 0.17, 0.0), "c": (-0.1, -0.17, 0.0)}
     parts, held = [rigid("platform", 2.0, inertia, (0, 0, 0), places=places)], list[joints.Joint]()
     for name in corners:
@@ -112,9 +146,18 @@ def platform(cells: int, inertia: np.ndarray, push: tuple[float, float, float] =
 
 def thrown_plate_part() -> System:
     """A thin plate of four cells with seven functions, hung at a corner and thrown round."""
-    full = plate("sheet", rectangle("bfs", 2, 2, 0.5, 0.4), 2e-3, sections.Material(2e9, 1200.0, 0.3), dim=3)
+    full = plate(
+        "sheet", rectangle("bfs", 2, 2, 0.5, 0.4), 2e-3, sections.Material(2e9, 1200.0, 0.3), dim=3
+    )
     random = np.random.default_rng(5).normal(size=(len(full.reference), 4))
     columns = np.column_stack([full.constant, full.reference[:, :2], random])
     part = reduced_body(full, np.linalg.qr(columns)[0])
     start = {"sheet": Motion(angular_velocity=(0.0, 9.0, 2.0))}
-    return eliminate(assemble([part], [joints.Pin("A", At("sheet", "a"))], [loads.Gravity((0, 0, -GRAVITY))], initial=start))
+    return eliminate(
+        assemble(
+            [part],
+            [joints.Pin("A", At("sheet", "a"))],
+            [loads.Gravity((0, 0, -GRAVITY))],
+            initial=start,
+        )
+    )

@@ -16,7 +16,9 @@ SHORTER = {
 
 
 def shorten_examples(folder: Path) -> None:
-    """The examples and their meshes in a folder, of a tenth of the time, with fewer cells and small trainings."""
+    """The examples and their meshes in a folder, of a tenth of the time, with fewer cells and small
+    trainings.
+    """
     shutil.copytree(ROOT / "examples", folder / "examples")
     shutil.copytree(ROOT / "meshes", folder / "meshes")
     for path in (folder / "examples").glob("*.yaml"):

@@ -65,8 +65,9 @@ def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_accuracy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """What is promised is kept, beside four times the cells and steps.
 
-    Scenes at rest, forces off the grid, corners; a force that repeats as often as the first steps, one that is shorter than they
-    are, forty swings, moments at a place inside of cells; what slides and lifts off, compared at the ends of all steps.
+    Scenes at rest, forces off the grid, corners; a force that repeats as often as the first steps,
+    one that is shorter than they are, forty swings, moments at a place inside of cells; what slides
+    and lifts off, compared at the ends of all steps.
     """
     rows = script("accuracy", tmp_path, monkeypatch).main([name], [1e-2])
     assert len(rows) == 1
@@ -77,24 +78,37 @@ def test_accuracy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) ->
 
 @pytest.mark.parametrize("name", ["released_between", "bent_moments"])
 def test_promises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """A force that is let go between the ends of steps, and moments of an equilibrium: every `+-` holds."""
+    """A force that is let go between the ends of steps, and moments of an equilibrium: every `+-`
+    holds.
+    """
     (one,) = script("promises", tmp_path, monkeypatch).main([name], [1e-2])
     assert one.met
     assert one.true <= 1.0
     assert one.held == one.columns == 4
-    assert "1 of which are promised: 1 are kept" in (tmp_path / "promises.md").read_text(encoding="utf-8")
+    assert "1 of which are promised: 1 are kept" in (tmp_path / "promises.md").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_the_cheapest_run_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (row,) = script("accuracy", tmp_path, monkeypatch).main(["pendulum"], [1e-3], try_all=True)
     assert row.cheapest is not None
     assert 1.0 < row.over_cheapest < 4.0  # three cells and 300 steps are enough
-    assert "times the work of the cheapest" in (tmp_path / "accuracy.md").read_text(encoding="utf-8")
+    assert "times the work of the cheapest" in (tmp_path / "accuracy.md").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_time_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without Exudyn our own runs stand in its place."""
-    module = script("time_to_error", tmp_path, monkeypatch, WANTED=(1e-2,), MESHES=(4, 16), STEPS=(200, 400, 6400))
+    module = script(
+        "time_to_error",
+        tmp_path,
+        monkeypatch,
+        WANTED=(1e-2,),
+        MESHES=(4, 16),
+        STEPS=(200, 400, 6400),
+    )
     if importlib.util.find_spec("exudyn") is None:
 
         def same(name: str, settings: Any, duration: float) -> tuple[float, Any]:
@@ -112,19 +126,36 @@ def test_time_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_beams_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Our own runs stand in place of Exudyn's."""
-    sizes = {"WANTED": (1e-2,), "CELLS": (4,), "ELEMENTS": (4,), "STEPS": (200, 400, 800), "OURS": (6, 800), "THEIRS": (8, 800)}
-    module = script("beams_to_error", tmp_path, monkeypatch, **sizes, NEWTON=(1e-8,), PROBE=400, EACH=4)
-    monkeypatch.setattr(module, "exudyn_run", lambda frame, cells, steps, way: module.our_run(frame, cells, steps, 1e-8))
+    sizes = {
+        "WANTED": (1e-2,),
+        "CELLS": (4,),
+        "ELEMENTS": (4,),
+        "STEPS": (200, 400, 800),
+        "OURS": (6, 800),
+        "THEIRS": (8, 800),
+    }
+    module = script(
+        "beams_to_error", tmp_path, monkeypatch, **sizes, NEWTON=(1e-8,), PROBE=400, EACH=4
+    )
+    monkeypatch.setattr(
+        module,
+        "exudyn_run",
+        lambda frame, cells, steps, way: module.our_run(frame, cells, steps, 1e-8),
+    )
     monkeypatch.setattr(module, "exudyn_version", lambda: "0")
     (row,) = module.main(1, ["driven_shaft"])
     assert row.ours[3] <= 1e-2
     assert row.theirs[3] <= 1e-2
-    assert (tmp_path / "beams_to_error.md").read_text(encoding="utf-8").count("| driven_shaft |") == 1
+    assert (tmp_path / "beams_to_error.md").read_text(encoding="utf-8").count(
+        "| driven_shaft |"
+    ) == 1
 
 
 def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Landing takes place after 0.2 s on a floor that is near; the reduced model follows."""
-    rows = script("contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2, CELLS=(10,)).main(10)
+    rows = script(
+        "contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2, CELLS=(10,)
+    ).main(10)
     assert [row.model.split(",")[0] for row in rows] == ["full"] * 3 + ["reduced"]
     assert rows[2].iterations > rows[0].iterations
     assert rows[3].difference < 0.05
@@ -148,20 +179,35 @@ def test_snnls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert figures.residual <= 1e-3
 
 
-def test_stability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stability(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr(sys, "argv", ["stability.py"])
     script("stability", tmp_path, monkeypatch, TRAINING=0.2, HORIZON=2, CELLS=25).main()
     assert "|" in capsys.readouterr().out
 
 
-def test_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_paper(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """With scenes of a tenth of the time; published figures stand beside ours."""
     shorten_examples(tmp_path)
     reports = script("paper", tmp_path, monkeypatch, ROOT=tmp_path).main(["double_pendulum"])
     assert reports["double_pendulum"]["status"] == "ok"
     assert (tmp_path / "compare_double_pendulum.png").exists()
     text = capsys.readouterr().out
-    wanted = "Table 1", "Table 2", "Table 3", "33+32", "5.506", "0.709", "7.76", "2.348e-03", "8.84", "0.1685+0.1344"
+    wanted = (
+        "Table 1",
+        "Table 2",
+        "Table 3",
+        "33+32",
+        "5.506",
+        "0.709",
+        "7.76",
+        "2.348e-03",
+        "8.84",
+        "0.1685+0.1344",
+    )
     for one in (*wanted, "10.1016/j.cma.2019.112690"):
         assert one in text, one
 
@@ -174,7 +220,9 @@ def test_greedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With scenes of a tenth of the time."""
     shorten_examples(tmp_path)
-    module = script("sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples", CALLS=2, STEPS=(50,))
+    module = script(
+        "sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples", CALLS=2, STEPS=(50,)
+    )
     assert "| tolerance 1e-4 | 50 |" in module.main(3, workers=1)
 
 
@@ -191,9 +239,16 @@ def test_control(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "run.step" in text
 
 
-def test_freeze(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Answers of two runs agree but for times; another number, word or key is listed with its place."""
-    module, names = script("freeze", tmp_path, monkeypatch), ["check.plate_modes", "run.plate_modes", "refused.command"]
+def test_freeze(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Answers of two runs agree but for times; another number, word or key is listed with its
+    place.
+    """
+    module, names = (
+        script("freeze", tmp_path, monkeypatch),
+        ["check.plate_modes", "run.plate_modes", "refused.command"],
+    )
     for folder in ("before", "after"):
         module.freeze(tmp_path / folder, names)
     assert not module.compare(tmp_path / "before", tmp_path / "after")
@@ -206,7 +261,9 @@ def test_freeze(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     found["out"]["added"] = {"tip": "m"}
     found["out"]["cpu_s"] = 1e9
     run.write_text(json.dumps(found), encoding="utf-8")
-    refused.write_text(refused.read_text(encoding="utf-8").replace("did you mean", "perhaps"), encoding="utf-8")
+    refused.write_text(
+        refused.read_text(encoding="utf-8").replace("did you mean", "perhaps"), encoding="utf-8"
+    )
     capsys.readouterr()
     assert module.compare(tmp_path / "before", tmp_path / "after")
     assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == [
@@ -223,8 +280,14 @@ def test_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "core").mkdir()
     (tmp_path / "core" / "a.py").write_text(text, encoding="utf-8")
     (tmp_path / "b.py").write_text("x = 1\n", encoding="utf-8")
-    rows = [line.split() for line in script("lines", tmp_path, monkeypatch).main(tmp_path).splitlines()]
-    assert [rows[0], rows[1], rows[-1]] == [["core", "1", "4"], ["engine", "1", "4"], ["all", "2", "5"]]
+    rows = [
+        line.split() for line in script("lines", tmp_path, monkeypatch).main(tmp_path).splitlines()
+    ]
+    assert [rows[0], rows[1], rows[-1]] == [
+        ["core", "1", "4"],
+        ["engine", "1", "4"],
+        ["all", "2", "5"],
+    ]
 
 
 def test_families(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

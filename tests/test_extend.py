@@ -1,4 +1,6 @@
-"""What extensions import stays: the list of `fmbs_skfem.extend`, and modules under the names by which scripts know them."""
+"""What extensions import stays: the list of `fmbs_skfem.extend`, and modules under the names by
+which scripts know them.
+"""
 
 import importlib
 
@@ -26,7 +28,9 @@ def test_a_module_is_found_under_the_name_that_scripts_know(name: str) -> None:
     found = importlib.import_module(f"fmbs_skfem.{place}")
     package, _, last = name.rpartition(".")
     if attribute:
-        assert getattr(importlib.import_module(f"fmbs_skfem.{package}"), last) is getattr(found, attribute)
+        assert getattr(importlib.import_module(f"fmbs_skfem.{package}"), last) is getattr(
+            found, attribute
+        )
     else:
         assert importlib.import_module(f"fmbs_skfem.{name}") is found
         assert found.__spec__ is not None

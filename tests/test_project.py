@@ -48,10 +48,19 @@ def test_floors() -> None:
 
 
 def test_floors_refuse_an_import_upwards(tmp_path: Path) -> None:
-    """The contract of pyproject.toml on a copy of the package's folders, with one import that goes up."""
+    """The contract of pyproject.toml on a copy of the package's folders, with one import that goes
+    up.
+    """
     package = tmp_path / "fmbs_skfem"
-    contract = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"][0]
-    floors = [floor for layer in contract["layers"] for floor in layer.split(" | ") if floor[0] != "(" and floor != "wings"]
+    contract = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"][
+        "contracts"
+    ][0]
+    floors = [
+        floor
+        for layer in contract["layers"]
+        for floor in layer.split(" | ")
+        if floor[0] != "(" and floor != "wings"
+    ]
     assert "scenes | results" in contract["layers"]
     for floor in floors:
         (package / floor).mkdir(parents=True)
@@ -77,23 +86,35 @@ def test_pages_of_folders_name_files_that_are_there() -> None:
     assert len(pages) > 10
     for page in pages:
         named = re.findall(r"`([\w/]+\.py)`", page.read_text(encoding="utf-8"))
-        assert [one for one in named if not any((base / one).exists() for base in (page.parent, package))] == [], page
+        assert [
+            one
+            for one in named
+            if not any((base / one).exists() for base in (page.parent, package))
+        ] == [], page
 
 
 def is_gpl(licence: str) -> bool:
-    """Whether a licence expression, classifier or name binds to the GPL; a choice without it and a linking exception do not."""
+    """Whether a licence expression, classifier or name binds to the GPL; a choice without it and a
+    linking exception do not.
+    """
     terms = re.split(r"\bAND\b", licence)
     choices = [re.split(r"\bOR\b", term) for term in terms]
     strong = re.compile(r"(?<![A-Z])A?GPL|(?<!Lesser )General Public Licen[sc]e", re.IGNORECASE)
-    return any(all(strong.search(name) and "exception" not in name for name in term) for term in choices)
+    return any(
+        all(strong.search(name) and "exception" not in name for name in term) for term in choices
+    )
 
 
 def licences(package: str) -> list[str]:
-    """What the metadata of an installed package says: expression, else classifiers, else the first line of the old field."""
+    """What the metadata of an installed package says: expression, else classifiers, else the first
+    line of the old field.
+    """
     metadata = importlib.metadata.metadata(package)
     if expression := metadata.get("License-Expression"):
         return [expression]
-    classifiers = [text for text in metadata.get_all("Classifier") or [] if text.startswith("License ::")]
+    classifiers = [
+        text for text in metadata.get_all("Classifier") or [] if text.startswith("License ::")
+    ]
     return classifiers or (metadata.get("License") or "").splitlines()[:1]
 
 
@@ -108,7 +129,10 @@ def closure(requirements: Iterable[str]) -> set[str]:
         for wanted in {"", *requirement.extras}:
             if (requirement.name, wanted) not in found:
                 found.add((requirement.name, wanted))
-                todo += [(Requirement(text), wanted) for text in importlib.metadata.requires(requirement.name) or []]
+                todo += [
+                    (Requirement(text), wanted)
+                    for text in importlib.metadata.requires(requirement.name) or []
+                ]
     return {name for name, _ in found}
 
 
@@ -133,7 +157,9 @@ def test_gpl_is_recognised(licence: str, expected: bool) -> None:
 
 def test_no_dependency_is_under_the_gpl() -> None:
     extras = PROJECT["optional-dependencies"]
-    names = closure([*PROJECT["dependencies"], *(each for name in PACKAGES for each in extras[name])])
+    names = closure(
+        [*PROJECT["dependencies"], *(each for name in PACKAGES for each in extras[name])]
+    )
     assert {"numpy", "vtk", "llvmlite"} <= {name.replace("_", "-") for name in names}
     stated = {name: licences(name) for name in names}
     assert [name for name, texts in stated.items() if not texts] == []
@@ -143,7 +169,9 @@ def test_no_dependency_is_under_the_gpl() -> None:
 def test_all_is_for_one_machine() -> None:
     extras = PROJECT["optional-dependencies"]
     (every,) = map(Requirement, extras["all"])
-    names = {name.lower() for name in closure(text for extra in every.extras for text in extras[extra])}
+    names = {
+        name.lower() for name in closure(text for extra in every.extras for text in extras[extra])
+    }
     assert names >= {"pyvista", "sympy", "scikit-learn"}
     assert not names & set(PACKAGES["cluster"])
 
@@ -161,11 +189,22 @@ def imported(path: Path) -> set[str]:
 
 def test_every_third_party_import_is_declared() -> None:
     extras = [text for texts in PROJECT["optional-dependencies"].values() for text in texts]
-    names = {Requirement(text).name.lower().replace("-", "_") for text in [*PROJECT["dependencies"], *extras]}
+    names = {
+        Requirement(text).name.lower().replace("-", "_")
+        for text in [*PROJECT["dependencies"], *extras]
+    }
     modules = {"scikit_fem": "skfem", "scikit_learn": "sklearn", "ruamel.yaml": "ruamel"}
     brought = {"PIL", "vtk", "vtkmodules"}  # parts of pyvista, which cannot be without them
-    known = {modules.get(name, name) for name in names} | brought | {"fmbs_skfem", *sys.stdlib_module_names}
-    assert {(path.name, word) for path in (ROOT / "src").rglob("*.py") for word in imported(path) - known} == set()
+    known = (
+        {modules.get(name, name) for name in names}
+        | brought
+        | {"fmbs_skfem", *sys.stdlib_module_names}
+    )
+    assert {
+        (path.name, word)
+        for path in (ROOT / "src").rglob("*.py")
+        for word in imported(path) - known
+    } == set()
 
 
 def shell_lines(text: str) -> list[str]:
@@ -183,12 +222,20 @@ def test_readme_sets_up_in_two_lines_and_ci_runs_the_second() -> None:
     ci = ROOT / ".ci" / "run"
     assert os.access(ci, os.X_OK)
     assert tests in ci.read_text().splitlines()
-    assert demo.removesuffix(".venv/bin/fmbs demo") in (ROOT / "docs" / "first_steps.md").read_text()
+    assert (
+        demo.removesuffix(".venv/bin/fmbs demo") in (ROOT / "docs" / "first_steps.md").read_text()
+    )
 
 
 def test_libraries_with_used_inner_parts_are_bounded() -> None:
-    """Next releases of numba and llvmlite wait for the newest lane of `.ci/versions`, whose tests there are."""
-    bounded = [one for text in PROJECT["dependencies"] if (one := Requirement(text)).name in ("numba", "llvmlite")]
+    """Next releases of numba and llvmlite wait for the newest lane of `.ci/versions`, whose tests
+    there are.
+    """
+    bounded = [
+        one
+        for text in PROJECT["dependencies"]
+        if (one := Requirement(text)).name in ("numba", "llvmlite")
+    ]
     assert len(bounded) == 2
     for one in bounded:
         assert any(bound.operator == "<" for bound in one.specifier), one
@@ -210,8 +257,17 @@ def test_the_wheel_carries_types_licence_and_demo(tmp_path: Path) -> None:
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    shipped = [path.relative_to(ROOT) for folder in ("examples", "meshes") for path in (ROOT / folder).rglob("*") if path.is_file()]
-    data = {f"fmbs_skfem/_demo/{path.as_posix()}" for path in shipped if path.suffix in {".yaml", ".msh", ".vtu"}}
+    shipped = [
+        path.relative_to(ROOT)
+        for folder in ("examples", "meshes")
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file()
+    ]
+    data = {
+        f"fmbs_skfem/_demo/{path.as_posix()}"
+        for path in shipped
+        if path.suffix in {".yaml", ".msh", ".vtu"}
+    }
     assert "fmbs_skfem/_demo/examples/double_pendulum.yaml" in data
     assert data <= names
     assert {"fmbs_skfem/py.typed", "fmbs_skfem/core/compiling/lapack.py"} <= names

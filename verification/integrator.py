@@ -1,8 +1,10 @@
-r"""The time integrator: coefficients, steps of a separate implementation, exact pendulums, linear theory.
+r"""The time integrator: coefficients, steps of a separate implementation, exact pendulums, linear
+theory.
 
-Scheme: generalized-alpha for constrained systems, Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, with velocities that
-put the next q'' onto the joints, (4) of `compiled_step.stepping`. The golden steps and the error table were computed by a separate
-implementation of it; the moving pendulum is theta'' = - g sin theta, to 1e-13.
+Scheme: generalized-alpha for constrained systems, Arnold and Bruels, Multibody Syst. Dyn. 18 (2007)
+185-202, with velocities that put the next q'' onto the joints, (4) of `compiled_step.stepping`. The
+golden steps and the error table were computed by a separate implementation of it; the moving
+pendulum is theta'' = - g sin theta, to 1e-13.
 """
 
 from __future__ import annotations
@@ -29,15 +31,23 @@ from .beams import GRAVITY
 from .registry import CheckedNumber, case, farthest, order, pairs, slope
 
 TIGHT = Newton(tolerance=1e-13)
-FRESH = Newton(tolerance=1e-13, slow=1e-12)  #: factors of every step, whose directions of the joints (4) takes
+FRESH = Newton(
+    tolerance=1e-13, slow=1e-12
+)  #: factors of every step, whose directions of the joints (4) takes
 ARNOLD = "Arnold, Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0"
 CHUNG = "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371-375, doi 10.1115/1.2900803"
 
 
 def mass_pendulum(
-    position: Sequence[float], velocity: Sequence[float] = (), *, mass: float = 1.0, gravity: float = GRAVITY
+    position: Sequence[float],
+    velocity: Sequence[float] = (),
+    *,
+    mass: float = 1.0,
+    gravity: float = GRAVITY,
 ) -> System:
-    """Mass point on a massless rigid link to the origin; gravity along the last axis; output `mass`."""
+    """Mass point on a massless rigid link to the origin; gravity along the last axis; output
+    `mass`.
+    """
     dim = len(position)
     down = (0.0,) * (dim - 1) + (-gravity,)
     return assemble(
@@ -67,7 +77,8 @@ COEFFICIENTS = {  # rho_inf: alpha_m, alpha_f, gamma, beta
 def coefficients() -> list[CheckedNumber]:
     """alpha_m, alpha_f, gamma, beta of spectral radii from 0 to 1."""
     return [
-        farthest(f"rho_inf = {rho}", exact, GeneralizedAlpha(1e-3, rho).coefficients, 1e-9) for rho, exact in COEFFICIENTS.items()
+        farthest(f"rho_inf = {rho}", exact, GeneralizedAlpha(1e-3, rho).coefficients, 1e-9)
+        for rho, exact in COEFFICIENTS.items()
     ]
 
 
@@ -121,7 +132,10 @@ def golden_steps() -> list[CheckedNumber]:
     return found
 
 
-START = ((0.9053428509, -0.4246814362), (-1.225870002, -2.613329776))  #: position and velocity of the moving pendulum
+START = (
+    (0.9053428509, -0.4246814362),
+    (-1.225870002, -2.613329776),
+)  #: position and velocity of the moving pendulum
 ERRORS = {  # (rho_inf, h): largest error over 2 s of q, v, of lambda after 0.2 s, and of lambda from the start
     (0.8, 0.04): (0.03640111696, 0.1597905496, 0.763797264, 0.763797264),
     (0.8, 0.02): (0.009140182877, 0.04039384683, 0.1894393432, 0.1894393432),
@@ -142,7 +156,9 @@ ERRORS = {  # (rho_inf, h): largest error over 2 s of q, v, of lambda after 0.2 
 
 
 def exact_pendulum(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """q (s, 2), v (s, 2) and multiplier (s,) = v.v - g y of the pendulum from START, from theta'' = - g sin theta."""
+    """q (s, 2), v (s, 2) and multiplier (s,) = v.v - g y of the pendulum from START, from theta'' =
+    - g sin theta.
+    """
     (x, y), (vx, vy) = START
     angle = np.arctan2(x, -y)
     rate = vx * np.cos(angle) + vy * np.sin(angle)
@@ -151,25 +167,42 @@ def exact_pendulum(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
         return [state[1], -GRAVITY * np.sin(state[0])]
 
     span = (0.0, times[-1] + 1e-9)
-    theta, omega = solve_ivp(motion, span, [angle, rate], method="DOP853", rtol=1e-13, atol=1e-13, t_eval=times).y
-    q, v = np.stack([np.sin(theta), -np.cos(theta)], 1), omega[:, None] * np.stack([np.cos(theta), np.sin(theta)], 1)
+    theta, omega = solve_ivp(
+        motion, span, [angle, rate], method="DOP853", rtol=1e-13, atol=1e-13, t_eval=times
+    ).y
+    q, v = (
+        np.stack([np.sin(theta), -np.cos(theta)], 1),
+        omega[:, None] * np.stack([np.cos(theta), np.sin(theta)], 1),
+    )
     return q, v, (v**2).sum(axis=1) - GRAVITY * q[:, 1]
 
 
 def pendulum_errors(rho_inf: float, h: float) -> tuple[float, float, float, float]:
-    """Largest errors over 2 s of q and v, of the multiplier after 0.2 s, and of the multiplier from the start."""
+    """Largest errors over 2 s of q and v, of the multiplier after 0.2 s, and of the multiplier from
+    the start.
+    """
     found = integrate(mass_pendulum(*START), GeneralizedAlpha(h, rho_inf), 2.0, FRESH)
     q, v, multiplier = exact_pendulum(found.times)
     late = found.times >= 0.2
     wrong = np.abs(found.multipliers[:, 0] - multiplier)
-    return float(np.abs(found.x - q).max()), float(np.abs(found.v - v).max()), float(wrong[late].max()), float(wrong.max())
+    return (
+        float(np.abs(found.x - q).max()),
+        float(np.abs(found.v - v).max()),
+        float(wrong[late].max()),
+        float(wrong.max()),
+    )
 
 
-@case("pendulum-errors", group="integrator", source=ARNOLD + " (errors of a separate implementation)")
+@case(
+    "pendulum-errors", group="integrator", source=ARNOLD + " (errors of a separate implementation)"
+)
 def moving_pendulum() -> list[CheckedNumber]:
-    """Errors of a moving pendulum over 2 s are those of a separate implementation: q, v, multiplier late and from the start."""
+    """Errors of a moving pendulum over 2 s are those of a separate implementation: q, v, multiplier
+    late and from the start.
+    """
     return [
-        farthest(f"rho_inf = {rho}, h = {h}", exact, pendulum_errors(rho, h), 2e-4, each=True) for (rho, h), exact in ERRORS.items()
+        farthest(f"rho_inf = {rho}, h = {h}", exact, pendulum_errors(rho, h), 2e-4, each=True)
+        for (rho, h), exact in ERRORS.items()
     ]
 
 
@@ -181,7 +214,8 @@ def pendulum_order() -> list[CheckedNumber]:
         steps = (0.0025, 0.00125)
         errors = np.array([pendulum_errors(rho, h) for h in steps])
         found += [
-            order(f"{name}, rho_inf = {rho}", steps, errors[:, k], 2.0, 0.01) for k, name in enumerate(("q", "v", "multiplier"))
+            order(f"{name}, rho_inf = {rho}", steps, errors[:, k], 2.0, 0.01)
+            for k, name in enumerate(("q", "v", "multiplier"))
         ]
     return found
 
@@ -192,9 +226,14 @@ def pendulum_order() -> list[CheckedNumber]:
     source="Arnold, Bruels, Cardona, Numer. Math. 129 (2015) 149-179, doi 10.1007/s00211-014-0633-1",
 )
 def pendulum_first_steps() -> list[CheckedNumber]:
-    """Second order in the multipliers from the first step on, where the pendulum starts with a velocity."""
+    """Second order in the multipliers from the first step on, where the pendulum starts with a
+    velocity.
+    """
     steps = (0.0025, 0.00125)
-    return [order(f"rho_inf = {rho}", steps, [pendulum_errors(rho, h)[3] for h in steps], 2.0, 0.01) for rho in (0.8, 0.5)]
+    return [
+        order(f"rho_inf = {rho}", steps, [pendulum_errors(rho, h)[3] for h in steps], 2.0, 0.01)
+        for rho in (0.8, 0.5)
+    ]
 
 
 CONDITION = {  # h: condition number of the iteration matrix, as it is and with the equations of motion scaled, rho_inf = 0.8
@@ -206,7 +245,9 @@ CONDITION = {  # h: condition number of the iteration matrix, as it is and with 
 
 
 def bordered(h: float, scale: Callable[[Method], float]) -> np.ndarray:
-    """The saddle point (3, 3) of scale W,  W = bh M + K, of the pendulum at (0.9, -0.43) with the multiplier 12."""
+    """The saddle point (3, 3) of scale W,  W = bh M + K, of the pendulum at (0.9, -0.43) with the
+    multiplier 12.
+    """
     system = mass_pendulum((0.6, -0.8))
     x, model = np.array([0.9, -0.43]), compile_system(system)
     method = method_of(GeneralizedAlpha(h, 0.8), TIGHT, h, model)
@@ -225,33 +266,91 @@ def condition(A: np.ndarray) -> float:
     source="Bottasso, Bauchau, Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (digits recomputed)",
 )
 def conditioning() -> list[CheckedNumber]:
-    """The iteration matrix of a pendulum as h falls to 1e-5: its condition grows as h^-4, and not at all with c = h^2 beta."""
+    """The iteration matrix of a pendulum as h falls to 1e-5: its condition grows as h^-4, and not
+    at all with c = h^2 beta.
+    """
     plain, scaled = np.array(list(CONDITION.values())).T
     steps = tuple(CONDITION)
     ours = [condition(bordered(h, lambda method: method.c)) for h in steps]
     raw = [condition(bordered(h, lambda method: 1.0)) for h in steps]
     return [
-        farthest("unscaled", plain, raw, 2e-6, each=True),  # digits that the reference loses by round-off at h = 1e-5
-        farthest("scaled by 1/bh", scaled, [condition(bordered(h, lambda method: 1 / method.bh)) for h in steps], 1e-9),
+        farthest(
+            "unscaled", plain, raw, 2e-6, each=True
+        ),  # digits that the reference loses by round-off at h = 1e-5
+        farthest(
+            "scaled by 1/bh",
+            scaled,
+            [condition(bordered(h, lambda method: 1 / method.bh)) for h in steps],
+            1e-9,
+        ),
         CheckedNumber("order of the unscaled matrix", -4.0, slope(pairs(steps, raw)), 1e-4),
         farthest("scaled by c, change over h", ours[-1], ours, 1e-3),
     ]
 
 
 RADIUS = {  # rho_inf: spectral radius at omega h = 0.1, 0.5, 1, 2, 5, 10, 100, 1e4
-    0.0: (0.9999519177, 0.9842429788, 0.9065633333, 0.7071067812, 0.398989281, 0.242535625, 0.04783128168, 0.002157527397),
-    0.5: (0.9999981604, 0.9990113987, 0.989312786, 0.9371323065, 0.7864275521, 0.6825284215, 0.5371736239, 0.5016827188),
-    0.8: (0.9999999316, 0.9999601108, 0.999474614, 0.995285863, 0.967909385, 0.9297917672, 0.8346376088, 0.8016748334),
-    0.9: (0.9999999927, 0.9999957229, 0.9999422589, 0.9994378369, 0.9947922551, 0.9837630771, 0.928448671, 0.9014511757),
+    0.0: (
+        0.9999519177,
+        0.9842429788,
+        0.9065633333,
+        0.7071067812,
+        0.398989281,
+        0.242535625,
+        0.04783128168,
+        0.002157527397,
+    ),
+    0.5: (
+        0.9999981604,
+        0.9990113987,
+        0.989312786,
+        0.9371323065,
+        0.7864275521,
+        0.6825284215,
+        0.5371736239,
+        0.5016827188,
+    ),
+    0.8: (
+        0.9999999316,
+        0.9999601108,
+        0.999474614,
+        0.995285863,
+        0.967909385,
+        0.9297917672,
+        0.8346376088,
+        0.8016748334,
+    ),
+    0.9: (
+        0.9999999927,
+        0.9999957229,
+        0.9999422589,
+        0.9994378369,
+        0.9947922551,
+        0.9837630771,
+        0.928448671,
+        0.9014511757,
+    ),
     1.0: (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
 }
 PHASES = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0, 1e4)
-PERIOD = {0.0: 0.4582476573, 0.5: 0.1249980809, 0.8: 0.08796235632, 0.9: 0.08437155561, 1.0: 0.08333277779}  #: error / (omega h)^2
-DAMPING = {0.0: 0.4998229725, 0.5: 0.01851754137, 0.8: 0.0006859351249, 0.9: 7.289785884e-05}  #: damping ratio / (omega h)^3
+PERIOD = {
+    0.0: 0.4582476573,
+    0.5: 0.1249980809,
+    0.8: 0.08796235632,
+    0.9: 0.08437155561,
+    1.0: 0.08333277779,
+}  #: error / (omega h)^2
+DAMPING = {
+    0.0: 0.4998229725,
+    0.5: 0.01851754137,
+    0.8: 0.0006859351249,
+    0.9: 7.289785884e-05,
+}  #: damping ratio / (omega h)^3
 
 
 def amplification(rho_inf: float, phase: float) -> np.ndarray:
-    """Roots (3,) of the recurrence x[n+3] = c2 x[n+2] + c1 x[n+1] + c0 x[n] that the scheme gives x'' + x = 0 with h = `phase`."""
+    """Roots (3,) of the recurrence x[n+3] = c2 x[n+2] + c1 x[n+1] + c0 x[n] that the scheme gives
+    x'' + x = 0 with h = `phase`.
+    """
     mass = assemble([body.point_mass("mass", 1.0, np.array([1.0, 0.0]))])
     oscillator = replace(mass, stiffness=csr_array(np.eye(2)))
     x = integrate(oscillator, GeneralizedAlpha(phase, rho_inf), 8 * phase, TIGHT).x[:, 0]
@@ -263,19 +362,34 @@ def amplification(rho_inf: float, phase: float) -> np.ndarray:
 def spectral_radius() -> list[CheckedNumber]:
     """Largest root of the amplification of a linear oscillator, from omega h = 0.1 to 1e4."""
     return [
-        farthest(f"rho_inf = {rho}", exact, [np.abs(amplification(rho, phase)).max() for phase in PHASES], 3e-9)
+        farthest(
+            f"rho_inf = {rho}",
+            exact,
+            [np.abs(amplification(rho, phase)).max() for phase in PHASES],
+            3e-9,
+        )
         for rho, exact in RADIUS.items()
     ]
 
 
 @case("period-and-damping", group="integrator", source=CHUNG)
 def period_and_damping() -> list[CheckedNumber]:
-    """Relative period error over (omega h)^2 and algorithmic damping ratio over (omega h)^3 at omega h = 0.05."""
+    """Relative period error over (omega h)^2 and algorithmic damping ratio over (omega h)^3 at
+    omega h = 0.05.
+    """
     found, phase = [], 0.05
     for rho, period in PERIOD.items():
         root = max((r for r in amplification(rho, phase) if r.imag > 0.5 * phase), key=abs)
         angle = np.angle(root)
-        found.append(CheckedNumber(f"period, rho_inf = {rho}", period, float((phase / angle - 1) / phase**2), 6e-3))
+        found.append(
+            CheckedNumber(
+                f"period, rho_inf = {rho}", period, float((phase / angle - 1) / phase**2), 6e-3
+            )
+        )
         ratio = float(-np.log(abs(root)) / angle / phase**3)
-        found.append(CheckedNumber(f"damping, rho_inf = {rho}", DAMPING.get(rho, 0.0), ratio, 1e-2, scale=1e-4))
+        found.append(
+            CheckedNumber(
+                f"damping, rho_inf = {rho}", DAMPING.get(rho, 0.0), ratio, 1e-2, scale=1e-4
+            )
+        )
     return found

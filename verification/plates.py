@@ -1,11 +1,14 @@
-r"""Plates: meshes of cases, free plates in motion, manufactured solutions for the membrane and the shell law.
+r"""Plates: meshes of cases, free plates in motion, manufactured solutions for the membrane and the
+shell law.
 
-Manufactured: r* = X + d g(X) g(Y), g = sin^2(pi x) e^x, solves the equations of a clamped unit square under the dead force
+Manufactured: r* = X + d g(X) g(Y), g = sin^2(pi x) e^x, solves the equations of a clamped unit
+square under the dead force
 
     f_b = int n1* . N_b,1 + n2* . N_b,2 dA,   n1* = P1 - P11,1 - P12,2/2,   n2* = P2 - P22,2 - P12,1/2,   P = dW/d(r,1 ... r,12)
 
-(derivatives of P by Chebyshev interpolation). ||r_h - r*|| ~ h^(p + 1), with bending h^min(p + 1, 2 p - 2) (Strang and Fix, An
-Analysis of the Finite Element Method, 1973), and h^2 for ANCF plates, whose slopes agree at nodes only.
+(derivatives of P by Chebyshev interpolation). ||r_h - r*|| ~ h^(p + 1), with bending h^min(p + 1, 2
+p - 2) (Strang and Fix, An Analysis of the Finite Element Method, 1973), and h^2 for ANCF plates,
+whose slopes agree at nodes only.
 """
 
 from __future__ import annotations
@@ -20,7 +23,15 @@ from numpy.polynomial import chebyshev
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.bodies.plate import local_table, plate
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    energies,
+    integrate,
+    outputs,
+    solve_statics,
+)
 from fmbs_skfem.shapes import ancf_plate, fvs_plate, nurbs, skfem_surface
 from fmbs_skfem.shapes import surface as surfaces
 from fmbs_skfem.shapes.surface import Surface
@@ -39,19 +50,33 @@ CORNERS = {"a": "corner_00", "b": "corner_10", "c": "corner_11", "d": "corner_01
 Groups = dict[str, np.ndarray]
 
 
-def grid(n1: int, n2: int, length: float, width: float) -> tuple[np.ndarray, np.ndarray, Groups, Groups]:
+def grid(
+    n1: int, n2: int, length: float, width: float
+) -> tuple[np.ndarray, np.ndarray, Groups, Groups]:
     """Points (k, 2), quads (e, 4), edge groups (i, 2) and corner groups (1,) of a rectangle."""
-    points = np.stack(np.meshgrid(np.linspace(0, length, n1 + 1), np.linspace(0, width, n2 + 1), indexing="ij"), -1)
+    points = np.stack(
+        np.meshgrid(np.linspace(0, length, n1 + 1), np.linspace(0, width, n2 + 1), indexing="ij"),
+        -1,
+    )
     ids = np.arange((n1 + 1) * (n2 + 1)).reshape(n1 + 1, n2 + 1)
     quads = np.stack([ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]], -1).reshape(-1, 4)
     rows = {"left": ids[0], "right": ids[-1], "bottom": ids[:, 0], "top": ids[:, -1]}
     corners = {"a": ids[0, 0], "b": ids[-1, 0], "c": ids[-1, -1], "d": ids[0, -1]}
     edges = {name: np.column_stack([row[:-1], row[1:]]) for name, row in rows.items()}
-    return points.reshape(-1, 2), quads, edges, {name: np.array([corner]) for name, corner in corners.items()}
+    return (
+        points.reshape(-1, 2),
+        quads,
+        edges,
+        {name: np.array([corner]) for name, corner in corners.items()},
+    )
 
 
-def rectangle(kind: str, n1: int, n2: int, length: float = 1.0, width: float = 1.0, skew: float = 0.0) -> Surface:
-    """A rectangle with edges `left`, `right`, `bottom`, `top` and corners `a` to `d`; `skew` moves inner nodes at random."""
+def rectangle(
+    kind: str, n1: int, n2: int, length: float = 1.0, width: float = 1.0, skew: float = 0.0
+) -> Surface:
+    """A rectangle with edges `left`, `right`, `bottom`, `top` and corners `a` to `d`; `skew` moves
+    inner nodes at random.
+    """
     points, quads, edges, corners = grid(n1, n2, length, width)
     rng = np.random.default_rng(7)
     if kind == "nurbs":
@@ -59,14 +84,24 @@ def rectangle(kind: str, n1: int, n2: int, length: float = 1.0, width: float = 1
         control[2:-2, 2:-2] += skew * length / n1 * rng.uniform(-1, 1, control[2:-2, 2:-2].shape)
         shape = nurbs.surface(patch, control)
         edges = {name: shape.edges[side] for name, side in SIDES.items()}
-        return replace(shape, edges=edges, points={name: shape.points[corner] for name, corner in CORNERS.items()})
-    inside = np.setdiff1d(np.arange(len(points)), np.concatenate([pairs.ravel() for pairs in edges.values()]))
+        return replace(
+            shape,
+            edges=edges,
+            points={name: shape.points[corner] for name, corner in CORNERS.items()},
+        )
+    inside = np.setdiff1d(
+        np.arange(len(points)), np.concatenate([pairs.ravel() for pairs in edges.values()])
+    )
     points[inside] += skew * length / n1 * rng.uniform(-1, 1, (len(inside), 2))
     if kind in ("ancf", "fvs"):
-        return {"ancf": ancf_plate, "fvs": fvs_plate}[kind].surface(points, quads, (), corners, edges)
+        return {"ancf": ancf_plate, "fvs": fvs_plate}[kind].surface(
+            points, quads, (), corners, edges
+        )
     if kind == "bfs":
         return skfem_surface.bfs(points, quads, corners, edges)
-    return skfem_surface.argyris(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), corners, edges)
+    return skfem_surface.argyris(
+        points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), corners, edges
+    )
 
 
 # ------------------------------------------------------------------------------------------------ manufactured solutions
@@ -79,8 +114,18 @@ MATERIAL = Material(1e3, 1.0, 0.3)
 
 def hump(x: np.ndarray) -> np.ndarray:
     """g = sin^2(pi x) e^x with g' and g'', (3, ...)."""
-    a, square, double, level = np.exp(x), np.sin(np.pi * x) ** 2, np.sin(2 * np.pi * x), np.cos(2 * np.pi * x)
-    return np.asarray(a * np.stack([square, square + np.pi * double, square + 2 * np.pi * double + 2 * np.pi**2 * level]))
+    a, square, double, level = (
+        np.exp(x),
+        np.sin(np.pi * x) ** 2,
+        np.sin(2 * np.pi * x),
+        np.cos(2 * np.pi * x),
+    )
+    return np.asarray(
+        a
+        * np.stack(
+            [square, square + np.pi * double, square + 2 * np.pi * double + 2 * np.pi**2 * level]
+        )
+    )
 
 
 def pushed(x: np.ndarray, dim: int) -> np.ndarray:
@@ -95,14 +140,18 @@ def pushed(x: np.ndarray, dim: int) -> np.ndarray:
 
 
 def forces_of(x: np.ndarray, dim: int, section: np.ndarray) -> np.ndarray:
-    """n1*, n2* (2, dim, ...) of `pushed` at x (2, ...); `section` (i,) of the flat plate without its weight."""
+    """n1*, n2* (2, dim, ...) of `pushed` at x (2, ...); `section` (i,) of the flat plate without
+    its weight.
+    """
     law = Law.MEMBRANE if dim == 2 else Law.SHELL
     vectors = law.vectors
 
     def stress(at: np.ndarray) -> np.ndarray:
         flat = at.reshape(2, 1, -1)
         gradients = pushed(flat, dim)[1 : 1 + vectors].reshape(vectors * dim, *flat.shape[1:])
-        rows = np.broadcast_to(np.append(section, 1.0)[:, None, None], (len(section) + 1, *flat.shape[1:]))
+        rows = np.broadcast_to(
+            np.append(section, 1.0)[:, None, None], (len(section) + 1, *flat.shape[1:])
+        )
         return law_stress(law, gradients, rows).reshape(vectors, dim, *at.shape[1:])
 
     found = stress(x)[:2]
@@ -111,13 +160,20 @@ def forces_of(x: np.ndarray, dim: int, section: np.ndarray) -> np.ndarray:
     nodes = chebyshev.chebpts1(DEGREE + 1)
     inverse = np.linalg.inv(chebyshev.chebvander(nodes, DEGREE))
     grid_points = 0.5 * (np.stack(np.meshgrid(nodes, nodes, indexing="ij")) + 1.0)
-    c11, c22, c12 = (np.einsum("ai,bj,cij->abc", inverse, inverse, P) for P in stress(grid_points)[2:])
+    c11, c22, c12 = (
+        np.einsum("ai,bj,cij->abc", inverse, inverse, P) for P in stress(grid_points)[2:]
+    )
 
     def slope(coefficients: np.ndarray, axis: int) -> np.ndarray:
         s, t = 2 * x - 1
         return np.asarray(chebyshev.chebval2d(s, t, 2 * chebyshev.chebder(coefficients, axis=axis)))
 
-    return np.stack([found[0] - slope(c11, 0) - 0.5 * slope(c12, 1), found[1] - slope(c22, 1) - 0.5 * slope(c12, 0)])
+    return np.stack(
+        [
+            found[0] - slope(c11, 0) - 0.5 * slope(c12, 1),
+            found[1] - slope(c22, 1) - 0.5 * slope(c12, 0),
+        ]
+    )
 
 
 def manufactured(kind: str, cells: int, dim: int) -> float:
@@ -130,8 +186,14 @@ def manufactured(kind: str, cells: int, dim: int) -> float:
     x = np.einsum("epb,ebc->cep", table.values[:, :, 0], part.reference[shape.nodes])[:2]
     force = forces_of(x, dim, part.cells.section[:-1, 0, 0])
     load = np.zeros_like(part.reference)
-    np.add.at(load, shape.nodes, np.einsum("ep,kcep,epkb->ebc", area, force, local[:, :, :2], optimize=True))
-    system = assemble([part], [joints.Edge(side, "plate", (side,), slope="z" if dim == 3 else "") for side in ALL])
+    np.add.at(
+        load,
+        shape.nodes,
+        np.einsum("ep,kcep,epkb->ebc", area, force, local[:, :, :2], optimize=True),
+    )
+    system = assemble(
+        [part], [joints.Edge(side, "plate", (side,), slope="z" if dim == 3 else "") for side in ALL]
+    )
     system = eliminate(replace(system, loads=replace(system.loads, constant=load.ravel())))
     found = system.lift(solve_statics(system, 4, TIGHT).x[-1]).reshape(-1, dim)[shape.nodes]
     gap = np.einsum("epb,ebc->cep", table.values[:, :, 0], found) - pushed(x, dim)[0]
@@ -144,17 +206,28 @@ ORDERS = {  # kind: cells of the two meshes, orders with the membrane law (dimen
     "bfs": ((6, 12), {2: 4, 3: 4}),
     "argyris": ((3, 6), {2: 6, 3: 6}),
 }
-STRANG = "r* chosen; Strang and Fix (1973), ISBN 978-0961408886; ANCF: 2, slopes agree at nodes only"
+STRANG = (
+    "r* chosen; Strang and Fix (1973), ISBN 978-0961408886; ANCF: 2, slopes agree at nodes only"
+)
 
 
 def plate_orders(dim: int) -> list[CheckedNumber]:
     """Observed order of every interpolation."""
-    return [refined(kind, meshes, partial(manufactured, kind, dim=dim), of[dim], 0.1) for kind, (meshes, of) in ORDERS.items()]
+    return [
+        refined(kind, meshes, partial(manufactured, kind, dim=dim), of[dim], 0.1)
+        for kind, (meshes, of) in ORDERS.items()
+    ]
 
 
 MANUFACTURED_CASES = {
-    "manufactured-membrane": (2, "A clamped square deformed in its plane into a given shape, membrane law."),
-    "manufactured-shell": (3, "A clamped square deformed in space into a given shape, Kirchhoff-Love shell law."),
+    "manufactured-membrane": (
+        2,
+        "A clamped square deformed in its plane into a given shape, membrane law.",
+    ),
+    "manufactured-shell": (
+        3,
+        "A clamped square deformed in space into a given shape, Kirchhoff-Love shell law.",
+    ),
 }
 for name, (dim, about) in MANUFACTURED_CASES.items():
     case(name, group="manufactured", source=STRANG, about=about)(partial(plate_orders, dim))
@@ -181,11 +254,17 @@ PLATE = {  # t: corners (0, 0), (1, 0), (1, 1) and the centre
 
 
 def thrown_plate(kind: str, cells: int) -> tuple[System, Body]:
-    """Square of 1 m, t = 0.01, E = 1e7, rho = 1000; velocity om x (xc, yc, 0) + (0.2, 0, 4 xc yc), om = (1, 0.5, 3)."""
+    """Square of 1 m, t = 0.01, E = 1e7, rho = 1000; velocity om x (xc, yc, 0) + (0.2, 0, 4 xc yc),
+    om = (1, 0.5, 3).
+    """
     shape = rectangle(kind, cells, cells)
     part = plate("plate", shape, 0.01, Material(1e7, 1000.0, 0.3))
     table = surfaces.tabulate(shape, 6)
-    rows = surfaces.sample(shape, np.repeat(np.arange(len(shape.nodes)), table.points.shape[1]), table.points.reshape(-1, 2))
+    rows = surfaces.sample(
+        shape,
+        np.repeat(np.arange(len(shape.nodes)), table.points.shape[1]),
+        table.points.reshape(-1, 2),
+    )
     arm = np.column_stack([rows @ part.reference[:, :2] - 0.5, np.zeros(rows.shape[0])])
     field = np.cross([1.0, 0.5, 3.0], arm)
     field[:, 0] += 0.2
@@ -207,11 +286,18 @@ def flying_plate() -> list[CheckedNumber]:
     motion = integrate(system, GeneralizedAlpha(h), 0.6, Newton(tolerance=1e-11))
     linear, spin = momenta(motion, part)
     total, columns, at = energies(motion), outputs(motion), [round(t / h) for t in PLATE]
-    corners = np.stack([np.column_stack([columns[f"{name}_{axis}"][at] for axis in "xyz"]) for name in "abc"], axis=1)
+    corners = np.stack(
+        [np.column_stack([columns[f"{name}_{axis}"][at] for axis in "xyz"]) for name in "abc"],
+        axis=1,
+    )
     centre = center_of(motion, part)
-    path = np.column_stack([0.5 + 0.2 * motion.times, np.full(len(centre), 0.5), np.zeros(len(centre))])
+    path = np.column_stack(
+        [0.5 + 0.2 * motion.times, np.full(len(centre), 0.5), np.zeros(len(centre))]
+    )
     return [
-        CheckedNumber("kinetic energy at the start", 8.776388888889, float(total[0, 0]), 1e-10, "J"),
+        CheckedNumber(
+            "kinetic energy at the start", 8.776388888889, float(total[0, 0]), 1e-10, "J"
+        ),
         farthest("linear momentum", [2.0, 0.0, 0.0], linear, 1e-10, "N s"),
         farthest("angular momentum", [5 / 6, 5 / 12, 4.0], spin, 1e-5, "N m s"),
         farthest("energy", 8.776388888889, total[:, 3], 1e-3, "J"),
@@ -220,15 +306,23 @@ def flying_plate() -> list[CheckedNumber]:
     ]
 
 
-@case("spinning-plate", group="dynamics", source="Conservation of momentum, angular momentum and energy")
+@case(
+    "spinning-plate",
+    group="dynamics",
+    source="Conservation of momentum, angular momentum and energy",
+)
 def spinning_plate() -> list[CheckedNumber]:
-    """A free plate with 20 rad/s about its normal and 8 rad/s across, 3.4 turns, without numerical damping; ANCF and NURBS."""
+    """A free plate with 20 rad/s about its normal and 8 rad/s across, 3.4 turns, without numerical
+    damping; ANCF and NURBS.
+    """
     found: list[CheckedNumber] = []
     for kind in ("ancf", "nurbs"):
         part = plate("plate", rectangle(kind, 3, 3, 1.0, 0.5), 0.02, Material(2e9, 1000.0, 0.3))
         system = assemble([part], initial={"plate": Motion((1.0, -2.0, 0.5), (8.0, 1.0, 20.0))})
         steps = (1e-3, 5e-4)
-        motions = [integrate(system, GeneralizedAlpha(h, 1.0), 1.0, Newton(tolerance=1e-12)) for h in steps]
+        motions = [
+            integrate(system, GeneralizedAlpha(h, 1.0), 1.0, Newton(tolerance=1e-12)) for h in steps
+        ]
         linear, spin = momenta(motions[1], part)
         kept: tuple[tuple[str, Callable[[Trajectory], np.ndarray]], ...] = (
             ("angular momentum", lambda motion, part=part: momenta(motion, part)[1]),  # type: ignore[misc]

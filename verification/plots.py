@@ -1,4 +1,6 @@
-"""One picture a group of verification cases: differences of all quantities, errors of convergence studies, load paths."""
+"""One picture a group of verification cases: differences of all quantities, errors of convergence
+studies, load paths.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +35,14 @@ class LoadPath(NamedTuple):
     load: str
 
 
-def group(title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapping[str, Curve | LoadPath]]) -> Figure:
-    """Differences of every case, then axes for every case with curves: errors log-log with the observed orders, or load paths."""
+def group(
+    title: str,
+    differences: Mapping[str, Dots],
+    curves: Mapping[str, Mapping[str, Curve | LoadPath]],
+) -> Figure:
+    """Differences of every case, then axes for every case with curves: errors log-log with the
+    observed orders, or load paths.
+    """
     if not differences:
         raise InputError(say("verification plots", "at least one case", "none"))
     panels: list[Callable[[Axes], None]] = []
@@ -59,7 +67,14 @@ def _differences(axes: Axes, differences: Mapping[str, Dots]) -> None:
         for gap, limit in inside:
             good = gap <= limit
             axes.plot([limit], [row], marker="|", ms=9, color=palette.GREY, zorder=2)
-            axes.plot([gap], [row], marker="o" if good else "X", ms=5, color=palette.BLUE if good else palette.VERMILLION, zorder=3)
+            axes.plot(
+                [gap],
+                [row],
+                marker="o" if good else "X",
+                ms=5,
+                color=palette.BLUE if good else palette.VERMILLION,
+                zorder=3,
+            )
     axes.set_yticks(range(len(differences)), list(differences), fontsize=9)
     axes.set_ylim(len(differences) - 0.4, -0.6)
     axes.set_xscale("log")
@@ -69,11 +84,17 @@ def _differences(axes: Axes, differences: Mapping[str, Dots]) -> None:
 
 
 def _plain(axes: Axes, sizes: Sequence[float], below: int) -> None:
-    """Whole decades of the error with some room below, and the sizes themselves (every other one of many) on the other axis."""
+    """Whole decades of the error with some room below, and the sizes themselves (every other one of
+    many) on the other axis.
+    """
     low, high = axes.get_ylim()
-    axes.set_ylim(10.0 ** (math.floor(math.log10(low)) - below), 10.0 ** math.ceil(math.log10(high)))
+    axes.set_ylim(
+        10.0 ** (math.floor(math.log10(low)) - below), 10.0 ** math.ceil(math.log10(high))
+    )
     axes.margins(x=0.2)
-    axes.set_xticks(sizes[:: 1 + len(sizes) // 5], [f"{size:.3g}" for size in sizes[:: 1 + len(sizes) // 5]])
+    axes.set_xticks(
+        sizes[:: 1 + len(sizes) // 5], [f"{size:.3g}" for size in sizes[:: 1 + len(sizes) // 5]]
+    )
     axes.minorticks_off()
     axes.tick_params(labelsize=8)
 
@@ -88,19 +109,27 @@ def _orders(axes: Axes, name: str, curves: Mapping[str, Curve]) -> None:
     axes.set_title(name, fontsize=10)
     axes.set_xlabel("mesh size or step", fontsize=9)
     axes.set_ylabel("error", fontsize=9)
-    _plain(axes, sorted({size for curve in curves.values() for size, _ in curve}), len(curves) // KEYS)
+    _plain(
+        axes, sorted({size for curve in curves.values() for size, _ in curve}), len(curves) // KEYS
+    )
     axes.legend(fontsize=7, frameon=True, framealpha=0.85)
     charts.rule(axes, which="major")
 
 
 def _paths(axes: Axes, name: str, paths: Mapping[str, LoadPath]) -> None:
-    """Load over displacement: a line through the equilibria, rings for the table's points, the key above them."""
+    """Load over displacement: a line through the equilibria, rings for the table's points, the key
+    above them.
+    """
     first = next(iter(paths.values()))
     for number, (label, path) in enumerate(paths.items()):
         colour = palette.colour(number)
         axes.plot(*np.array(path.ours).T, color=colour, lw=1.2, label=label)
-        axes.plot(*np.array(path.table).T, color=colour, ls="", marker="o", ms=4, mfc="white", mew=0.9)
-    axes.plot([], [], color=palette.GREY, ls="", marker="o", ms=4, mfc="white", mew=0.9, label="table")
+        axes.plot(
+            *np.array(path.table).T, color=colour, ls="", marker="o", ms=4, mfc="white", mew=0.9
+        )
+    axes.plot(
+        [], [], color=palette.GREY, ls="", marker="o", ms=4, mfc="white", mew=0.9, label="table"
+    )
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.25 * (high - low))
     axes.set_title(name, fontsize=10)

@@ -6,8 +6,8 @@
     def rollup() -> list[Quantity]:
         'A strip is rolled up into a circle by an end moment.'        its first line is the case's line in the page
 
-A case is a function without arguments. Where it takes several meshes or steps, the errors give the observed order p of e ~ C h^p,
-the slope of log e over log h.
+A case is a function without arguments. Where it takes several meshes or steps, the errors give the
+observed order p of e ~ C h^p, the slope of log e over log h.
 """
 
 from __future__ import annotations
@@ -40,9 +40,15 @@ class CheckedNumber:
     tolerance: float  #: relative, asserted
     unit: str = ""
     order: float | None = None  #: observed order of convergence
-    kind: Literal["external", "own"] = "external"  #: published or exact number | stored figure of this package
-    scale: float = 0.0  #: size that the difference is relative to where the reference is smaller, in its unit
-    curve: Curve | LoadPath = ()  #: (mesh size or step, error), largest first, or a path of equilibria; drawn
+    kind: Literal["external", "own"] = (
+        "external"  #: published or exact number | stored figure of this package
+    )
+    scale: float = (
+        0.0  #: size that the difference is relative to where the reference is smaller, in its unit
+    )
+    curve: (
+        Curve | LoadPath
+    ) = ()  #: (mesh size or step, error), largest first, or a path of equilibria; drawn
 
     @property
     def difference(self) -> float:
@@ -125,7 +131,9 @@ OUTSIDE = (
 
 
 def case(name: str, *, group: str, source: str, about: str = "") -> Callable[[Function], Function]:
-    """Register a function as the case `name`; `about` or the first line of its docstring says what the problem is."""
+    """Register a function as the case `name`; `about` or the first line of its docstring says what
+    the problem is.
+    """
     where = f"case '{name}'"
     if group not in GROUPS:
         raise InputError(say(where, f"one of the groups {', '.join(GROUPS)}", repr(group)))
@@ -146,16 +154,30 @@ def find(names: Sequence[str] = (), groups: Sequence[str] = ()) -> list[Verifica
     """Cases of these names and of these groups, all where both are empty; group by group."""
     for name in names:
         if name not in CASES:
-            raise InputError(say("case", "one of the names that `fmbs verify --list` prints", f"'{name}'" + closest(name, CASES)))
+            raise InputError(
+                say(
+                    "case",
+                    "one of the names that `fmbs verify --list` prints",
+                    f"'{name}'" + closest(name, CASES),
+                )
+            )
     for group in groups:
         if group not in GROUPS:
-            raise InputError(say("group", f"one of {', '.join(GROUPS)}", f"'{group}'" + closest(group, GROUPS)))
-    wanted = [found for found in CASES.values() if found.name in names or found.group in groups or not (names or groups)]
+            raise InputError(
+                say("group", f"one of {', '.join(GROUPS)}", f"'{group}'" + closest(group, GROUPS))
+            )
+    wanted = [
+        found
+        for found in CASES.values()
+        if found.name in names or found.group in groups or not (names or groups)
+    ]
     return sorted(wanted, key=lambda found: GROUPS.index(found.group))
 
 
 def run(found: VerificationCase) -> Outcome:
-    """Solve a case; a solver that fails is an outcome. Notices (a corner belongs to two edges) say nothing new about a case."""
+    """Solve a case; a solver that fails is an outcome. Notices (a corner belongs to two edges) say
+    nothing new about a case.
+    """
     start = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
@@ -184,15 +206,29 @@ def order(
     expected: float,
     tolerance: float,
 ) -> CheckedNumber:
-    """The observed order beside the expected one, with the errors (k,) of the sizes (k,), which fall."""
+    """The observed order beside the expected one, with the errors (k,) of the sizes (k,), which
+    fall.
+    """
     curve = pairs(sizes, [errors(size) for size in sizes] if callable(errors) else errors)
     observed = slope(curve)
     return CheckedNumber(name, expected, observed, tolerance, "", observed, curve=curve)
 
 
-def refined(name: str, meshes: Sequence[int], error: Callable[[int], float], expected: float, tolerance: float) -> CheckedNumber:
+def refined(
+    name: str,
+    meshes: Sequence[int],
+    error: Callable[[int], float],
+    expected: float,
+    tolerance: float,
+) -> CheckedNumber:
     """The order of an error over meshes of these numbers of cells."""
-    return order(name, [1 / cells for cells in meshes], [error(cells) for cells in meshes], expected, tolerance)
+    return order(
+        name,
+        [1 / cells for cells in meshes],
+        [error(cells) for cells in meshes],
+        expected,
+        tolerance,
+    )
 
 
 def farthest(
@@ -206,10 +242,24 @@ def farthest(
     curve: Curve | LoadPath = (),
     each: bool = False,
 ) -> CheckedNumber:
-    """The entry of a table that is farthest from its reference, relative to the table's largest, or with `each` to its own."""
-    wanted, found = np.broadcast_arrays(np.asarray(references, dtype=float), np.asarray(values, dtype=float))
+    """The entry of a table that is farthest from its reference, relative to the table's largest, or
+    with `each` to its own.
+    """
+    wanted, found = np.broadcast_arrays(
+        np.asarray(references, dtype=float), np.asarray(values, dtype=float)
+    )
     size = np.abs(wanted) if each else np.full(wanted.shape, float(np.abs(wanted).max()))
     gap = np.abs(found - wanted) / size
     worst = int(np.argmax(np.where(np.isnan(gap), np.inf, gap)))
     scale = float(size.flat[worst])
-    return CheckedNumber(name, float(wanted.flat[worst]), float(found.flat[worst]), tolerance, unit, order, kind, scale, curve)
+    return CheckedNumber(
+        name,
+        float(wanted.flat[worst]),
+        float(found.flat[worst]),
+        tolerance,
+        unit,
+        order,
+        kind,
+        scale,
+        curve,
+    )

@@ -1,4 +1,6 @@
-"""The registered cases beside their published and exact references, as a table, a page, JSON and pictures."""
+"""The registered cases beside their published and exact references, as a table, a page, JSON and
+pictures.
+"""
 
 from __future__ import annotations
 
@@ -75,11 +77,15 @@ def cases(names: Sequence[str], groups: Sequence[str]) -> Verification:
 
 
 def verify_cases(job: Job, names: Sequence[str], groups: Sequence[str]) -> Verification:
-    """Cases beside their references; the page, the JSON file and the pictures are those of all that were chosen."""
+    """Cases beside their references; the page, the JSON file and the pictures are those of all that
+    were chosen.
+    """
     chosen = registry.find(tuple(names), tuple(groups))
     mark = hashlib.sha256(repr((__version__, [case.name for case in chosen])).encode()).hexdigest()
     pictures = [f"verification_{group}" for group in dict.fromkeys(case.group for case in chosen)]
-    out = jobs.settle_folder(job, [PAGE, RECORD, *(f"{name}.png" for name in pictures)], mark, RECORD)
+    out = jobs.settle_folder(
+        job, [PAGE, RECORD, *(f"{name}.png" for name in pictures)], mark, RECORD
+    )
     compiling.announce(job)
     advance, outcomes = job.progress("verification"), list[registry.Outcome]()
     for number, case in enumerate(chosen, 1):
@@ -94,16 +100,27 @@ def verify_cases(job: Job, names: Sequence[str], groups: Sequence[str]) -> Verif
         "provenance": reports.provenance(),
         "notices": job.notices,
     }
-    figures = Figures({f"verification_{group}": partial(draw, group, outcomes) for group in by_group(outcomes)})
+    figures = Figures(
+        {f"verification_{group}": partial(draw, group, outcomes) for group in by_group(outcomes)}
+    )
     if out is not None:
         drawn = figures.save(out)
         with durable.place(out / PAGE) as part:
             part.write_text(page(outcomes), encoding="utf-8")
         report["files"] = [out / PAGE, out / RECORD, *drawn]
-        reports.write_report(out, {**report, "files": [path.name for path in report["files"]]}, RECORD)
+        reports.write_report(
+            out, {**report, "files": [path.name for path in report["files"]]}, RECORD
+        )
     error = VerificationFailure(f"off their references: {', '.join(wrong)}") if wrong else None
     about = f"{len(outcomes) - len(wrong)} of {len(outcomes)} cases hold"
-    found = Verification(about=about, report=report, lines=view(outcomes), figures=figures, error=error, outcomes=outcomes)
+    found = Verification(
+        about=about,
+        report=report,
+        lines=view(outcomes),
+        figures=figures,
+        error=error,
+        outcomes=outcomes,
+    )
     return conclude(found)
 
 
@@ -114,7 +131,9 @@ def heading(case: VerificationCase) -> dict[str, str]:
 def by_group(outcomes: Sequence[Outcome]) -> Mapping[str, Sequence[Outcome]]:
     """Outcomes by group."""
     groups = dict.fromkeys(outcome.case.group for outcome in outcomes)
-    return {group: [outcome for outcome in outcomes if outcome.case.group == group] for group in groups}
+    return {
+        group: [outcome for outcome in outcomes if outcome.case.group == group] for group in groups
+    }
 
 
 def draw(group: str, outcomes: Sequence[Outcome]) -> Figure:
@@ -127,23 +146,49 @@ def draw(group: str, outcomes: Sequence[Outcome]) -> Figure:
 
 def record(outcome: Outcome) -> dict[str, Any]:
     """An outcome for the JSON file."""
-    quantities = [{**vars(quantity), "difference": quantity.difference, "holds": quantity.holds} for quantity in outcome.quantities]
-    result = {"holds": outcome.holds, "cpu_s": round(outcome.seconds, 3), "error": outcome.error, "quantities": quantities}
+    quantities = [
+        {**vars(quantity), "difference": quantity.difference, "holds": quantity.holds}
+        for quantity in outcome.quantities
+    ]
+    result = {
+        "holds": outcome.holds,
+        "cpu_s": round(outcome.seconds, 3),
+        "error": outcome.error,
+        "quantities": quantities,
+    }
     return {**heading(outcome.case), **result}
 
 
 def view(outcomes: Sequence[Outcome]) -> list[ReportTable | str]:
     """The table of all quantities, and what failed."""
     rows = [
-        (outcome.case.name if not number else "", *cells(quantity), f"{outcome.seconds:.1f}" if not number else "")
+        (
+            outcome.case.name if not number else "",
+            *cells(quantity),
+            f"{outcome.seconds:.1f}" if not number else "",
+        )
         for outcome in outcomes
         for number, quantity in enumerate(outcome.quantities)
     ]
-    heads = ("case", "quantity", "reference", "ours", "difference", "tolerance", "order", "", "CPU [s]")
+    heads = (
+        "case",
+        "quantity",
+        "reference",
+        "ours",
+        "difference",
+        "tolerance",
+        "order",
+        "",
+        "CPU [s]",
+    )
     lines = [f"{outcome.case.name}: {outcome.error}" for outcome in outcomes if outcome.error]
     good = sum(quantity.holds for outcome in outcomes for quantity in outcome.quantities)
     total = sum(len(outcome.quantities) for outcome in outcomes)
-    return [ReportTable("Verification", heads, rows), *lines, f"{good} of {total} quantities are within their tolerance"]
+    return [
+        ReportTable("Verification", heads, rows),
+        *lines,
+        f"{good} of {total} quantities are within their tolerance",
+    ]
 
 
 def cells(quantity: CheckedNumber) -> tuple[str, ...]:
@@ -164,12 +209,23 @@ def cells(quantity: CheckedNumber) -> tuple[str, ...]:
 def page(outcomes: Sequence[Outcome]) -> str:
     """The page: summary, a section a group, a table a case, and what is outside."""
     quantities = [quantity for outcome in outcomes for quantity in outcome.quantities]
-    counts = {"cases": len(outcomes), "quantities": len(quantities), "good": sum(quantity.holds for quantity in quantities)}
-    parts = [HEAD.format(version=__version__, seconds=sum(outcome.seconds for outcome in outcomes), **counts), summary(outcomes)]
+    counts = {
+        "cases": len(outcomes),
+        "quantities": len(quantities),
+        "good": sum(quantity.holds for quantity in quantities),
+    }
+    parts = [
+        HEAD.format(
+            version=__version__, seconds=sum(outcome.seconds for outcome in outcomes), **counts
+        ),
+        summary(outcomes),
+    ]
     for group, mine in by_group(outcomes).items():
         parts.append(f"## {TITLES[group]}\n\n![{TITLES[group]}](verification_{group}.png)\n")
         parts += [section(outcome) for outcome in mine]
-    parts.append(f"{OUTSIDE_HEAD}\n{ReportTable('Outside', ('case', 'source', 'why'), registry.OUTSIDE).markdown}")
+    parts.append(
+        f"{OUTSIDE_HEAD}\n{ReportTable('Outside', ('case', 'source', 'why'), registry.OUTSIDE).markdown}"
+    )
     return "\n".join(parts)
 
 
@@ -179,8 +235,18 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     for outcome in outcomes:
         case, good = outcome.case, sum(quantity.holds for quantity in outcome.quantities)
         found = f"{good} of {len(outcome.quantities)}"
-        rows.append((f"[{case.name}](#{case.name})", case.group, case.about, found, f"{outcome.seconds:.1f}"))
-    return ReportTable("Cases", ("case", "group", "problem", "within tolerance", "CPU [s]"), rows).markdown
+        rows.append(
+            (
+                f"[{case.name}](#{case.name})",
+                case.group,
+                case.about,
+                found,
+                f"{outcome.seconds:.1f}",
+            )
+        )
+    return ReportTable(
+        "Cases", ("case", "group", "problem", "within tolerance", "CPU [s]"), rows
+    ).markdown
 
 
 def section(outcome: Outcome) -> str:
@@ -189,5 +255,13 @@ def section(outcome: Outcome) -> str:
     head = f"### {case.name}\n\n{case.about}\n\nSource: {case.source}. CPU time {outcome.seconds:.1f} s.\n"
     if outcome.error:
         return f"{head}\n**It failed**: {outcome.error}\n"
-    names = ("quantity", "reference", "ours", "relative difference", "tolerance", "order observed", "")
+    names = (
+        "quantity",
+        "reference",
+        "ours",
+        "relative difference",
+        "tolerance",
+        "order observed",
+        "",
+    )
     return f"{head}\n{ReportTable(case.name, names, [cells(quantity) for quantity in outcome.quantities]).markdown}"

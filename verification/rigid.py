@@ -1,4 +1,5 @@
-r"""Rigid bodies, mass points and stiff beams against the exact motions of pendulums, a top and a slider-crank.
+r"""Rigid bodies, mass points and stiff beams against the exact motions of pendulums, a top and a
+slider-crank.
 
 simple and spherical pendulum     elliptic functions              slider-crank   x = r cos phi + sqrt(l^2 - r^2 sin^2 phi)
 double pendulum, heavy top        minimal coordinates, to 1e-12   compound rod   T = 4 sqrt(2 L/(3 g)) K(sin 45 deg)
@@ -15,7 +16,15 @@ import numpy as np
 from fmbs_skfem.bodies import Body, body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    energies,
+    energy_drift,
+    integrate,
+    outputs,
+)
 from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
@@ -30,8 +39,16 @@ TIGHT = Newton(tolerance=1e-13)
 RECOMPUTED = "(recomputed to 12 digits)"
 
 
-def rod(name: str, start: Sequence[float] | np.ndarray, end: Sequence[float] | np.ndarray, mass: float, dim: int = 2) -> Body:
-    """Uniform rod with places `s` and `e` at start (c,) and end (c,) [m]; in space with a tenth of the moment about itself."""
+def rod(
+    name: str,
+    start: Sequence[float] | np.ndarray,
+    end: Sequence[float] | np.ndarray,
+    mass: float,
+    dim: int = 2,
+) -> Body:
+    """Uniform rod with places `s` and `e` at start (c,) and end (c,) [m]; in space with a tenth of
+    the moment about itself.
+    """
     a, b = np.array(start, dtype=float), np.array(end, dtype=float)
     u, inertia = (b - a) / np.linalg.norm(b - a), mass * float((b - a) @ (b - a)) / 12
     turn = np.eye(dim)
@@ -42,7 +59,9 @@ def rod(name: str, start: Sequence[float] | np.ndarray, end: Sequence[float] | n
     return rigid(name, mass, moments, (*(a + b) / 2, *rest), dim=dim, rotation=turn, places=places)
 
 
-def run(system: System, h: float, duration: float, rho: float = 0.8, every: int = 1) -> dict[str, np.ndarray]:
+def run(
+    system: System, h: float, duration: float, rho: float = 0.8, every: int = 1
+) -> dict[str, np.ndarray]:
     """Outputs (s,) of a run by column."""
     return outputs(integrate(system, GeneralizedAlpha(h, rho), duration, every=every))
 
@@ -63,12 +82,16 @@ IFTOMM = (
 
 @case("simple-pendulum", group="rigid", source=IFTOMM)
 def simple_pendulum() -> list[CheckedNumber]:
-    """Mass on a massless link, from the horizontal at rest: position, velocity and tension over 10 s."""
+    """Mass on a massless link, from the horizontal at rest: position, velocity and tension over 10
+    s.
+    """
     times = np.array(list(SIMPLE))
 
     def states(h: float) -> np.ndarray:
         found = integrate(mass_pendulum((-1, 0)), GeneralizedAlpha(h, 0.9), 10.0, TIGHT)
-        return np.column_stack([found.x, found.v, found.multipliers])[np.round(times / h).astype(int)]
+        return np.column_stack([found.x, found.v, found.multipliers])[
+            np.round(times / h).astype(int)
+        ]
 
     exact = np.array(list(SIMPLE.values()))
     runs = {h: states(h) for h in (5e-4, 2.5e-4)}
@@ -77,18 +100,34 @@ def simple_pendulum() -> list[CheckedNumber]:
         farthest("position", exact[:, :2], fine[:, :2], 5e-5, "m"),
         farthest("velocity", exact[:, 2:4], fine[:, 2:4], 5e-5, "m/s"),
         farthest("tension", exact[:, 4], fine[:, 4], 5e-5, "N"),
-        order("order", list(runs), [float(np.abs(values - exact).max()) for values in runs.values()], 2.0, 0.02),
+        order(
+            "order",
+            list(runs),
+            [float(np.abs(values - exact).max()) for values in runs.values()],
+            2.0,
+            0.02,
+        ),
     ]
 
 
-FACTORS = {10: 1.00190718814, 45: 1.0399733432, 90: 1.18034059902, 135: 1.52794758823, 170: 2.43936271967}
+FACTORS = {
+    10: 1.00190718814,
+    45: 1.0399733432,
+    90: 1.18034059902,
+    135: 1.52794758823,
+    170: 2.43936271967,
+}
 
 
 def period(amplitude: float, h: float) -> float:
-    """Time [s] of two passes of a mass pendulum from its amplitude [deg] through the vertical in the same direction."""
+    """Time [s] of two passes of a mass pendulum from its amplitude [deg] through the vertical in
+    the same direction.
+    """
     angle = np.radians(amplitude)
     about = 2 * np.pi * np.sqrt(1 / GRAVITY) * 3.0
-    found = integrate(mass_pendulum((np.sin(angle), -np.cos(angle))), GeneralizedAlpha(h, 0.9), 1.5 * about, TIGHT)
+    found = integrate(
+        mass_pendulum((np.sin(angle), -np.cos(angle))), GeneralizedAlpha(h, 0.9), 1.5 * about, TIGHT
+    )
     x, v = found.x[:, 0], found.v[:, 0]
     down = np.flatnonzero((x[:-1] > 0) & (x[1:] <= 0))[:2]
     s = x[down] / (x[down] - x[down + 1])
@@ -99,22 +138,45 @@ def period(amplitude: float, h: float) -> float:
     return float(second - first)
 
 
-def hermite(s: np.ndarray, h: float, x: np.ndarray, v: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cubic interpolation of x (s,), rates v (s,), in the steps k (i,) at the fractions s (i,): value (i,) and derivative by s."""
+def hermite(
+    s: np.ndarray, h: float, x: np.ndarray, v: np.ndarray, k: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cubic interpolation of x (s,), rates v (s,), in the steps k (i,) at the fractions s (i,):
+    value (i,) and derivative by s.
+    """
     a, b, c, d = x[k], h * v[k], x[k + 1], h * v[k + 1]
-    value = a * (1 + 2 * s) * (1 - s) ** 2 + b * s * (1 - s) ** 2 + c * s**2 * (3 - 2 * s) + d * s**2 * (s - 1)
+    value = (
+        a * (1 + 2 * s) * (1 - s) ** 2
+        + b * s * (1 - s) ** 2
+        + c * s**2 * (3 - 2 * s)
+        + d * s**2 * (s - 1)
+    )
     slope = (c - a) * 6 * s * (1 - s) + b * (1 - s) * (1 - 3 * s) + d * s * (3 * s - 2)
     return value, slope
 
 
-@case("pendulum-period", group="rigid", source="T = 4 sqrt(L/g) K(sin(A/2)), Abramowitz and Stegun (1964) 17.3, " + RECOMPUTED)
+@case(
+    "pendulum-period",
+    group="rigid",
+    source="T = 4 sqrt(L/g) K(sin(A/2)), Abramowitz and Stegun (1964) 17.3, " + RECOMPUTED,
+)
 def pendulum_period() -> list[CheckedNumber]:
     """Period of a mass pendulum over that of small swings, amplitudes of 10 to 170 degrees."""
     small = 2 * np.pi / np.sqrt(GRAVITY)
     found = [
-        CheckedNumber(f"{amplitude} deg", exact, period(amplitude, 1e-3) / small, 1e-5) for amplitude, exact in FACTORS.items()
+        CheckedNumber(f"{amplitude} deg", exact, period(amplitude, 1e-3) / small, 1e-5)
+        for amplitude, exact in FACTORS.items()
     ]
-    return [*found, order("order, 90 deg", (4e-3, 2e-3), lambda h: abs(period(90, h) / small - FACTORS[90]), 2.0, 0.05)]
+    return [
+        *found,
+        order(
+            "order, 90 deg",
+            (4e-3, 2e-3),
+            lambda h: abs(period(90, h) / small - FACTORS[90]),
+            2.0,
+            0.05,
+        ),
+    ]
 
 
 SPHERICAL = {
@@ -126,9 +188,15 @@ SPHERICAL = {
 }
 
 
-@case("spherical-pendulum", group="rigid", source="Landau and Lifshitz, Mechanics, sect. 14; elliptic functions " + RECOMPUTED)
+@case(
+    "spherical-pendulum",
+    group="rigid",
+    source="Landau and Lifshitz, Mechanics, sect. 14; elliptic functions " + RECOMPUTED,
+)
 def spherical_pendulum() -> list[CheckedNumber]:
-    """Mass on a link in space, 30 degrees below the horizontal, 2 m/s across: positions and invariants over 10 s."""
+    """Mass on a link in space, 30 degrees below the horizontal, 2 m/s across: positions and
+    invariants over 10 s.
+    """
     times, exact = np.array(list(SPHERICAL)), np.array(list(SPHERICAL.values()))
 
     def motion(h: float) -> Trajectory:
@@ -176,21 +244,28 @@ def tips(system: System, h: float, duration: float) -> np.ndarray:
 @case(
     "double-pendulum",
     group="rigid",
-    source="Lagrange's equations in two angles, e.g. Goldstein, Classical Mechanics, ch. 1; " + RECOMPUTED,
+    source="Lagrange's equations in two angles, e.g. Goldstein, Classical Mechanics, ch. 1; "
+    + RECOMPUTED,
 )
 def rigid_double_pendulum() -> list[CheckedNumber]:
     """Two rigid rods from the horizontal at rest: joint and end over 3 s."""
-    system = double_pendulum([rod("a", (0, 0), (1, 0), 1.0), rod("b", (1, 0), (2, 0), 1.0)], ("s", "e"))
+    system = double_pendulum(
+        [rod("a", (0, 0), (1, 0), 1.0), rod("b", (1, 0), (2, 0), 1.0)], ("s", "e")
+    )
     exact = np.array(list(DOUBLE.values()))
     runs = {h: tips(system, h, 3.0) for h in (5e-4, 2.5e-4)}
     errors = [float(np.abs(values - exact).max()) for values in runs.values()]
-    return [farthest("positions", exact, runs[2.5e-4], 2e-4, "m"), order("order", list(runs), errors, 2.0, 0.02)]
+    return [
+        farthest("positions", exact, runs[2.5e-4], 2e-4, "m"),
+        order("order", list(runs), errors, 2.0, 0.02),
+    ]
 
 
 @case(
     "stiff-double-pendulum",
     group="rigid",
-    source="Lagrange's equations in two angles, e.g. Goldstein, Classical Mechanics, ch. 1; " + RECOMPUTED,
+    source="Lagrange's equations in two angles, e.g. Goldstein, Classical Mechanics, ch. 1; "
+    + RECOMPUTED,
 )
 def stiff_double_pendulum() -> list[CheckedNumber]:
     """Two beams stiff as rods (EA = 1e6 N, EI = 1e5 N m2): the rigid double pendulum over 1 s."""
@@ -203,21 +278,44 @@ def stiff_double_pendulum() -> list[CheckedNumber]:
     return [farthest("positions", np.array(list(DOUBLE.values())[:2]), found, 1e-4, "m")]
 
 
-@case("compound-pendulum", group="rigid", source="T = 4 sqrt(2 L/(3 g)) K(sin 45 deg), Abramowitz and Stegun (1964) 17.3")
+@case(
+    "compound-pendulum",
+    group="rigid",
+    source="T = 4 sqrt(2 L/(3 g)) K(sin 45 deg), Abramowitz and Stegun (1964) 17.3",
+)
 def compound_pendulum() -> list[CheckedNumber]:
-    """A rod from the horizontal, rigid and as a stiff beam: time and kinetic energy at the vertical."""
+    """A rod from the horizontal, rigid and as a stiff beam: time and kinetic energy at the
+    vertical.
+    """
     quarter = float(np.sqrt(2 / (3 * GRAVITY)) * 1.8540746773013719)
     beam = body.cable("rod", segment(4), sections.Given(1e6, 1e4, 1.0), dim=2)
     found = []
-    for name, part, start, end in (("rigid", rod("rod", (0, 0), (1, 0), 1.0), "s", "e"), ("stiff beam", beam, "left", "right")):
-        tip: dict[str, probes.Probe] = {"tip": probes.Position(At("rod", end)), "v": probes.Velocity(At("rod", end))}
-        system = eliminate(assemble([part], [joints.Pin("pin", At("rod", start))], [loads.Gravity((0.0, -GRAVITY))], outputs=tip))
+    for name, part, start, end in (
+        ("rigid", rod("rod", (0, 0), (1, 0), 1.0), "s", "e"),
+        ("stiff beam", beam, "left", "right"),
+    ):
+        tip: dict[str, probes.Probe] = {
+            "tip": probes.Position(At("rod", end)),
+            "v": probes.Velocity(At("rod", end)),
+        }
+        system = eliminate(
+            assemble(
+                [part],
+                [joints.Pin("pin", At("rod", start))],
+                [loads.Gravity((0.0, -GRAVITY))],
+                outputs=tip,
+            )
+        )
         motion = integrate(system, GeneralizedAlpha(2.5e-4), 0.6)
         columns = outputs(motion)
         x, v = columns["tip_x"], columns["v_x"]
         first = int(np.argmax(x < 0))
         crossing = motion.times[first - 1] + 2.5e-4 * x[first - 1] / (x[first - 1] - x[first])
-        kinetic = np.interp(crossing, motion.times, 0.5 * np.einsum("sn,sn->s", motion.v, (system.mass @ motion.v.T).T))
+        kinetic = np.interp(
+            crossing,
+            motion.times,
+            0.5 * np.einsum("sn,sn->s", motion.v, (system.mass @ motion.v.T).T),
+        )
         found += [
             CheckedNumber(f"quarter period, {name}", quarter, float(crossing), 2e-5, "s"),
             CheckedNumber(f"kinetic energy, {name}", GRAVITY / 2, float(kinetic), 1e-4, "J"),
@@ -274,9 +372,14 @@ TOP = {  # t: centre, its velocity, angular velocity in axes of the body, force 
 
 
 def body_rates(motion: Trajectory) -> np.ndarray:
-    """Angular velocity (s, 3) of a single body in its own axes A: Omega_1 = e_3 . e_2' and cyclically."""
+    """Angular velocity (s, 3) of a single body in its own axes A: Omega_1 = e_3 . e_2' and
+    cyclically.
+    """
     lift = motion.system.lift
-    axes, rates = (np.asarray((lift.matrix @ part.T).T).reshape(-1, 4, 3)[:, 1:] for part in (motion.x, motion.v))
+    axes, rates = (
+        np.asarray((lift.matrix @ part.T).T).reshape(-1, 4, 3)[:, 1:]
+        for part in (motion.x, motion.v)
+    )
     axes = axes + lift.offset.reshape(4, 3)[1:]
     S = np.einsum("skc,slc->skl", axes, rates)
     return np.stack([S[:, 2, 1], S[:, 0, 2], S[:, 1, 0]], axis=1)
@@ -288,7 +391,9 @@ def body_rates(motion: Trajectory) -> np.ndarray:
     source="Bruels, Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002, doi 10.1115/1.4001370 (digits recomputed)",
 )
 def heavy_top() -> list[CheckedNumber]:
-    """A top of 15 kg with 150 rad/s about its axis, which starts horizontal: centre, velocities and reaction over 2 s, energy."""
+    """A top of 15 kg with 150 rad/s about its axis, which starts horizontal: centre, velocities and
+    reaction over 2 s, energy.
+    """
     centre = At("top", "center")
     top = rigid("top", 15.0, (0.234375, 0.46875, 0.234375), (0, 1, 0), places={"foot": (0, 0, 0)})
     system = eliminate(
@@ -296,7 +401,11 @@ def heavy_top() -> list[CheckedNumber]:
             [top],
             [joints.Spherical("foot", At("top", "foot"))],
             [loads.Gravity((0, 0, -GRAVITY))],
-            outputs={"c": probes.Position(centre), "v": probes.Velocity(centre), "R": probes.Reaction("foot")},
+            outputs={
+                "c": probes.Position(centre),
+                "v": probes.Velocity(centre),
+                "R": probes.Reaction("foot"),
+            },
             initial={"top": Motion(angular_velocity=(0, 150, -4.61538))},
         )
     )
@@ -307,7 +416,9 @@ def heavy_top() -> list[CheckedNumber]:
 
     def states(found: Trajectory) -> np.ndarray:
         columns, at = outputs(found), [round(t / 1e-3) for t in TOP]
-        c, v, R = (np.column_stack([columns[f"{name}_{axis}"][at] for axis in "xyz"]) for name in "cvR")
+        c, v, R = (
+            np.column_stack([columns[f"{name}_{axis}"][at] for axis in "xyz"]) for name in "cvR"
+        )
         return np.stack([c, v, body_rates(found)[at], -R])
 
     runs = {h: motion(h) for h in (1e-4, 5e-5)}
@@ -317,7 +428,13 @@ def heavy_top() -> list[CheckedNumber]:
     return [
         farthest("centre", exact[0], fine[0], 1e-4, "m"),
         farthest("velocity of the centre", exact[1], fine[1], 2e-4, "m/s"),
-        farthest("angular velocity across the axis", exact[2][:, [0, 2]], fine[2][:, [0, 2]], 2e-3, "rad/s"),
+        farthest(
+            "angular velocity across the axis",
+            exact[2][:, [0, 2]],
+            fine[2][:, [0, 2]],
+            2e-3,
+            "rad/s",
+        ),
         farthest("angular velocity about the axis", exact[2][:, 1], fine[2][:, 1], 1e-5, "rad/s"),
         farthest("force on the ground", exact[3], fine[3], 2e-4, "N"),
         farthest("energy", 5435.69679087, energy, 1e-5, "J"),
@@ -325,12 +442,20 @@ def heavy_top() -> list[CheckedNumber]:
     ]
 
 
-@case("free-top", group="rigid", source="Euler's equations: energy is constant, Goldstein, Classical Mechanics, ch. 5")
+@case(
+    "free-top",
+    group="rigid",
+    source="Euler's equations: energy is constant, Goldstein, Classical Mechanics, ch. 5",
+)
 def free_top() -> list[CheckedNumber]:
-    """A free box that spins about its unstable middle axis keeps its energy to second order of the step."""
+    """A free box that spins about its unstable middle axis keeps its energy to second order of the
+    step.
+    """
     box = rigid("box", 1.0, (0.1, 0.2, 0.25), (0, 0, 0))
     system = assemble([box], initial={"box": Motion(angular_velocity=(0.01, 5.0, 0.0))})
-    drift = {h: energy_drift(integrate(system, GeneralizedAlpha(h, 0.9), 4.0)) for h in (1e-2, 5e-3)}
+    drift = {
+        h: energy_drift(integrate(system, GeneralizedAlpha(h, 0.9), 4.0)) for h in (1e-2, 5e-3)
+    }
     return [
         CheckedNumber("change of energy", 0.0, drift[5e-3], 1e-3, "J", scale=2.5),
         order("order", list(drift), list(drift.values()), 2.0, 0.1),
@@ -363,7 +488,10 @@ def slider_crank(drive: list[joints.Joint], forces: list[Any]) -> System:
             *drive,
         ],
         forces,
-        outputs={"C": probes.Position(At("block", "frame")), "phi": probes.Angle(At("crank", "frame"))},
+        outputs={
+            "C": probes.Position(At("block", "frame")),
+            "phi": probes.Angle(At("crank", "frame")),
+        },
     )
     return eliminate(system)
 
@@ -374,8 +502,12 @@ def slider_crank(drive: list[joints.Joint], forces: list[Any]) -> System:
     source="x = r cos phi + sqrt(l^2 - r^2 sin^2 phi), e.g. Shabana, Dynamics of Multibody Systems, ch. 3",
 )
 def driven_slider_crank() -> list[CheckedNumber]:
-    """A crank driven at 150 rad/s through both dead centres: position, velocity and acceleration of the slider."""
-    system = slider_crank([joints.DrivenAngle("drive", At("crank", "frame"), lambda t: 150 * t)], [])
+    """A crank driven at 150 rad/s through both dead centres: position, velocity and acceleration of
+    the slider.
+    """
+    system = slider_crank(
+        [joints.DrivenAngle("drive", At("crank", "frame"), lambda t: 150 * t)], []
+    )
     h = 2 * np.pi / 150 / 3600
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)  # the start at rest is projected onto the drive
@@ -392,7 +524,11 @@ def driven_slider_crank() -> list[CheckedNumber]:
     ]
 
 
-@case("free-slider-crank", group="rigid", source="Work of a constant torque M phi is the kinetic energy")
+@case(
+    "free-slider-crank",
+    group="rigid",
+    source="Work of a constant torque M phi is the kinetic energy",
+)
 def free_slider_crank() -> list[CheckedNumber]:
     """A torque of 5 N m from rest at dead centre over more than three turns."""
     system = slider_crank([], [loads.Moment("torque", At("crank", "frame"), 5.0)])

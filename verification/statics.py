@@ -1,12 +1,14 @@
-"""Large static deflections of beams: closed forms, published numbers, load paths through limit points.
+"""Large static deflections of beams: closed forms, published numbers, load paths through limit
+points.
 
     roll-up       theta' = M/EI, no stretch (material curvature);  l^2 = 1 + 2 M^2/(EA EI), theta' = M l^2/EI (exact curvature)
     elastica      EI theta'' = -P cos theta under a dead force, EI theta'' = -P cos(theta(L) - theta) under one that follows
     truss         P = EA (H - w)(2 H w - w^2)/L^3,   largest at w = H (1 - 1/sqrt 3)
 
-Cantilevers have L = EI = 1 unless stated. Sources: Mattiasson, Int. J. Numer. Meth. Engng 17 (1981) 145-153,
-doi 10.1002/nme.1620170113; Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi 10.1016/j.jsv.2008.04.019. More digits than
-these print come from elliptic integrals; those of Lee's frame from shooting for the rod with the strain |r'| - 1.
+Cantilevers have L = EI = 1 unless stated. Sources: Mattiasson, Int. J. Numer. Meth. Engng 17 (1981)
+145-153, doi 10.1002/nme.1620170113; Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi
+10.1016/j.jsv.2008.04.019. More digits than these print come from elliptic integrals; those of Lee's
+frame from shooting for the rod with the strain |r'| - 1.
 """
 
 from __future__ import annotations
@@ -20,7 +22,15 @@ from scipy.interpolate import CubicSpline
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.laws import Law
-from fmbs_skfem.dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from fmbs_skfem.dynamics import (
+    ArcLength,
+    Trajectory,
+    at_load_factor,
+    follow_path,
+    limit_points,
+    outputs,
+    solve_statics,
+)
 from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
@@ -48,8 +58,15 @@ FOLLOWER = {  #: P L^2/EI: shortening and transverse displacement over L
     16: (0.909038438, 0.421151499), 18: (0.817887156, 0.383359751), 20: (0.724289877, 0.33015766),
     25: (0.538414444, 0.102962763),
 }  # fmt: skip
-GERSTMAYR_IRSCHIK = (-0.5085373043259, -1.2072398545498, -0.98623733026563)  #: displacement [m] and angle [rad] of the tip
-LEE_LIMITS = ((1.855673, 48.736987), (-0.9414442, 58.213344))  #: load P and deflection v below it, at the limit loads
+GERSTMAYR_IRSCHIK = (
+    -0.5085373043259,
+    -1.2072398545498,
+    -0.98623733026563,
+)  #: displacement [m] and angle [rad] of the tip
+LEE_LIMITS = (
+    (1.855673, 48.736987),
+    (-0.9414442, 58.213344),
+)  #: load P and deflection v below it, at the limit loads
 LEE_TURNS = ((61.002978, 1.1944075), (50.746251, -0.43804916))  #: v and P where v turns
 LEE_PATH = (  #: P, u, v on all branches
     (0.0075189401, 6.3693488e-05, 0.046094441), (0.12044667, 0.014304866, 0.76992725), (0.23366929, 0.057107336, 1.563135),
@@ -82,60 +99,101 @@ def tip(system: System, steps: int = 4) -> np.ndarray:
 
 
 def cantilever(
-    cells: int, load: Callable[[At], Any], section: sections.Section, length: float = 1.0, dim: int = 2, **options: Any
+    cells: int,
+    load: Callable[[At], Any],
+    section: sections.Section,
+    length: float = 1.0,
+    dim: int = 2,
+    **options: Any,
 ) -> System:
-    """A beam along x, clamped at its start, with a load on its end; outputs `tip`, `slope` of the end, `clamp`, the reaction."""
-    beam, end = body.cable("beam", segment(cells, end=(length, 0.0, 0.0)), section, dim=dim, **options), At("beam", "right")
-    sensed: dict[str, probes.Probe] = {"tip": probes.Position(end), "slope": probes.Slope(end), "clamp": probes.Reaction("clamp")}
-    return eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [load(end)], outputs=sensed))
+    """A beam along x, clamped at its start, with a load on its end; outputs `tip`, `slope` of the
+    end, `clamp`, the reaction.
+    """
+    beam, end = (
+        body.cable("beam", segment(cells, end=(length, 0.0, 0.0)), section, dim=dim, **options),
+        At("beam", "right"),
+    )
+    sensed: dict[str, probes.Probe] = {
+        "tip": probes.Position(end),
+        "slope": probes.Slope(end),
+        "clamp": probes.Reaction("clamp"),
+    }
+    return eliminate(
+        assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [load(end)], outputs=sensed)
+    )
 
 
-def rolled(turns: float, dim: int, law: Law, stiffness: float = 1e4, cells: int = 24, **options: Any) -> np.ndarray:
+def rolled(
+    turns: float, dim: int, law: Law, stiffness: float = 1e4, cells: int = 24, **options: Any
+) -> np.ndarray:
     """Tip (2,) under the end moment 2 pi turns; EA = `stiffness`."""
     moment = 2 * np.pi * turns
     section = sections.Given(stiffness, 1.0, 1.0)
     options = {**(options or FINE), "law": law}
     value = moment if dim == 2 else (0.0, 0.0, moment)
-    return tip(cantilever(cells, lambda end: loads.Moment("M", end, value), section, dim=dim, **options), max(3, round(10 * turns)))
+    return tip(
+        cantilever(cells, lambda end: loads.Moment("M", end, value), section, dim=dim, **options),
+        max(3, round(10 * turns)),
+    )
 
 
 def circle(turns: float, stiffness: float = np.inf) -> np.ndarray:
-    """Tip (2,) of the beam rolled up with EA = `stiffness` and the exact curvature; with infinite EA that of material curvature."""
+    """Tip (2,) of the beam rolled up with EA = `stiffness` and the exact curvature; with infinite
+    EA that of material curvature.
+    """
     moment = 2 * np.pi * turns
     square = 1 + 2 * moment**2 / stiffness
     k = moment * square
     return np.asarray(np.sqrt(square) / k * np.array([np.sin(k), 1 - np.cos(k)]))
 
 
-def pushed(alpha: float, cells: int = 40, stiffness: float = 1e8, dim: int = 2, **options: Any) -> np.ndarray:
+def pushed(
+    alpha: float, cells: int = 40, stiffness: float = 1e8, dim: int = 2, **options: Any
+) -> np.ndarray:
     """Tip (2,) under a dead transverse force alpha."""
     force = (0.0, alpha, 0.0)[:dim]
     section = sections.Given(stiffness, 1.0, 1.0)
-    return tip(cantilever(cells, lambda end: loads.PointForce("P", end, force), section, dim=dim, **options))
+    return tip(
+        cantilever(
+            cells, lambda end: loads.PointForce("P", end, force), section, dim=dim, **options
+        )
+    )
 
 
 def followed(most: int, cells: int = 40) -> np.ndarray:
     """Tips (s, 2) under the transverse forces 0, 1 ... `most` that turn with the end."""
     section = sections.Given(1e8, 1.0, 1.0)
     found = outputs(
-        solve_statics(cantilever(cells, lambda end: loads.Follower("P", end, (0.0, most)), section, **FINE), most, TIGHT)
+        solve_statics(
+            cantilever(cells, lambda end: loads.Follower("P", end, (0.0, most)), section, **FINE),
+            most,
+            TIGHT,
+        )
     )
     return np.column_stack([found["tip_x"], found["tip_y"]])
 
 
 def gerstmayr_irschik(cells: int, **options: Any) -> np.ndarray:
-    """Displacement (2,) and angle of the tip of the extensible cantilever L = 2 m, 0.1 m x 0.1 m, E = 2.07e11 Pa, F = 3 EI/L^2."""
+    """Displacement (2,) and angle of the tip of the extensible cantilever L = 2 m, 0.1 m x 0.1 m, E
+    = 2.07e11 Pa, F = 3 EI/L^2.
+    """
     length, modulus = 2.0, 2.07e11
     force = 3 * modulus * 0.1**4 / 12 / length**2
     options |= {"material": sections.Material(modulus, 7800.0)}
     push = loads.PointForce("F", At("beam", "right"), (0.0, -force))
     system = cantilever(cells, lambda end: push, sections.Rectangular(0.1, 0.1), length, **options)
-    found = {name: float(values[-1]) for name, values in outputs(solve_statics(system, 4, TIGHT)).items()}
-    return np.array([found["tip_x"] - length, found["tip_y"], np.arctan2(found["slope_y"], found["slope_x"])])
+    found = {
+        name: float(values[-1]) for name, values in outputs(solve_statics(system, 4, TIGHT)).items()
+    }
+    return np.array(
+        [found["tip_x"] - length, found["tip_y"], np.arctan2(found["slope_y"], found["slope_x"])]
+    )
 
 
 def lee_frame(cells: int = 20, load: float = 2.0, all_multipliers: bool = False) -> System:
-    """Lee's frame: two legs of 120 cm with a rigid corner, hinged at both ends, a force down at 24 cm from the corner."""
+    """Lee's frame: two legs of 120 cm with a rigid corner, hinged at both ends, a force down at 24
+    cm from the corner.
+    """
     section = sections.Given(720.0 * 6.0, 720.0 * 2.0, 1.0)
     options: dict[str, Any] = {**FINE, "dim": 2, "law": Law.MATERIAL}
     beam = segment(cells, (0.0, 120.0, 0.0), (120.0, 120.0, 0.0))
@@ -159,18 +217,29 @@ def lee_frame(cells: int = 20, load: float = 2.0, all_multipliers: bool = False)
     return system if all_multipliers else eliminate(system)
 
 
-def lee_path(trajectory: Trajectory, load: float = 2.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lee_path(
+    trajectory: Trajectory, load: float = 2.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """P, u and v of the loaded point along a path, (s,) each."""
     found = outputs(trajectory)
     return load * trajectory.times, found["loaded_x"] - 24.0, 120.0 - found["loaded_y"]
 
 
 def truss(height: float = 0.1, stiffness: float = 1e4, load: float = 8.0) -> System:
-    """Two bars from (-1, 0) and (1, 0), hinged to each other at (0, height), under a force down there; they do not buckle."""
+    """Two bars from (-1, 0) and (1, 0), hinged to each other at (0, height), under a force down
+    there; they do not buckle.
+    """
     apex, section = (0.0, height, 0.0), sections.Given(stiffness, 100.0, 1.0)
-    bars = [body.cable(name, segment(1, (x, 0.0, 0.0), apex), section, dim=2) for name, x in (("a", -1.0), ("b", 1.0))]
+    bars = [
+        body.cable(name, segment(1, (x, 0.0, 0.0), apex), section, dim=2)
+        for name, x in (("a", -1.0), ("b", 1.0))
+    ]
     top = At("a", "right")
-    held = [joints.Pin("foot a", At("a", "left")), joints.Pin("foot b", At("b", "left")), joints.Pin("apex", top, At("b", "right"))]
+    held = [
+        joints.Pin("foot a", At("a", "left")),
+        joints.Pin("foot b", At("b", "left")),
+        joints.Pin("apex", top, At("b", "right")),
+    ]
     force = loads.PointForce("P", top, (0.0, -load))
     return eliminate(assemble(bars, held, [force], outputs={"apex": probes.Position(top)}))
 
@@ -180,23 +249,39 @@ def truss_load(w: np.ndarray, height: float = 0.1, stiffness: float = 1e4) -> np
     return np.asarray(stiffness * (height - w) * (2 * height * w - w**2) / (1 + height**2) ** 1.5)
 
 
-@case("roll-up", group="statics", source="closed form; Mattiasson (1981), doi 10.1002/nme.1620170113")
+@case(
+    "roll-up", group="statics", source="closed form; Mattiasson (1981), doi 10.1002/nme.1620170113"
+)
 def roll_up() -> list[CheckedNumber]:
     """A cantilever is rolled up, once and twice, by an end moment."""
     material = [rolled(turns, 2, Law.MATERIAL) for turns in TURNS]
     exact = [rolled(turns, 3, Law.EXACT) for turns in TURNS]
 
     def error(cells: int) -> float:
-        return float(np.linalg.norm(rolled(0.5, 2, Law.MATERIAL, cells=cells, degree=3) - circle(0.5)))
+        return float(
+            np.linalg.norm(rolled(0.5, 2, Law.MATERIAL, cells=cells, degree=3) - circle(0.5))
+        )
 
     return [
-        farthest("tip, material curvature", [circle(turns) for turns in TURNS], material, 3e-8, "L"),
-        farthest("tip, exact curvature, in space", [circle(turns, 1e4) for turns in TURNS], exact, 3e-8, "L"),
+        farthest(
+            "tip, material curvature", [circle(turns) for turns in TURNS], material, 3e-8, "L"
+        ),
+        farthest(
+            "tip, exact curvature, in space",
+            [circle(turns, 1e4) for turns in TURNS],
+            exact,
+            3e-8,
+            "L",
+        ),
         refined("order of cubics, half a turn", (8, 16, 32), error, 4.0, 0.05),
     ]
 
 
-@case("elastica", group="statics", source="elliptic integrals; Mattiasson (1981), doi 10.1002/nme.1620170113")
+@case(
+    "elastica",
+    group="statics",
+    source="elliptic integrals; Mattiasson (1981), doi 10.1002/nme.1620170113",
+)
 def elastica() -> list[CheckedNumber]:
     """A cantilever under a dead transverse force, P L^2/EI = 0.2 to 20."""
     wanted = [(1 - u, v) for u, v in ELASTICA.values()]
@@ -210,9 +295,15 @@ def follower_force() -> list[CheckedNumber]:
     return [farthest("tip", wanted, followed(max(FOLLOWER))[list(FOLLOWER)], 1e-6, "L")]
 
 
-@case("gerstmayr-irschik", group="statics", source="Gerstmayr and Irschik (2008), doi 10.1016/j.jsv.2008.04.019, converged")
+@case(
+    "gerstmayr-irschik",
+    group="statics",
+    source="Gerstmayr and Irschik (2008), doi 10.1016/j.jsv.2008.04.019, converged",
+)
 def extensible_cantilever() -> list[CheckedNumber]:
-    """A thick cantilever whose stretch counts; its strain |r'| - 1 and ours, (r'.r' - 1)/2, differ by 2e-7."""
+    """A thick cantilever whose stretch counts; its strain |r'| - 1 and ours, (r'.r' - 1)/2, differ
+    by 2e-7.
+    """
     found = gerstmayr_irschik(64, law=Law.MATERIAL)
     names = (("tip, x", "m"), ("tip, y", "m"), ("angle of the tip", "rad"))
     return [
@@ -227,18 +318,31 @@ def lee() -> list[CheckedNumber]:
     path = follow_path(lee_frame(), ArcLength(0.05, wanted=4), TIGHT)
     P, u, v = lee_path(path)
     limits = limit_points(path)
-    spline = CubicSpline(np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([u, v])), axis=0))), np.stack([v, P], 1))
+    spline = CubicSpline(
+        np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([u, v])), axis=0))),
+        np.stack([v, P], 1),
+    )
     turns = spline(np.sort(spline.derivative().roots(extrapolate=False)[0]))[:2]
     rows = []
     for load, *wanted in LEE_PATH:
         _, at_u, at_v = lee_path(at_load_factor(path, load / 2.0, TIGHT))
-        rows.append(np.array([at_u, at_v])[:, np.argmin(np.hypot(at_u - wanted[0], at_v - wanted[1]))])
+        rows.append(
+            np.array([at_u, at_v])[:, np.argmin(np.hypot(at_u - wanted[0], at_v - wanted[1]))]
+        )
     table, paths = np.array(LEE_PATH), {"horizontal": u, "downward": v}
     return [
         CheckedNumber("first limit load", LEE_LIMITS[0][0], float(P[limits[0]]), 1e-6, "N"),
         CheckedNumber("second limit load", LEE_LIMITS[1][0], float(P[limits[1]]), 3e-6, "N"),
-        farthest("deflections at the limit loads", [v for _, v in LEE_LIMITS], v[limits], 1e-4, "cm"),
-        farthest("deflections where they turn, interpolated", [v for v, _ in LEE_TURNS], turns[:, 0], 1e-4, "cm"),
+        farthest(
+            "deflections at the limit loads", [v for _, v in LEE_LIMITS], v[limits], 1e-4, "cm"
+        ),
+        farthest(
+            "deflections where they turn, interpolated",
+            [v for v, _ in LEE_TURNS],
+            turns[:, 0],
+            1e-4,
+            "cm",
+        ),
         farthest("loads there, interpolated", [P for _, P in LEE_TURNS], turns[:, 1], 3e-3, "N"),
         *(
             farthest(
@@ -247,7 +351,12 @@ def lee() -> list[CheckedNumber]:
                 np.array(rows)[:, k - 1],
                 1e-5,
                 "cm",
-                curve=LoadPath(pairs(ours, P), pairs(table[:, k], table[:, 0]), "displacement of the load [cm]", "load P [N]"),
+                curve=LoadPath(
+                    pairs(ours, P),
+                    pairs(table[:, k], table[:, 0]),
+                    "displacement of the load [cm]",
+                    "load P [N]",
+                ),
             )
             for k, (name, ours) in enumerate(paths.items(), 1)
         ),

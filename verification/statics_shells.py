@@ -1,10 +1,13 @@
-"""Static deflections of plates and shells, small and large, and load paths of roofs that snap through.
+"""Static deflections of plates and shells, small and large, and load paths of roofs that snap
+through.
 
-Sources: Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001, whose shell has shear (its
-tables; limits without shear are recomputed by an independent Kirchhoff-Love solver, that of the cantilever by a rod with
-EI = E b t^3/12); Scordelis and Lo, ACI J. 61 (1964) 539-561 (roof; 0.3006, more digits recomputed); Lindberg, Olson and Cowper,
-Q. Bull. Div. Mech. Eng. Natl. Aeronaut. Establ. Ottawa 4 (1969) (pinched cylinder, 164.24 P/(E t)); Timoshenko and
-Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, art. 30 and 44 (squares; more digits by Navier and Ritz series).
+Sources: Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001,
+whose shell has shear (its tables; limits without shear are recomputed by an independent
+Kirchhoff-Love solver, that of the cantilever by a rod with EI = E b t^3/12); Scordelis and Lo, ACI
+J. 61 (1964) 539-561 (roof; 0.3006, more digits recomputed); Lindberg, Olson and Cowper, Q. Bull.
+Div. Mech. Eng. Natl. Aeronaut. Establ. Ottawa 4 (1969) (pinched cylinder, 164.24 P/(E t));
+Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, art. 30 and 44
+(squares; more digits by Navier and Ritz series).
 """
 
 from __future__ import annotations
@@ -20,7 +23,15 @@ from scipy.interpolate import make_interp_spline
 from fmbs_skfem.bodies import Material
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from fmbs_skfem.dynamics import (
+    ArcLength,
+    Trajectory,
+    at_load_factor,
+    follow_path,
+    limit_points,
+    outputs,
+    solve_statics,
+)
 from fmbs_skfem.shapes import nurbs
 from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems import At, System, assemble, eliminate
@@ -35,8 +46,18 @@ from .registry import CheckedNumber, case, farthest, pairs, refined
 
 SZE = "Sze, Liu, Lo (2004), doi 10.1016/j.finel.2003.11.001"
 SQUARES = "Timoshenko and Woinowsky-Krieger (1959), art. 30 and 44; more digits by series"
-THIN = {"ancf": 24, "nurbs": 8, "bfs": 8, "argyris": 4}  #: interpolation: cells along a quarter of a square
-CELLS = {"ancf": 16, "nurbs": 16, "bfs": 16, "argyris": 8}  #: interpolation: cells along a cantilever
+THIN = {
+    "ancf": 24,
+    "nurbs": 8,
+    "bfs": 8,
+    "argyris": 4,
+}  #: interpolation: cells along a quarter of a square
+CELLS = {
+    "ancf": 16,
+    "nurbs": 16,
+    "bfs": 16,
+    "argyris": 8,
+}  #: interpolation: cells along a cantilever
 END_SHEAR = {  #: load factor: -U, W without shear
     0.05: (0.02646439, 0.663645), 0.1: (0.103535, 1.309754), 0.15: (0.2248678, 1.923507), 0.2: (0.3816417, 2.494525),
     0.25: (0.5643119, 3.017224), 0.3: (0.7639769, 3.490126), 0.35: (0.9731361, 3.914693), 0.4: (1.185924, 4.294175),
@@ -50,7 +71,12 @@ SZE_END_SHEAR = {  #: -U, W; its table 1
     0.55: (1.807, 5.202), 0.6: (2.002, 5.444), 0.65: (2.19, 5.66), 0.7: (2.37, 5.855), 0.75: (2.541, 6.031),
     0.8: (2.705, 6.19), 0.85: (2.861, 6.335), 0.9: (3.01, 6.467), 0.95: (3.151, 6.588), 1.0: (3.286, 6.698),
 }  # fmt: skip
-SZE_ROLL_UP = {0.25: (4.361, 7.639), 0.5: (12.0, 7.639), 0.75: (14.546, 2.546), 1.0: (12.0, 0.0)}  #: -U, W; its exact columns
+SZE_ROLL_UP = {
+    0.25: (4.361, 7.639),
+    0.5: (12.0, 7.639),
+    0.75: (14.546, 2.546),
+    1.0: (12.0, 0.0),
+}  #: -U, W; its exact columns
 SZE_ROOF = {  #: thickness: P/3000 and deflection of the centre, tables of 3.8, isotropic
     12.7: (
         (0.3473, 3.087),
@@ -71,7 +97,10 @@ SZE_ROOF = {  #: thickness: P/3000 and deflection of the centre, tables of 3.8, 
         (0.1427, 28.302),
     ),
 }
-SZE_ROOF_LIMITS = {12.7: (0.7421, 0.1729), 6.35: (0.1953, -0.1288)}  #: largest P/3000, then the least
+SZE_ROOF_LIMITS = {
+    12.7: (0.7421, 0.1729),
+    6.35: (0.1953, -0.1288),
+}  #: largest P/3000, then the least
 HEMISPHERE = {  #: load factor: outwards, inwards, without shear
     0.1: (1.49853, 1.82601), 0.2: (2.32064, 3.23414), 0.3: (2.81834, 4.30457), 0.4: (3.15778, 5.15835),
     0.5: (3.40722, 5.86282), 0.6: (3.59971, 6.45763), 0.7: (3.75343, 6.96833), 0.8: (3.87938, 7.4125), 0.9: (3.98467, 7.80287),
@@ -86,7 +115,11 @@ SZE_HEMISPHERE = {  #: the same, its table
 SEMI_CYLINDER = {0.1: 15.77627, 0.2: 37.36476}  #: deflection under the load, without shear
 SZE_SEMI_CYLINDER = {0.1: 16.1, 0.2: 37.582}
 ROOF_FREE, ROOF_CROWN = 0.30059246, -0.04507416  #: Scordelis-Lo, without shear, converged
-CLAMPED, HINGED, CANTILEVER = 0.0012653191, 0.00406235266, 0.1290742231  #: w D/(q a^4) under a uniform load
+CLAMPED, HINGED, CANTILEVER = (
+    0.0012653191,
+    0.00406235266,
+    0.1290742231,
+)  #: w D/(q a^4) under a uniform load
 CLAMPED_POINT, HINGED_POINT = 0.0056121, 0.0116008  #: w D/(P a^2) under a force at the centre
 PINCHED = 1.8248e-5  #: deflection under a unit force
 
@@ -98,20 +131,33 @@ def spaced(end: float, cells: int, growth: float = 0.0) -> np.ndarray:
     return end * (np.expm1(growth * s) / np.expm1(growth) if growth else s)
 
 
-def interpolated(position: Callable[[np.ndarray, np.ndarray], np.ndarray], knots: tuple[np.ndarray, np.ndarray]) -> Surface:
-    """The quartic spline surface through position(xi1, xi2) at the Greville points; edges that coincide are not joined."""
+def interpolated(
+    position: Callable[[np.ndarray, np.ndarray], np.ndarray], knots: tuple[np.ndarray, np.ndarray]
+) -> Surface:
+    """The quartic spline surface through position(xi1, xi2) at the Greville points; edges that
+    coincide are not joined.
+    """
     p = 4
-    first, second = lines = [np.concatenate([np.full(p, one[0]), one, np.full(p, one[-1])]) for one in knots]
-    at = [np.array([line[k + 1 : k + p + 1].mean() for k in range(len(line) - p - 1)]) for line in lines]
+    first, second = lines = [
+        np.concatenate([np.full(p, one[0]), one, np.full(p, one[-1])]) for one in knots
+    ]
+    at = [
+        np.array([line[k + 1 : k + p + 1].mean() for k in range(len(line) - p - 1)])
+        for line in lines
+    ]
     control = position(*np.meshgrid(*at, indexing="ij"))
     for axis in (0, 1):
-        control = np.moveaxis(make_interp_spline(at[axis], np.moveaxis(control, axis, 0), p, lines[axis]).c, 0, axis)
+        control = np.moveaxis(
+            make_interp_spline(at[axis], np.moveaxis(control, axis, 0), p, lines[axis]).c, 0, axis
+        )
     return nurbs.surface({"": nurbs.Patch(first, second, p, p)}, {"": control}, join=False)
 
 
 def cylinder(radius: float, knots: tuple[np.ndarray, np.ndarray]) -> Surface:
     """(R sin phi, y, R cos phi) over knots (i,), (j,) of phi and y, the load at phi = y = 0."""
-    return interpolated(lambda phi, y: np.stack([radius * np.sin(phi), y, radius * np.cos(phi)], -1), knots)
+    return interpolated(
+        lambda phi, y: np.stack([radius * np.sin(phi), y, radius * np.cos(phi)], -1), knots
+    )
 
 
 def mirror(axis: str, *edges: str) -> joints.Edge:
@@ -137,12 +183,20 @@ def loaded(
     body = plate("plate", shape, t, Material(E, 1.0, nu), rims=rims)
     sensors = {name: probes.Position(At("plate", place)) for name, place in sensed.items()}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Notice)  # corners belong to two edges: rows left out there are no surprise
+        warnings.simplefilter(
+            "ignore", Notice
+        )  # corners belong to two edges: rows left out there are no surprise
         return eliminate(assemble([body], held, load, outputs=sensors))
 
 
 # ------------------------------------------------------------------------------------------------------------- cantilevers
-def cantilever(kind: str, cells: tuple[int, int], length: float, load: list[Any], rims: dict[str, Rim] | None = None) -> System:
+def cantilever(
+    kind: str,
+    cells: tuple[int, int],
+    length: float,
+    load: list[Any],
+    rims: dict[str, Rim] | None = None,
+) -> System:
     """Sze's cantilevers: b = 1, t = 0.1, E = 1.2e6, nu = 0."""
     held = [joints.Edge("clamp", "plate", ("left",), slope="z")]
     return loaded(rectangle(kind, *cells, length), 0.1, 1.2e6, 0.0, held, load, rims, b="b", c="c")
@@ -164,11 +218,14 @@ def sheared(kind: str) -> Trajectory:
 def rolled(kind: str, cells: tuple[int, int], steps: int) -> Trajectory:
     """The cantilever of 12 x 1 under an end moment of 50 pi/3 on a rigid edge, which turns by 2 pi."""
     load = [loads.Moment("M", At("plate", "grip"), (0.0, -50 * np.pi / 3, 0.0))]
-    return solve_statics(cantilever(kind, cells, 12.0, load, {"grip": Rim(("right",), slopes=True)}), steps, TIGHT)
+    return solve_statics(
+        cantilever(kind, cells, 12.0, load, {"grip": Rim(("right",), slopes=True)}), steps, TIGHT
+    )
 
 
 def circle(factor: float) -> tuple[float, float]:
-    """-U and W of a Kirchhoff-Love strip: theta' = M/(EI l^2), l^2 = 1 - t^2/6 theta'^2, tip at l/theta' (sin, 1 - cos).
+    """-U and W of a Kirchhoff-Love strip: theta' = M/(EI l^2), l^2 = 1 - t^2/6 theta'^2, tip at
+    l/theta' (sin, 1 - cos).
 
     Both follow from the energy E t/2 ((l^2 - 1)/2)^2 + E t^3/24 (l theta')^2 a width.
     """
@@ -177,43 +234,69 @@ def circle(factor: float) -> tuple[float, float]:
     for _ in range(50):
         turn = bend / (1 - t**2 / 6 * turn**2)
     radius = np.sqrt(1 - t**2 / 6 * turn**2) / turn
-    return float(length - radius * np.sin(turn * length)), float(radius * (1 - np.cos(turn * length)))
+    return float(length - radius * np.sin(turn * length)), float(
+        radius * (1 - np.cos(turn * length))
+    )
 
 
 # ----------------------------------------------------------------------------------------------------------------- squares
 def square(kind: str, cells: int, t: float, slope: str, load: str = "uniform") -> float:
-    """w D/(q a^4) or w D/(P a^2) at the centre of a unit square, a quarter of it, clamped (slope z) or hinged ("")."""
+    """w D/(q a^4) or w D/(P a^2) at the centre of a unit square, a quarter of it, clamped (slope z)
+    or hinged ("").
+    """
     E, nu = 1e9, 0.3
     D = E * t**3 / (12 * (1 - nu**2))
     size = 1e-6 * D
-    held = [joints.Edge("support", "plate", ("left", "bottom"), slope=slope), mirror("x", "right"), mirror("y", "top")]
+    held = [
+        joints.Edge("support", "plate", ("left", "bottom"), slope=slope),
+        mirror("x", "right"),
+        mirror("y", "top"),
+    ]
     push = (0.0, 0.0, size)
-    force = loads.SurfaceLoad("q", "plate", push) if load == "uniform" else loads.PointForce("P", At("plate", "c"), push)
+    force = (
+        loads.SurfaceLoad("q", "plate", push)
+        if load == "uniform"
+        else loads.PointForce("P", At("plate", "c"), push)
+    )
     system = loaded(rectangle(kind, cells, cells, 0.5, 0.5), t, E, nu, held, [force], centre="c")
     w = float(outputs(solve_statics(system, 1, TIGHT))["centre_z"][-1])
     return w * D / (size if load == "uniform" else 4 * size)
 
 
 def held(kind: str, cells: int, t: float = 1e-3) -> float:
-    """w D/(q a^4) in the middle of the end of a unit square clamped along the other end, half of it."""
+    """w D/(q a^4) in the middle of the end of a unit square clamped along the other end, half of
+    it.
+    """
     D = 1e9 * t**3 / (12 * (1 - 0.3**2))
     size = 1e-6 * D
     supports = [joints.Edge("clamp", "plate", ("left",), slope="z"), mirror("y", "top")]
     force = [loads.SurfaceLoad("q", "plate", (0.0, 0.0, size))]
-    system = loaded(rectangle(kind, cells, cells // 2, 1.0, 0.5), t, 1e9, 0.3, supports, force, end="c")
+    system = loaded(
+        rectangle(kind, cells, cells // 2, 1.0, 0.5), t, 1e9, 0.3, supports, force, end="c"
+    )
     return float(outputs(solve_statics(system, 1, TIGHT))["end_z"][-1]) * D / size
 
 
 # ------------------------------------------------------------------------------------------------------------------ shells
 def scordelis_lo(cells: int, degree: int = 3, t: float = 0.25) -> tuple[float, float]:
-    """Downward deflections of the free edge and of the crown in the middle, a quarter of the roof, by a load of 1e-5."""
+    """Downward deflections of the free edge and of the crown in the middle, a quarter of the roof,
+    by a load of 1e-5.
+    """
     small = 1e-5 * (t / 0.25) ** 2
-    shape = nurbs.surface(*nurbs.cylinder_panel(25.0, 25.0, 0.0, np.radians(40.0), cells, cells, degree))
-    held = [joints.Edge("diaphragm", "plate", ("xi2_min",), "xz"), mirror("x", "xi1_min"), mirror("y", "xi2_max")]
+    shape = nurbs.surface(
+        *nurbs.cylinder_panel(25.0, 25.0, 0.0, np.radians(40.0), cells, cells, degree)
+    )
+    held = [
+        joints.Edge("diaphragm", "plate", ("xi2_min",), "xz"),
+        mirror("x", "xi1_min"),
+        mirror("y", "xi2_max"),
+    ]
     weight = loads.SurfaceLoad("weight", "plate", (0.0, 0.0, -90.0 * small))
     system = loaded(shape, t, 4.32e8, 0.0, held, [weight], free="corner_11", crown="corner_01")
     found = outputs(solve_statics(system, 1, TIGHT))
-    free, crown = (float(found[name][0] - found[name][-1]) / small for name in ("free_z", "crown_z"))
+    free, crown = (
+        float(found[name][0] - found[name][-1]) / small for name in ("free_z", "crown_z")
+    )
     return free, crown
 
 
@@ -222,31 +305,58 @@ def pinched_cylinder(cells: int, growth: float = 2.0) -> float:
     knots = spaced(np.pi / 2, cells, growth), spaced(300.0, cells, growth)
     held, small = [*EIGHTH, DIAPHRAGM], 1e-3
     load = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, -small / 4))]
-    found = outputs(solve_statics(loaded(cylinder(300.0, knots), 3.0, 3e6, 0.3, held, load, top="corner_00"), 1, TIGHT))["top_z"]
+    found = outputs(
+        solve_statics(
+            loaded(cylinder(300.0, knots), 3.0, 3e6, 0.3, held, load, top="corner_00"), 1, TIGHT
+        )
+    )["top_z"]
     return float(found[0] - found[-1]) / small
 
 
 def hinged_roof(t: float, cells: int = 6) -> System:
-    """R = 2540, 508 x 508, hinged straight edges, E = 3102.75, nu = 0.3, 3000 on the centre; a quarter of it."""
+    """R = 2540, 508 x 508, hinged straight edges, E = 3102.75, nu = 0.3, 3000 on the centre; a
+    quarter of it.
+    """
     shape = nurbs.surface(*nurbs.cylinder_panel(2540.0, 254.0, 0.0, 0.1, cells, cells, 4))
-    held = [joints.Edge("hinge", "plate", ("xi1_max",)), mirror("x", "xi1_min"), mirror("y", "xi2_min")]
+    held = [
+        joints.Edge("hinge", "plate", ("xi1_max",)),
+        mirror("x", "xi1_min"),
+        mirror("y", "xi2_min"),
+    ]
     load = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, -750.0))]
     return loaded(shape, t, 3102.75, 0.3, held, load, centre="corner_00")
 
 
 def hemisphere(cells: int = 12, growth: float = 1.5) -> System:
-    """R = 10, t = 0.04, a hole of 18 degrees, two forces of 400 outwards, two inwards; a quarter of it."""
+    """R = 10, t = 0.04, a hole of 18 degrees, two forces of 400 outwards, two inwards; a quarter of
+    it.
+    """
     half = spaced(np.pi / 4, cells // 2, growth)
-    knots = np.concatenate([half, (np.pi / 2 - half[::-1])[1:]]), spaced(np.radians(72.0), cells, growth)
-    shape = interpolated(lambda a, b: 10.0 * np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1), knots)
+    knots = (
+        np.concatenate([half, (np.pi / 2 - half[::-1])[1:]]),
+        spaced(np.radians(72.0), cells, growth),
+    )
+    shape = interpolated(
+        lambda a, b: 10.0 * np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1),
+        knots,
+    )
     out, back = At("plate", "corner_00"), At("plate", "corner_10")
-    held = [mirror("y", "xi1_min"), mirror("x", "xi1_max"), joints.Slider("height", out, (1.0, 0.0, 0.0))]
-    load = [loads.PointForce("A", out, (200.0, 0.0, 0.0)), loads.PointForce("B", back, (0.0, -200.0, 0.0))]
+    held = [
+        mirror("y", "xi1_min"),
+        mirror("x", "xi1_max"),
+        joints.Slider("height", out, (1.0, 0.0, 0.0)),
+    ]
+    load = [
+        loads.PointForce("A", out, (200.0, 0.0, 0.0)),
+        loads.PointForce("B", back, (0.0, -200.0, 0.0)),
+    ]
     return loaded(shape, 0.04, 6.825e7, 0.3, held, load, out="corner_00", back="corner_10")
 
 
 def semi_cylinder(load: float, cells: int = 10, growth: float = 1.5) -> System:
-    """R = 101.6, L = 304.8, t = 3, clamped at one end, a force down on the crown of the free end; half of it."""
+    """R = 101.6, L = 304.8, t = 3, clamped at one end, a force down on the crown of the free end;
+    half of it.
+    """
     knots = spaced(np.pi / 2, cells, growth), spaced(304.8, cells, growth)
     held = [
         joints.Edge("clamp", "plate", ("xi2_max",), "xyz", "xz"),
@@ -273,23 +383,40 @@ def end_shear() -> list[CheckedNumber]:
 def strip_roll_up() -> list[CheckedNumber]:
     """A strip is rolled up by an end moment; plates stretch by t^2 theta'^2/12 as they bend."""
     found = []
-    for kind, cells in (("ancf", (24, 3)), ("nurbs", (24, 1)), ("bfs", (24, 1)), ("argyris", (12, 1))):
-        got = tip(rolled(kind, cells, 8), 12.0)[1::2]  # four loads; over a quarter turn a step would be shortened
-        found.append(farthest(f"tip, {kind}, without shear", [circle(factor) for factor in SZE_ROLL_UP], got, 2e-4))
+    for kind, cells in (
+        ("ancf", (24, 3)),
+        ("nurbs", (24, 1)),
+        ("bfs", (24, 1)),
+        ("argyris", (12, 1)),
+    ):
+        got = tip(rolled(kind, cells, 8), 12.0)[
+            1::2
+        ]  # four loads; over a quarter turn a step would be shortened
+        found.append(
+            farthest(
+                f"tip, {kind}, without shear", [circle(factor) for factor in SZE_ROLL_UP], got, 2e-4
+            )
+        )
         found.append(farthest(f"tip, {kind}, table", list(SZE_ROLL_UP.values()), got, 6e-4))
     return found
 
 
-def squares(slope: str, thin: float, uniform: float, force: float, tolerance: float) -> list[CheckedNumber]:
+def squares(
+    slope: str, thin: float, uniform: float, force: float, tolerance: float
+) -> list[CheckedNumber]:
     """Squares under a uniform load, t/a = `thin`, and under a force at the centre."""
     points = (("nurbs", 12), ("bfs", 8), ("argyris", 6))
     return [
         *(
-            CheckedNumber(f"uniform load, {kind}", uniform, square(kind, n, thin, slope), 1e-3, "q a^4/D")
+            CheckedNumber(
+                f"uniform load, {kind}", uniform, square(kind, n, thin, slope), 1e-3, "q a^4/D"
+            )
             for kind, n in THIN.items()
         ),
         *(
-            CheckedNumber(f"force, {kind}", force, square(kind, n, 1e-3, slope, "point"), tolerance, "P a^2/D")
+            CheckedNumber(
+                f"force, {kind}", force, square(kind, n, 1e-3, slope, "point"), tolerance, "P a^2/D"
+            )
             for kind, n in points
         ),
     ]
@@ -309,8 +436,13 @@ def hinged_squares() -> list[CheckedNumber]:
 
 @case("cantilever-squares", group="statics", source="Legendre-Ritz series (recomputed)")
 def cantilever_squares() -> list[CheckedNumber]:
-    """Squares clamped along one side under a uniform load, nu = 0.3; the moments at the ends of the clamp have no bounds."""
-    return [CheckedNumber(f"middle of the end, {kind}", CANTILEVER, held(kind, n), 2e-3, "q a^4/D") for kind, n in THIN.items()]
+    """Squares clamped along one side under a uniform load, nu = 0.3; the moments at the ends of the
+    clamp have no bounds.
+    """
+    return [
+        CheckedNumber(f"middle of the end, {kind}", CANTILEVER, held(kind, n), 2e-3, "q a^4/D")
+        for kind, n in THIN.items()
+    ]
 
 
 @case("square-orders", group="statics", source=SQUARES)
@@ -323,7 +455,11 @@ def square_orders() -> list[CheckedNumber]:
     return found
 
 
-@case("scordelis-lo", group="statics", source="Scordelis and Lo, ACI J. 61 (1964) 539-561; without shear, recomputed")
+@case(
+    "scordelis-lo",
+    group="statics",
+    source="Scordelis and Lo, ACI J. 61 (1964) 539-561; without shear, recomputed",
+)
 def roof() -> list[CheckedNumber]:
     """A roof on diaphragms under its weight."""
     free, crown = scordelis_lo(16)
@@ -331,18 +467,26 @@ def roof() -> list[CheckedNumber]:
         CheckedNumber("free edge, published", 0.3006, free, 5e-4, "ft"),
         CheckedNumber("free edge, converged", ROOF_FREE, free, 1e-5, "ft"),
         CheckedNumber("crown, converged", ROOF_CROWN, crown, 2e-5, "ft"),
-        CheckedNumber("free edge, quartics on 8 x 8 cells", ROOF_FREE, scordelis_lo(8, 4)[0], 3e-6, "ft"),
+        CheckedNumber(
+            "free edge, quartics on 8 x 8 cells", ROOF_FREE, scordelis_lo(8, 4)[0], 3e-6, "ft"
+        ),
     ]
 
 
-@case("pinched-cylinder", group="statics", source="Lindberg, Olson and Cowper (1969): 164.24 P/(E t) = 1.8249e-5")
+@case(
+    "pinched-cylinder",
+    group="statics",
+    source="Lindberg, Olson and Cowper (1969): 164.24 P/(E t) = 1.8249e-5",
+)
 def pinched() -> list[CheckedNumber]:
     """A cylinder with rigid diaphragms under two opposite forces, linear."""
     return [CheckedNumber("deflection under a force", PINCHED, pinched_cylinder(12), 2e-3)]
 
 
 def roof_path(t: float, tolerance: float) -> list[CheckedNumber]:
-    """Deflections on all branches beside Sze's table, the equilibrium at the table's load that is nearest, and both limit loads."""
+    """Deflections on all branches beside Sze's table, the equilibrium at the table's load that is
+    nearest, and both limit loads.
+    """
     path = follow_path(hinged_roof(t), ArcLength(0.05, wanted=3))
     found = []
     for load, deflection in SZE_ROOF[t]:
@@ -350,7 +494,9 @@ def roof_path(t: float, tolerance: float) -> list[CheckedNumber]:
         found.append(float(w[np.argmin(np.abs(w - deflection))]))
     table = np.array(SZE_ROOF[t])
     ours = pairs(2540.0 - outputs(path)["centre_z"], 3000 * path.times)
-    shown = LoadPath(ours, pairs(table[:, 1], 3000 * table[:, 0]), "deflection of the centre [mm]", "load P [N]")
+    shown = LoadPath(
+        ours, pairs(table[:, 1], 3000 * table[:, 0]), "deflection of the centre [mm]", "load P [N]"
+    )
     limits = 3000 * path.times[limit_points(path)]
     names = ("limit load, largest of the table", "second limit load, least of the table")
     return [
@@ -364,7 +510,9 @@ def roof_path(t: float, tolerance: float) -> list[CheckedNumber]:
 
 @case("hinged-roof", group="statics", source=f"{SZE}, 3.8, isotropic, t = 12.7")
 def thick_roof() -> list[CheckedNumber]:
-    """A hinged roof snaps through; the least load of the table is at one of its steps, beside the limit point."""
+    """A hinged roof snaps through; the least load of the table is at one of its steps, beside the
+    limit point.
+    """
     return roof_path(12.7, 0.02)
 
 
@@ -383,14 +531,23 @@ def open_hemisphere() -> list[CheckedNumber]:
         at = outputs(at_load_factor(path, factor))
         got[factor] = at["out_x"][0] - 10.0, 10.0 - at["back_y"][0]
     return [
-        farthest("outwards and inwards, without shear", list(HEMISPHERE.values()), [got[f] for f in HEMISPHERE], 1.5e-3),
-        farthest("outwards and inwards, table", list(SZE_HEMISPHERE.values()), list(got.values()), 6e-3),
+        farthest(
+            "outwards and inwards, without shear",
+            list(HEMISPHERE.values()),
+            [got[f] for f in HEMISPHERE],
+            1.5e-3,
+        ),
+        farthest(
+            "outwards and inwards, table", list(SZE_HEMISPHERE.values()), list(got.values()), 6e-3
+        ),
     ]
 
 
 @case("semi-cylinder", group="statics", source=f"{SZE}, 3.7, isotropic; without shear, recomputed")
 def pinched_semi_cylinder() -> list[CheckedNumber]:
-    """A clamped semi-cylinder with a force on its free end, up to a fifth of the table's largest load."""
+    """A clamped semi-cylinder with a force on its free end, up to a fifth of the table's largest
+    load.
+    """
     path = solve_statics(semi_cylinder(400.0), 2)
     w = 101.6 - outputs(path)["top_z"][1:]
     return [

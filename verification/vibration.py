@@ -1,7 +1,8 @@
 r"""Natural frequencies of beams, plates, and of a beam that rotates.
 
 beams     omega = (beta L)^2 sqrt(EI/(rhoA L^4))           plates    omega a^2 sqrt(rho t/D),  D = E t^3/(12 (1 - nu^2))
-rotating  M z'' + K(x_s) z = 0 about the stretched state x_s in the rotating frame, f(x_s) = Omega^2 M P x_s,
+rotating  M z'' + K(x_s) z = 0 about the stretched state x_s in the rotating frame, f(x_s) = Omega^2
+M P x_s,
           P the plane of rotation; in the plane omega_lag^2 = omega_flap^2 - Omega^2 for an axis through the root
 """
 
@@ -31,7 +32,12 @@ from .registry import CheckedNumber, case, farthest, refined
 # ------------------------------------------------------------------------------------------------------------- beams
 def roots(first: float, equation: Callable[[float], float]) -> np.ndarray:
     """The eight smallest roots beta L > 0 (8,), near (first + k) pi."""
-    return np.array([brentq(equation, np.pi * (first + k) - 0.5, np.pi * (first + k) + 0.5, xtol=1e-14) for k in range(8)])
+    return np.array(
+        [
+            brentq(equation, np.pi * (first + k) - 0.5, np.pi * (first + k) + 0.5, xtol=1e-14)
+            for k in range(8)
+        ]
+    )
 
 
 ROOTS = {  # characteristic equations of Blevins' table, divided by cosh
@@ -55,7 +61,9 @@ BLEVINS = "Blevins, Formulas for Natural Frequency and Mode Shape (1979), ISBN 9
 
 def beam(supports: str, cells: int, dim: int = 2, EA: float = 1e6, **options: Any) -> System:
     """Beam with EI = rhoA = L = 1; its axial frequencies are above the bending ones of the table."""
-    part = body.cable("beam", segment(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, **options)
+    part = body.cable(
+        "beam", segment(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, **options
+    )
     kinds = zip(supports.split("-"), ("left", "right"), strict=True)
     return assemble([part], [joint for kind, end in kinds for joint in ENDS[kind](end)])
 
@@ -63,24 +71,44 @@ def beam(supports: str, cells: int, dim: int = 2, EA: float = 1e6, **options: An
 def frequencies(supports: str, cells: int, count: int = 5, **options: Any) -> np.ndarray:
     """The first elastic angular frequencies (count,) [rad/s] in the plane."""
     rigid = RIGID.get(supports, 0)
-    return vibration_modes(beam(supports, cells, **options), count + rigid).angular_frequencies[rigid:]
+    return vibration_modes(beam(supports, cells, **options), count + rigid).angular_frequencies[
+        rigid:
+    ]
 
 
 @case("beam-frequencies", group="vibration", source=BLEVINS)
 def beam_frequencies() -> list[CheckedNumber]:
     """Eight bending frequencies of beams with all pairs of supports, quintic cells."""
     return [
-        farthest(supports, np.square(roots), frequencies(supports, 24, 8, degree=5), 1e-6, "rad/s", each=True)
+        farthest(
+            supports,
+            np.square(roots),
+            frequencies(supports, 24, 8, degree=5),
+            1e-6,
+            "rad/s",
+            each=True,
+        )
         for supports, roots in ROOTS.items()
     ]
 
 
-@case("beam-frequency-error", group="vibration", source=BLEVINS + "; (beta h)^4/1440: Strang and Fix (1973), sect. 6.3")
+@case(
+    "beam-frequency-error",
+    group="vibration",
+    source=BLEVINS + "; (beta h)^4/1440: Strang and Fix (1973), sect. 6.3",
+)
 def beam_frequency_error() -> list[CheckedNumber]:
-    """The excess of cubic cells is (beta h)^4/1440, for C1 splines and ANCF alike: third mode, 20 cells."""
+    """The excess of cubic cells is (beta h)^4/1440, for C1 splines and ANCF alike: third mode, 20
+    cells.
+    """
     root = ROOTS["clamped-free"][2]
     return [
-        CheckedNumber(name, (root / 20) ** 4 / 1440, float(frequencies("clamped-free", 20, **options)[2] / root**2 - 1), 0.1)
+        CheckedNumber(
+            name,
+            (root / 20) ** 4 / 1440,
+            float(frequencies("clamped-free", 20, **options)[2] / root**2 - 1),
+            0.1,
+        )
         for name, options in (("C1 cubic", {}), ("ANCF", {"ancf": True}))
     ]
 
@@ -101,21 +129,31 @@ def beam_frequency_order() -> list[CheckedNumber]:
         ("C1 quintic", {"degree": 5}, 8),
     )
     for name, options, expected in rows:
-        error = partial(lambda options, n: frequencies("clamped-free", n, **options)[2] / exact - 1, options)
+        error = partial(
+            lambda options, n: frequencies("clamped-free", n, **options)[2] / exact - 1, options
+        )
         found.append(refined(name, (8, 16) if expected == 4 else (6, 12), error, expected, 0.08))
     return found
 
 
 @case("beam-frequencies-space", group="vibration", source=BLEVINS)
 def beam_frequencies_space() -> list[CheckedNumber]:
-    """In space the bending frequencies of a cantilever come in pairs; the first axial one is pi/2 sqrt(EA/rhoA)/L."""
+    """In space the bending frequencies of a cantilever come in pairs; the first axial one is pi/2
+    sqrt(EA/rhoA)/L.
+    """
     found = vibration_modes(beam("clamped-free", 20, dim=3, degree=5), 6).angular_frequencies
     axial = body.cable("bar", segment(10), sections.Given(EA=1.0, EI=1e3, rhoA=1.0), dim=2)
     system = assemble([axial], [joints.Clamp("clamp", At("bar", "left"))])
     exact = np.repeat(np.square(ROOTS["clamped-free"][:3]), 2)
     return [
         farthest("pairs", exact, found, 1e-7, "rad/s", each=True),
-        CheckedNumber("axial", np.pi / 2, float(vibration_modes(system, 1).angular_frequencies[0]), 1e-6, "rad/s"),
+        CheckedNumber(
+            "axial",
+            np.pi / 2,
+            float(vibration_modes(system, 1).angular_frequencies[0]),
+            1e-6,
+            "rad/s",
+        ),
     ]
 
 
@@ -134,8 +172,12 @@ WRIGHT = {  # Omega sqrt(rhoA L^4/EI): first three flapping frequencies, hub rad
 
 
 def rotating(spin: float, count: int = 8) -> np.ndarray:
-    """Frequencies of a cantilever (EA = 1e9, EI = rhoA = L = 1) along x that rotates about z; (flap or lag, mode)."""
-    turning = eliminate(in_rotating_frame(beam("clamped-free", 16, dim=3, EA=1e9, degree=5), Spin(spin)))
+    """Frequencies of a cantilever (EA = 1e9, EI = rhoA = L = 1) along x that rotates about z; (flap
+    or lag, mode).
+    """
+    turning = eliminate(
+        in_rotating_frame(beam("clamped-free", 16, dim=3, EA=1e9, degree=5), Spin(spin))
+    )
     modes = vibration_modes(turning, count, solve_statics(turning, 1, TIGHT).x[-1])
     share = np.abs((turning.lift.matrix @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
     flap = share[2] > share[1]
@@ -148,7 +190,9 @@ def rotating(spin: float, count: int = 8) -> np.ndarray:
     source="Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (March 1982), hub radius 0; as in Bir, AIAA 2009-1035, table 3a",
 )
 def rotating_beam() -> list[CheckedNumber]:
-    """Flapping and lagging frequencies of a cantilever that rotates about its root (centrifugal stiffening)."""
+    """Flapping and lagging frequencies of a cantilever that rotates about its root (centrifugal
+    stiffening).
+    """
     found = []
     for spin, exact in WRIGHT.items():
         flap, lag = rotating(float(spin))
@@ -201,27 +245,39 @@ THIN = 1e-3  #: t/a, at which rotary inertia and membrane motions play no part
 LEISSA = "Leissa, J. Sound Vib. 31 (1973) 257-293, doi 10.1016/S0022-460X(73)80371-2 (Ritz series continued to 7 digits)"
 
 
-def plate_frequencies(kind: str, cells: int, letters: str, count: int, width: float = 1.0, t: float = THIN) -> np.ndarray:
+def plate_frequencies(
+    kind: str, cells: int, letters: str, count: int, width: float = 1.0, t: float = THIN
+) -> np.ndarray:
     """omega a^2 sqrt(rho t/D) (count,) of a plate a = 1 along x by `width`, without rigid motions."""
     across = max(2, round(cells * width))
     part = plate("plate", rectangle(kind, cells, across, 1.0, width), t, Material(1.0, 1.0, 0.3))
     held = [side for side, letter in zip(SIDES, letters, strict=True) if letter != "F"]
     clamped = [side for side, letter in zip(SIDES, letters, strict=True) if letter == "C"]
-    edges = [joints.Edge(side, "plate", (side,), slope="z" if side in clamped else "") for side in held]
+    edges = [
+        joints.Edge(side, "plate", (side,), slope="z" if side in clamped else "") for side in held
+    ]
     rigid = {"FFFF": 6, "SFFF": 1}.get(letters, 0)
-    found = vibration_modes(eliminate(assemble([part], edges)), count + rigid).angular_frequencies[rigid:]
+    found = vibration_modes(eliminate(assemble([part], edges)), count + rigid).angular_frequencies[
+        rigid:
+    ]
     return found * np.sqrt(12 * (1 - 0.3**2)) / t
 
 
 @case("plate-frequencies", group="vibration", source=LEISSA)
 def square_plates() -> list[CheckedNumber]:
-    """Square plates with free (F), hinged (S) and clamped (C) sides x = 0, x = a, y = 0, y = a, five interpolations."""
+    """Square plates with free (F), hinged (S) and clamped (C) sides x = 0, x = a, y = 0, y = a,
+    five interpolations.
+    """
     found = []
     for letters, exact in PLATES.items():
         for kind in REGULAR if letters in ("FFFF", "CCCC", "CFFF", "SSSS") else ("nurbs",):
             count, tolerance = (LOWEST, 6e-3) if kind in ("ancf", "fvs") else (len(exact), 1e-3)
             ours = plate_frequencies(kind, REGULAR[kind], letters, count)
-            found.append(farthest(f"{letters}, {kind}, {count} modes", exact[:count], ours, tolerance, each=True))
+            found.append(
+                farthest(
+                    f"{letters}, {kind}, {count} modes", exact[:count], ours, tolerance, each=True
+                )
+            )
     return found
 
 
@@ -259,21 +315,35 @@ def rectangular_plates() -> list[CheckedNumber]:
     found = []
     for (letters, aspect), exact in ASPECTS.items():
         ours = plate_frequencies("nurbs", 16, letters, len(exact), 1 / aspect)
-        found.append(farthest(f"{letters}, a/b = {aspect:.3g}, {len(exact)} modes", exact, ours, 1e-3, each=True))
+        found.append(
+            farthest(
+                f"{letters}, a/b = {aspect:.3g}, {len(exact)} modes", exact, ours, 1e-3, each=True
+            )
+        )
     return found
 
 
-@case("plate-frequency-order", group="vibration", source=LEISSA + "; order 2 (p - 1), 2 for slopes at nodes only")
+@case(
+    "plate-frequency-order",
+    group="vibration",
+    source=LEISSA + "; order 2 (p - 1), 2 for slopes at nodes only",
+)
 def plate_frequency_order() -> list[CheckedNumber]:
     """The third frequency of the free square."""
     found = []
     for kind, cells, expected in (("ancf", 8, 2), ("fvs", 12, 2), ("nurbs", 6, 4), ("bfs", 4, 4)):
-        error = partial(lambda kind, n: plate_frequencies(kind, n, "FFFF", 3)[2] / PLATES["FFFF"][2] - 1, kind)
+        error = partial(
+            lambda kind, n: plate_frequencies(kind, n, "FFFF", 3)[2] / PLATES["FFFF"][2] - 1, kind
+        )
         found.append(refined(kind, (cells, 2 * cells), error, expected, 0.1))
     return found
 
 
-@case("plate-thickness", group="vibration", source="omega ~ t of Kirchhoff's plate, Timoshenko and Woinowsky-Krieger (1959)")
+@case(
+    "plate-thickness",
+    group="vibration",
+    source="omega ~ t of Kirchhoff's plate, Timoshenko and Woinowsky-Krieger (1959)",
+)
 def thickness() -> list[CheckedNumber]:
     """The scaled frequency of a cantilever does not change from t/a = 1e-2 to 1e-4: no locking."""
     found = []
@@ -291,14 +361,19 @@ def ring(inner: float, outer: float, around: int = 24, across: int = 2) -> Surfa
     after = np.roll(ids, -1, axis=1)
     quads = np.stack([ids[:-1], ids[1:], after[1:], after[:-1]], -1).reshape(-1, 4)
     circles = [np.column_stack([ids[k], after[k]]) for k in range(across + 1)]
-    arcs = [ancf_plate.Arc(np.zeros(2), float(r), circle) for r, circle in zip(radii, circles, strict=True)]
+    arcs = [
+        ancf_plate.Arc(np.zeros(2), float(r), circle)
+        for r, circle in zip(radii, circles, strict=True)
+    ]
     return ancf_plate.surface(points, quads, arcs, {}, {"inner": circles[0], "outer": circles[-1]})
 
 
 def breathing(cells: int) -> float:
     """Frequency [rad/s] of the mode of a thin free ring in which its radius changes."""
     t, width, E, rho = 0.01, 0.01, 70e9, 2700.0
-    part = plate("ring", ring(1.0 - width / 2, 1.0 + width / 2, cells, 1), t, Material(E, rho, 0.0), dim=2)
+    part = plate(
+        "ring", ring(1.0 - width / 2, 1.0 + width / 2, cells, 1), t, Material(E, rho, 0.0), dim=2
+    )
     found = vibration_modes(assemble([part]), 40)
     x = part.reference[::3] / np.linalg.norm(part.reference[::3], axis=1, keepdims=True)
     radial = np.einsum("nc,ncr->r", x, found.shapes.reshape(-1, 3, 2, 40)[:, 0])

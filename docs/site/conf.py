@@ -16,7 +16,9 @@ from sphinx.application import Sphinx
 sys.path.insert(0, str(Path(__file__).parent))
 import docstrings
 
-gc.set_threshold(100_000, 20, 100)  # pages are millions of nodes that stay: searches for garbage take long
+gc.set_threshold(
+    100_000, 20, 100
+)  # pages are millions of nodes that stay: searches for garbage take long
 
 project = "fmbs_skfem"
 author = "fmbs_skfem developers"
@@ -47,7 +49,11 @@ def drawn(text: str, size: int, inline: bool) -> str:
     """An equation of TeX as SVG of the colour of the text, on its baseline, with the TeX for those who do not see it."""
     found = ziamath.Latex(text, size=size, inline=inline, color="currentColor")
     label = html.escape(text, quote=True)
-    return found.svg().replace("<svg ", f'<svg role="img" aria-label="{label}" style="vertical-align:{found.getyofst():.2f}px" ', 1)
+    return found.svg().replace(
+        "<svg ",
+        f'<svg role="img" aria-label="{label}" style="vertical-align:{found.getyofst():.2f}px" ',
+        1,
+    )
 
 
 def write_math(writer: Any, node: nodes.math) -> None:
@@ -56,7 +62,9 @@ def write_math(writer: Any, node: nodes.math) -> None:
 
 
 def write_equation(writer: Any, node: nodes.math_block) -> None:
-    writer.body.append(f'<div class="equation" tabindex="0">{drawn(node.astext(), 18, False)}</div>')
+    writer.body.append(
+        f'<div class="equation" tabindex="0">{drawn(node.astext(), 18, False)}</div>'
+    )
     raise nodes.SkipNode
 
 

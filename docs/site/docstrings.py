@@ -29,7 +29,10 @@ LONG = 30  #: characters of a default above which a signature shows dots
 def escape(text: str) -> str:
     """A text for reStructuredText: `code` between backticks, everything else as it stands."""
     parts = re.split(r"(`[^`]+`)", text)
-    return "".join(f"`{part}`" if re.fullmatch(r"`[^`]+`", part) else re.sub(r"([\\*|_`])", r"\\\1", part) for part in parts)
+    return "".join(
+        f"`{part}`" if re.fullmatch(r"`[^`]+`", part) else re.sub(r"([\\*|_`])", r"\\\1", part)
+        for part in parts
+    )
 
 
 def paragraphs(lines: list[str]) -> Iterator[str]:
@@ -43,7 +46,11 @@ def paragraphs(lines: list[str]) -> Iterator[str]:
         elif line.strip() and was_code and not is_code:
             yield ""
         was_code = is_code or (was_code and not line.strip())
-        yield line.rstrip() if is_code else re.sub(r"^([-+\d]+)([.)])", r"\1\\\2", escape(line.strip()))
+        yield (
+            line.rstrip()
+            if is_code
+            else re.sub(r"^([-+\d]+)([.)])", r"\1\\\2", escape(line.strip()))
+        )
 
 
 def rows(titles: tuple[str, ...], found: list[tuple[str, ...]]) -> Iterator[str]:
@@ -78,16 +85,27 @@ def comments(kind: type) -> dict[str, str]:
     for own in reversed(kind.__mro__):
         if own.__module__.startswith("fmbs_skfem"):
             known = ModuleAnalyzer.for_module(own.__module__).find_attr_docs()
-            found |= {name: " ".join(lines).strip() for (owner, name), lines in known.items() if owner == own.__qualname__}
+            found |= {
+                name: " ".join(lines).strip()
+                for (owner, name), lines in known.items()
+                if owner == own.__qualname__
+            }
     return found
 
 
 def meanings(kind: type) -> dict[str, str]:
     """What a scene takes for the fields of a class that it can name."""
-    declared = bool(vars(kind).get("words")) if issubclass(kind, Declared) else "Takes(" in repr(plain_hints(kind, extras=True))
+    declared = (
+        bool(vars(kind).get("words"))
+        if issubclass(kind, Declared)
+        else "Takes(" in repr(plain_hints(kind, extras=True))
+    )
     if not declared:
         return {}
-    return {name: reference.takes(value) for name, value in mappings.object_schema(kind)["properties"].items()}
+    return {
+        name: reference.takes(value)
+        for name, value in mappings.object_schema(kind)["properties"].items()
+    }
 
 
 def shapes(kind: type) -> dict[str, str]:
@@ -113,9 +131,17 @@ def fields(kind: type) -> Iterator[str]:
     for field in dataclasses.fields(kind):
         if field.name.startswith("_") or not field.init:
             continue
-        text = " ".join(filter(None, [known.get(field.name, "") for known in (sizes, taken, beside)]))
+        text = " ".join(
+            filter(None, [known.get(field.name, "") for known in (sizes, taken, beside)])
+        )
         default = "" if field.default is dataclasses.MISSING else f" = {default_of(field.default)}"
-        found.append((f"``{field.name}{default}``", f"``{type_of(hints.get(field.name, field.type))}``", escape(text)))
+        found.append(
+            (
+                f"``{field.name}{default}``",
+                f"``{type_of(hints.get(field.name, field.type))}``",
+                escape(text),
+            )
+        )
     if found:
         yield from rows(("field", "type", "meaning"), found)
 
@@ -153,7 +179,11 @@ def sign(app: object, what: str, name: str, obj: Any, *_: object) -> tuple[str, 
     if isinstance(obj, type):
         if not dataclasses.is_dataclass(obj):
             return None
-        known = [field for field in dataclasses.fields(obj) if field.init and not field.name.startswith("_")]
+        known = [
+            field
+            for field in dataclasses.fields(obj)
+            if field.init and not field.name.startswith("_")
+        ]
         parts = [
             field.name
             if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
@@ -175,7 +205,10 @@ def sign(app: object, what: str, name: str, obj: Any, *_: object) -> tuple[str, 
         for own in signature.parameters.values()
     ]
     text = stringify_signature(
-        signature.replace(parameters=known_parameters, return_annotation=hints.get("return", signature.return_annotation)),
+        signature.replace(
+            parameters=known_parameters,
+            return_annotation=hints.get("return", signature.return_annotation),
+        ),
         unqualified_typehints=True,
     )
     arguments, _, result = text.rpartition(" -> ") if " -> " in text else (text, "", "")

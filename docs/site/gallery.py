@@ -45,25 +45,34 @@ KINDS = {
 }
 FIRST = ("picture.png", "animation.gif", "modes.png")  #: these pictures, then all others by name
 HASH = "scene.sha256"
-SCENES = ("picture.png", "modes.png")  #: drawn by `results.rendering`, with a title of HEAD rows and a key of KEY columns [pixel]
+SCENES = (
+    "picture.png",
+    "modes.png",
+)  #: drawn by `results.rendering`, with a title of HEAD rows and a key of KEY columns [pixel]
 HEAD, KEY = 36, 192
 
 
 def names() -> list[str]:
     """Examples with a page of their own, by their paths in the folder without the suffix."""
-    found = [path.relative_to(EXAMPLES).with_suffix("").as_posix() for path in EXAMPLES.rglob("*.yaml")]
+    found = [
+        path.relative_to(EXAMPLES).with_suffix("").as_posix() for path in EXAMPLES.rglob("*.yaml")
+    ]
     return sorted(set(found) - set(VARIANTS), key=lambda name: (name.count("/"), name))
 
 
 def files(name: str) -> Iterator[Path]:
     """What belongs to the page of an example: its scene, its script, and those of its variants."""
     for one in (name, *(other for other, shown in VARIANTS.items() if shown == name)):
-        yield from (path for suffix in (".yaml", ".py") if (path := EXAMPLES / f"{one}{suffix}").exists())
+        yield from (
+            path for suffix in (".yaml", ".py") if (path := EXAMPLES / f"{one}{suffix}").exists()
+        )
 
 
 def kind(name: str) -> str:
     """The kind of an example, which stands over it in the gallery."""
-    text = "\n".join(path.read_text(encoding="utf-8") for path in files(name) if path.suffix == ".yaml")
+    text = "\n".join(
+        path.read_text(encoding="utf-8") for path in files(name) if path.suffix == ".yaml"
+    )
     return next(title for title, words in KINDS.items() if re.search(rf"(?m)\b({words})", text))
 
 
@@ -84,7 +93,10 @@ def draw(name: str, folder: Path) -> None:
 def pictures(folder: Path) -> list[Path]:
     """The pictures of an example in their order, none where it was not drawn."""
     found = [path for path in folder.glob("*.*") if path.suffix in (".png", ".gif")]
-    return sorted(found, key=lambda path: (FIRST.index(path.name) if path.name in FIRST else len(FIRST), path.name))
+    return sorted(
+        found,
+        key=lambda path: (FIRST.index(path.name) if path.name in FIRST else len(FIRST), path.name),
+    )
 
 
 def cropped(path: Path) -> Image.Image:
@@ -106,13 +118,21 @@ def title(name: str, scene: Scene) -> str:
 
 def page(name: str, scene: Scene, shown: list[str]) -> str:
     """The page of one example: what it is, its pictures, and its files."""
-    command = "fmbs render" if any(one.endswith(".gif") for one in shown) or not shown else "fmbs run"
-    parts = [f"# {title(name, scene)}", scene.description, *(f"![{Path(one).stem.replace('_', ' ')}]({one})" for one in shown)]
+    command = (
+        "fmbs render" if any(one.endswith(".gif") for one in shown) or not shown else "fmbs run"
+    )
+    parts = [
+        f"# {title(name, scene)}",
+        scene.description,
+        *(f"![{Path(one).stem.replace('_', ' ')}]({one})" for one in shown),
+    ]
     parts.append(f"```sh\n{command} examples/{name}.yaml\n```")
     for path in files(name):
         language = "python" if path.suffix == ".py" else "yaml"
         text = path.read_text(encoding="utf-8").rstrip()
-        parts.append(f"## `examples/{path.relative_to(EXAMPLES).as_posix()}`\n\n`````{language}\n{text}\n`````")
+        parts.append(
+            f"## `examples/{path.relative_to(EXAMPLES).as_posix()}`\n\n`````{language}\n{text}\n`````"
+        )
     return "\n\n".join(parts) + "\n"
 
 
@@ -135,10 +155,15 @@ def write(folder: Path, drawn: Path) -> None:
             card.thumbnail((520, 390))  # cards are 200 pixels wide, twice that on fine screens
             card.save(folder / f"{stem}-card.png")
             image = f"[![{title(name, scene)}]({stem}-card.png)]({stem}.md)\n\n"
-        cards[kind(name)].append(f"````{{container}} card\n{image}[{title(name, scene)}]({stem}.md): {scene.description}\n````")
+        cards[kind(name)].append(
+            f"````{{container}} card\n{image}[{title(name, scene)}]({stem}.md): {scene.description}\n````"
+        )
         pages.append(stem)
     lead = "Every example is a file in `examples/`, which the tests run; `fmbs demo --copy` brings them with their meshes."
     toctree = "```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```"
-    parts = [f"## {each}\n\n`````{{container}} gallery\n\n{chr(10).join(own)}\n`````" for each, own in cards.items()]
+    parts = [
+        f"## {each}\n\n`````{{container}} gallery\n\n{chr(10).join(own)}\n`````"
+        for each, own in cards.items()
+    ]
     text = "\n\n".join(["# Gallery", lead, *parts, toctree])
     (folder / "index.md").write_text(text + "\n", encoding="utf-8")

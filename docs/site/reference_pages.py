@@ -38,8 +38,16 @@ def public_names(module: types.ModuleType) -> list[str]:
     """What a module offers: its `__all__`, or what it defines without an underscore."""
     if hasattr(module, "__all__"):
         return list(module.__all__)
-    own = {name: value for name, value in vars(module).items() if getattr(value, "__module__", None) == module.__name__}
-    return [name for name, value in own.items() if not name.startswith("_") and not isinstance(value, TypeVar)]
+    own = {
+        name: value
+        for name, value in vars(module).items()
+        if getattr(value, "__module__", None) == module.__name__
+    }
+    return [
+        name
+        for name, value in own.items()
+        if not name.startswith("_") and not isinstance(value, TypeVar)
+    ]
 
 
 def public_modules() -> Iterator[tuple[str, list[str]]]:
@@ -47,7 +55,9 @@ def public_modules() -> Iterator[tuple[str, list[str]]]:
     for floor in FLOORS:
         package = importlib.import_module(f"fmbs_skfem.{floor}")
         known = {
-            name: getattr(package, name, None) or importlib.import_module(f"{package.__name__}.{name}") for name in package.__all__
+            name: getattr(package, name, None)
+            or importlib.import_module(f"{package.__name__}.{name}")
+            for name in package.__all__
         }
         yield floor, [name for name, own in known.items() if not isinstance(own, types.ModuleType)]
         for own in known.values():
@@ -63,7 +73,13 @@ def summary(own: object, ends: str = ".:;") -> str:
 
 def directive(own: object) -> str:
     """What of autodoc describes an object."""
-    return "class" if isinstance(own, type) else "function" if inspect.isroutine(inspect.unwrap(own)) else "data"  # type: ignore[arg-type]
+    return (
+        "class"
+        if isinstance(own, type)
+        else "function"
+        if inspect.isroutine(inspect.unwrap(own))
+        else "data"
+    )  # type: ignore[arg-type]
 
 
 def homes(pages: dict[str, list[str]]) -> dict[int, str]:
@@ -87,24 +103,42 @@ def reference_page(path: str, names: list[str], known: dict[int, str]) -> str:
     if names:
         lines += [".. list-table::", ""]
         # all that Python has to say about a number or a tuple is what tuples are
-        texts = {name: "" if directive(own) == "data" else summary(own) for name, own in objects.items()}
-        lines += [f"   * - :py:obj:`~{place}`\n     - {texts[name]}" for name, place in places.items()]
+        texts = {
+            name: "" if directive(own) == "data" else summary(own) for name, own in objects.items()
+        }
+        lines += [
+            f"   * - :py:obj:`~{place}`\n     - {texts[name]}" for name, place in places.items()
+        ]
     for name, own in objects.items():
         if places[name] == f"{full}.{name}":
             lines += ["", f".. auto{directive(own)}:: {full}.{name}"]
             if isinstance(own, type):
-                lines += ["   :members:", f"   :exclude-members: {', '.join(getattr(own, '__dataclass_fields__', ()))}"]
+                lines += [
+                    "   :members:",
+                    f"   :exclude-members: {', '.join(getattr(own, '__dataclass_fields__', ()))}",
+                ]
     return "\n".join(lines) + "\n"
 
 
 def index(pages: Iterable[str]) -> str:
     """The pages by packages, with a line on each."""
     title = "API reference"
-    lines = [title, "=" * len(title), "", ".. toctree::", "   :hidden:", "", *(f"   {path}" for path in pages)]
+    lines = [
+        title,
+        "=" * len(title),
+        "",
+        ".. toctree::",
+        "   :hidden:",
+        "",
+        *(f"   {path}" for path in pages),
+    ]
     for package, own in itertools.groupby(pages, lambda path: path.split(".")[0]):
         lines += ["", package, "-" * len(package), "", ".. list-table::", ""]
         for path in own:
-            lines += [f"   * - :doc:`{path}`", f"     - {summary(importlib.import_module(f'fmbs_skfem.{path}'), '.')}"]
+            lines += [
+                f"   * - :doc:`{path}`",
+                f"     - {summary(importlib.import_module(f'fmbs_skfem.{path}'), '.')}",
+            ]
     return "\n".join(lines) + "\n"
 
 

@@ -70,13 +70,22 @@ def notebook(page: list[Cell]) -> str:
             "cell_type": "code" if cell.code else "markdown",
         }
         if cell.code:
-            said = [{"output_type": "stream", "name": "stdout", "text": cell.printed}] if cell.printed else []
+            said = (
+                [{"output_type": "stream", "name": "stdout", "text": cell.printed}]
+                if cell.printed
+                else []
+            )
             images = [{"image/png": base64.b64encode(png).decode()} for png in cell.drawn]
-            shown = [{"output_type": "display_data", "metadata": {}, "data": image} for image in images]
+            shown = [
+                {"output_type": "display_data", "metadata": {}, "data": image} for image in images
+            ]
             entry |= {"execution_count": None, "outputs": said + shown}
         known.append(entry)
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    return json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}, "cells": known}, indent=1)
+    return json.dumps(
+        {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}, "cells": known},
+        indent=1,
+    )
 
 
 def write(folder: Path, executed: bool) -> None:
@@ -96,6 +105,8 @@ def write(folder: Path, executed: bool) -> None:
                 picture.write_bytes(png)
                 parts.append(f"![what the cell draws]({picture.name})")
                 count += 1
-        where = "It runs in a clone of the repository, or in the folder that `fmbs demo --copy` makes."
+        where = (
+            "It runs in a clone of the repository, or in the folder that `fmbs demo --copy` makes."
+        )
         parts.append(f"This page as a notebook: [{path.stem}.ipynb]({path.stem}.ipynb). {where}")
         (folder / path.name).write_text("\n\n".join(parts) + "\n", encoding="utf-8")

@@ -1,16 +1,21 @@
 """Flexible multibody systems with large deformation, and their model reduction.
 
-The floors in the order of the data flow: `shapes`, `bodies`, `systems`, `dynamics`, `reduction`, and on top of them `scenes`,
-`results`, `studies` and the command `fmbs`. Floors are loaded when they are first used, because compiled kernels take a second to
-import.
+The floors in the order of the data flow: `shapes`, `bodies`, `systems`, `dynamics`, `reduction`,
+and on top of them `scenes`, `results`, `studies` and the command `fmbs`. Floors are loaded when
+they are first used, because compiled kernels take a second to import.
 """
 
 import os
 import sys
 
-# `python -m` begins its path with the current folder, where files have names of modules: nothing of it is run, as by `fmbs`.
-# That of a script is kept. Python itself has looked for `importlib` and what that needs there by now, and for this package.
-if sys.argv[:1] == ["-m"] and not sys.flags.safe_path and os.path.dirname(os.path.dirname(__file__)) != sys.path[0]:
+# `python -m` begins its path with the current folder, where files have names of modules: nothing of
+# it is run, as by `fmbs`. That of a script is kept. Python itself has looked for `importlib` and
+# what that needs there by now, and for this package.
+if (
+    sys.argv[:1] == ["-m"]
+    and not sys.flags.safe_path
+    and os.path.dirname(os.path.dirname(__file__)) != sys.path[0]
+):
     del sys.path[0]
 
 import importlib

@@ -2,8 +2,9 @@
 
     from fmbs_skfem.extend import Joint, At, fields, quantity
 
-Joints, loads, outputs, bodies, analyses and monitors that scenes name; laws, forces and joints in symbols; hyper-reductions;
-elements of other interpolations. `docs/extensions.md` has a recipe for every kind.
+Joints, loads, outputs, bodies, analyses and monitors that scenes name; laws, forces and joints in
+symbols; hyper-reductions; elements of other interpolations. `docs/extensions.md` has a recipe for
+every kind.
 """
 
 from __future__ import annotations

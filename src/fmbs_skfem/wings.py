@@ -1,4 +1,6 @@
-"""What stands beside the engine, and the names of modules that scripts and extensions may rely on wherever these are."""
+"""What stands beside the engine, and the names of modules that scripts and extensions may rely on
+wherever these are.
+"""
 
 from __future__ import annotations
 
@@ -56,5 +58,6 @@ NAMES = {
 def tell(package: str) -> None:
     """Tell the engine."""
     beside.tell(
-        [f"{package}.{name}" for name in LOADED], {f"{package}.{one}": f"{package}.{place}" for one, place in NAMES.items()}
+        [f"{package}.{name}" for name in LOADED],
+        {f"{package}.{one}": f"{package}.{place}" for one, place in NAMES.items()},
     )

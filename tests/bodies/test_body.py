@@ -66,7 +66,9 @@ def moments(body: Body) -> tuple[float, np.ndarray]:
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("space", SPACES)
 def test_mass_of_a_straight_beam_is_exact(space: dict[str, Any], dim: int) -> None:
-    """m = rhoA L, centre in the middle, and int rhoA (x - a)^2 dS = rhoA L^3 / 3, from unequal cells."""
+    """m = rhoA L, centre in the middle, and int rhoA (x - a)^2 dS = rhoA L^3 / 3, from unequal
+    cells.
+    """
     mesh = polyline(np.outer([0.0, 0.5, 0.7, 2.0], [0.6, 0.8, 0.0]) + np.array([1.0, 0.0, 0.0]))
     body = cable("beam", mesh, SECTION, dim=dim, **space)
     mass, centre = moments(body)
@@ -85,12 +87,17 @@ def orders(error: Callable[[int], float], cells: tuple[int, ...]) -> list[float]
 
 @pytest.mark.parametrize("ancf", [False, True])
 def test_an_arc_converges_with_order_four(ancf: bool) -> None:
-    """Distance from the circle; m = rhoA R pi / 2 and the centre at 2 R / pi in x and y are closer than that."""
+    """Distance from the circle; m = rhoA R pi / 2 and the centre at 2 R / pi in x and y are closer
+    than that.
+    """
 
     def distance(cells: int) -> float:
         body = cable("arc", arc(cells), SECTION, dim=2, ancf=ancf)
         assert body.space is not None
-        r = line.sample(body.space, np.linspace(0.0, line.breaks(body.space)[-1], 20 * cells)) @ body.reference
+        r = (
+            line.sample(body.space, np.linspace(0.0, line.breaks(body.space)[-1], 20 * cells))
+            @ body.reference
+        )
         largest = float(np.abs(np.linalg.norm(r, axis=1) - 0.8).max())
         mass, centre = moments(body)
         assert abs(mass - 0.2 * np.pi) < 0.1 * largest
@@ -109,7 +116,9 @@ def test_reference_curvature_of_an_arc_converges_with_order_two() -> None:
         assert body.cells is not None
         return np.asarray(body.cells.section[2, :, cells // 4 : -cells // 4])
 
-    assert min(orders(lambda cells: float(np.abs(curvature(cells) - 1.25).max()), (8, 16, 32))) > 1.8
+    assert (
+        min(orders(lambda cells: float(np.abs(curvature(cells) - 1.25).max()), (8, 16, 32))) > 1.8
+    )
     assert_allclose(curvature(16, 3), curvature(16, 2), rtol=1e-12)
     backwards = cable("arc", polyline(arc(16).points[::-1]), SECTION, dim=2)
     assert backwards.cells is not None
@@ -118,7 +127,9 @@ def test_reference_curvature_of_an_arc_converges_with_order_two() -> None:
 
 @pytest.mark.parametrize("law", [Law.EXACT, Law.MATERIAL])
 @pytest.mark.parametrize("make", [arc, wave])
-def test_ancf_and_splines_of_one_mesh_are_the_same_body(make: Callable[[int], Any], law: Law) -> None:
+def test_ancf_and_splines_of_one_mesh_are_the_same_body(
+    make: Callable[[int], Any], law: Law
+) -> None:
     """With q_spline = T q_ancf: equal energies, f_ancf = T^T f_spline, m_ancf = T^T m_spline T."""
     ancf = cable("body", make(6), SECTION, ancf=True, law=law)
     spline = cable("body", make(6), SECTION, law=law)
@@ -151,7 +162,9 @@ def test_rigid_motions_cost_nothing(space: dict[str, Any], dim: int, law: Law) -
 def test_energy_of_a_stretched_beam_is_exact(space: dict[str, Any]) -> None:
     """U = EA/2 ((l^2 - 1) / 2)^2 L at a uniform stretch l."""
     body = cable("beam", segment(3, end=(0.0, 2.0, 0.0)), SECTION, **space)
-    assert energy(assemble([body]), 1.2 * body.reference) == pytest.approx(1000.0 * 0.22**2 * 2.0, rel=1e-12)
+    assert energy(assemble([body]), 1.2 * body.reference) == pytest.approx(
+        1000.0 * 0.22**2 * 2.0, rel=1e-12
+    )
 
 
 def test_energy_of_a_bent_beam_converges_with_order_four() -> None:
@@ -173,7 +186,9 @@ def test_energy_of_a_bent_beam_converges_with_order_four() -> None:
 
 @pytest.mark.parametrize("law", [Law.EXACT, Law.MATERIAL])
 def test_planar_and_spatial_bodies_agree(law: Law) -> None:
-    """A planar motion in space: the same energy and forces as in the plane, and forces normal to it that are exactly zero."""
+    """A planar motion in space: the same energy and forces as in the plane, and forces normal to it
+    that are exactly zero.
+    """
     planar = cable("body", arc(6), SECTION, dim=2, law=law)
     spatial = cable("body", arc(6), SECTION, dim=3, law=law)
     assert abs(planar.mass - spatial.mass).max() == 0.0
@@ -189,7 +204,11 @@ def test_planar_and_spatial_bodies_agree(law: Law) -> None:
 def test_placement_moves_and_turns_the_mesh() -> None:
     still = cable("beam", wave(5), SECTION)
     placed = cable("beam", wave(5), SECTION, origin=np.array([1.0, 2.0, 3.0]), rotation=ROTATION)
-    assert_allclose(placed.reference, still.reference @ ROTATION.T + np.outer(still.constant, [1.0, 2.0, 3.0]), atol=1e-13)
+    assert_allclose(
+        placed.reference,
+        still.reference @ ROTATION.T + np.outer(still.constant, [1.0, 2.0, 3.0]),
+        atol=1e-13,
+    )
     assert still.cells is not None
     assert placed.cells is not None
     assert_allclose(placed.cells.section, still.cells.section, rtol=1e-10)
@@ -208,8 +227,14 @@ def test_places_by_name_and_by_arc_length() -> None:
     assert_allclose(probe(body, locate(body, 0.0)) @ body.reference, [[0.8, 0.0]], atol=1e-14)
     for angle in (0.2, 0.777, 1.4):
         xi = locate(body, 0.8 * angle)
-        assert_allclose(probe(body, xi) @ body.reference, [[0.8 * np.cos(angle), 0.8 * np.sin(angle)]], atol=2e-5)
-        assert_allclose(probe(body, xi, 1) @ body.reference, [[-np.sin(angle), np.cos(angle)]], atol=5e-4)
+        assert_allclose(
+            probe(body, xi) @ body.reference,
+            [[0.8 * np.cos(angle), 0.8 * np.sin(angle)]],
+            atol=2e-5,
+        )
+        assert_allclose(
+            probe(body, xi, 1) @ body.reference, [[-np.sin(angle), np.cos(angle)]], atol=5e-4
+        )
         assert np.linalg.norm(probe(body, xi, 1) @ body.reference) == pytest.approx(1.0, abs=1e-14)
 
 
@@ -236,17 +261,34 @@ def test_point_mass() -> None:
             r"\(left, right\), got 'rigth'; did you mean 'right'",
         ),
         (lambda: locate(cable("beam", segment(2), SECTION), 1.5), "between 0 and 1 m, got 1.5 m"),
-        (lambda: locate(cable("beam", segment(2), SECTION), float("nan")), "between 0 and 1 m, got nan m"),
-        (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0), r"'bob': expected one of its points \(center\), got 0\.0"),
+        (
+            lambda: locate(cable("beam", segment(2), SECTION), float("nan")),
+            "between 0 and 1 m, got nan m",
+        ),
+        (
+            lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0),
+            r"'bob': expected one of its points \(center\), got 0\.0",
+        ),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), "centre"), "did you mean 'center'"),
         (
-            lambda: locate(plate("lug", rectangle("ancf", 2, 1), 1e-3, Material(1e9, 1e3), dim=2), "right"),
+            lambda: locate(
+                plate("lug", rectangle("ancf", 2, 1), 1e-3, Material(1e9, 1e3), dim=2), "right"
+            ),
             "got the edge 'right'; name a point of the mesh, or take what has `edges`: .*edge, edge_load",
         ),
-        (lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1), "expected a body with a slope"),
-        (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive and finite number"),
+        (
+            lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1),
+            "expected a body with a slope",
+        ),
+        (
+            lambda: point_mass("bob", -1.0, np.zeros(3)),
+            r"'bob'\.mass: expected a positive and finite number",
+        ),
         (lambda: cable("beam", wave(4), SECTION, dim=2), "plane z = 0, got z up to 0.5 m"),
-        (lambda: cable("beam", arc(4), SECTION, law=Law.QUADRATIC), "a straight line for quadratic curvature"),
+        (
+            lambda: cable("beam", arc(4), SECTION, law=Law.QUADRATIC),
+            "a straight line for quadratic curvature",
+        ),
         (lambda: cable("beam", segment(4), SECTION, group="upper"), "upper"),
         (lambda: cable("beam", segment(4), SECTION, degree=2, continuity=2), "continuity"),
     ],
@@ -264,7 +306,9 @@ def test_a_slope_with_jumps_is_refused(degree: int, continuity: int) -> None:
 
 # ------------------------------------------------------------------------------------------------------- curved in space
 def test_bending_a_planar_arc_out_of_its_plane_costs_nothing_without_tension() -> None:
-    """The tangent of the reference is zero there; a hoop strain of 1 % gives it the stiffness of a string, N |w'|^2."""
+    """The tangent of the reference is zero there; a hoop strain of 1 % gives it the stiffness of a
+    string, N |w'|^2.
+    """
     with pytest.warns(Notice, match=r"body 'beam' is curved in space.*take dimension 2"):
         body = cable("beam", arc(12), SECTION)
     model = compile_system(assemble([body]))
@@ -291,11 +335,19 @@ def test_modes_about_a_limp_reference_are_refused() -> None:
     """About a given state they are not: there a cable may be under tension."""
     body = cable("beam", arc(8), SECTION)
     system = eliminate(assemble([body], [Clamp("clamp", At("beam", "left"))]))
-    with pytest.raises(InputError, match=r"straight cables, or a planar scene.*got 'beam', which is curved in space"):
+    with pytest.raises(
+        InputError,
+        match=r"straight cables, or a planar scene.*got 'beam', which is curved in space",
+    ):
         vibration_modes(system, 4)
     assert vibration_modes(system, 4, system.x0).angular_frequencies.max() < 1e-2
     flat = cable("beam", arc(8), SECTION, dim=2)
-    assert vibration_modes(eliminate(assemble([flat], [Clamp("clamp", At("beam", "left"))])), 1).angular_frequencies[0] > 1.0
+    assert (
+        vibration_modes(
+            eliminate(assemble([flat], [Clamp("clamp", At("beam", "left"))])), 1
+        ).angular_frequencies[0]
+        > 1.0
+    )
 
 
 def test_threads_that_read_the_same_cells_first_make_their_numbers_once() -> None:

@@ -1,4 +1,6 @@
-"""Smooth lines of degree 5 and more take a quadrature point less a cell, and err as with all of them; others are refused."""
+"""Smooth lines of degree 5 and more take a quadrature point less a cell, and err as with all of
+them; others are refused.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,9 @@ def test_points_of_spaces(space: line.BSpline | line.Hermite, points: int) -> No
 
 
 def test_mass_and_what_a_step_evaluates() -> None:
-    few, all_of_them = (cable("beam", segment(8), Given(1e4, 1.0, 1.0), **SMOOTH, points=n) for n in (None, 5))
+    few, all_of_them = (
+        cable("beam", segment(8), Given(1e4, 1.0, 1.0), **SMOOTH, points=n) for n in (None, 5)
+    )
     assert few.cells is not None
     assert all_of_them.cells is not None
     assert (few.cells.shape[1], all_of_them.cells.shape[1]) == (4, 5)
@@ -58,20 +62,31 @@ def test_mass_and_what_a_step_evaluates() -> None:
 
 # ------------------------------------------------------------------------------------------------- motions without energy
 def lines(cells: int) -> list[LineMesh]:
-    """Straight and curved ones, of equal cells and of lengths up to a hundred times those beside them."""
-    uneven = np.concatenate([[0.0], np.cumsum(10.0 ** np.random.default_rng(cells).uniform(-1.0, 1.0, cells))])
+    """Straight and curved ones, of equal cells and of lengths up to a hundred times those beside
+    them.
+    """
+    uneven = np.concatenate(
+        [[0.0], np.cumsum(10.0 ** np.random.default_rng(cells).uniform(-1.0, 1.0, cells))]
+    )
     meshes = []
     for s in (np.linspace(0.0, 1.0, cells + 1), uneven / uneven[-1]):
         straight = np.column_stack([s, 0.0 * s, 0.0 * s])
-        meshes += [polyline(straight), polyline(np.column_stack([np.sin(1.5 * s), 1.0 - np.cos(1.5 * s), 0.0 * s]))]
+        meshes += [
+            polyline(straight),
+            polyline(np.column_stack([np.sin(1.5 * s), 1.0 - np.cos(1.5 * s), 0.0 * s])),
+        ]
     return meshes
 
 
 def least_energy(mesh: LineMesh, options: dict[str, Any], EA: float = 1e4) -> float:
-    """The smallest elastic energy of a free line over that with a point a cell more, of all but the three rigid motions."""
+    """The smallest elastic energy of a free line over that with a point a cell more, of all but the
+    three rigid motions.
+    """
 
     def equations(points: int | None) -> Any:
-        return linearise(assemble([cable("beam", mesh, Given(EA, 1.0, 1.0), dim=2, points=points, **options)]))
+        return linearise(
+            assemble([cable("beam", mesh, Given(EA, 1.0, 1.0), dim=2, points=points, **options)])
+        )
 
     more = equations(options["degree"] + 1)
     squares, shapes = eigh(more.stiffness.toarray(), more.mass.toarray())
@@ -100,16 +115,22 @@ def frequency_error(cells: int, **options: Any) -> float:
 
 
 def roll_error(cells: int, **options: Any) -> float:
-    return float(np.linalg.norm(rolled(0.25, 2, Law.EXACT, 1e4, cells, **options) - circle(0.25, 1e4)))
+    return float(
+        np.linalg.norm(rolled(0.25, 2, Law.EXACT, 1e4, cells, **options) - circle(0.25, 1e4))
+    )
 
 
 def slender_roll_error(cells: int, **options: Any) -> float:
     """A square bar of L/h = 1000."""
-    return float(np.linalg.norm(rolled(0.25, 2, Law.MATERIAL, 1.2e7, cells, **options) - circle(0.25)))
+    return float(
+        np.linalg.norm(rolled(0.25, 2, Law.MATERIAL, 1.2e7, cells, **options) - circle(0.25))
+    )
 
 
 def push_error(cells: int, **options: Any) -> float:
-    return float(np.linalg.norm(pushed(2.0, cells, 1e4, **options) - pushed(2.0, 40, 1e4, degree=5)))
+    return float(
+        np.linalg.norm(pushed(2.0, cells, 1e4, **options) - pushed(2.0, 40, 1e4, degree=5))
+    )
 
 
 def arc_error(cells: int, **options: Any) -> float:
@@ -127,8 +148,12 @@ def arc_error(cells: int, **options: Any) -> float:
         (arc_error, (4, 8), None),
     ],
 )
-def test_errors_and_orders_are_those_of_all_points(error: Callable[..., float], meshes: tuple[int, int], order: int | None) -> None:
-    """Order 2 (p - 1), of Strang and Fix (1973); three points have the order 6 and err by ten times as much and more."""
+def test_errors_and_orders_are_those_of_all_points(
+    error: Callable[..., float], meshes: tuple[int, int], order: int | None
+) -> None:
+    """Order 2 (p - 1), of Strang and Fix (1973); three points have the order 6 and err by ten times
+    as much and more.
+    """
     few, full = ([error(n, points=points, **SMOOTH) for n in meshes] for points in (None, 5))
     assert np.all(np.array(few) < 1.2 * np.array(full))
     if order is not None:
@@ -137,15 +162,21 @@ def test_errors_and_orders_are_those_of_all_points(error: Callable[..., float], 
 
 @pytest.mark.parametrize("options", DEGREES[1:])
 def test_frequencies_of_higher_degrees(options: dict[str, Any]) -> None:
-    """Two points less err by 30 times as much at degree 6, where the second mode is a half wave a cell."""
-    assert frequency_error(2, **options) < 1.2 * frequency_error(2, points=options["degree"], **options)
+    """Two points less err by 30 times as much at degree 6, where the second mode is a half wave a
+    cell.
+    """
+    assert frequency_error(2, **options) < 1.2 * frequency_error(
+        2, points=options["degree"], **options
+    )
 
 
 def test_a_double_pendulum_moves_as_with_all_points() -> None:
     """Its ends over 0.5 s, against 64 cells."""
 
     def ends(cells: int, points: int | None) -> np.ndarray:
-        found = outputs(integrate(double_pendulum(cells, points=points, **SMOOTH), GeneralizedAlpha(1e-3), 0.5))
+        found = outputs(
+            integrate(double_pendulum(cells, points=points, **SMOOTH), GeneralizedAlpha(1e-3), 0.5)
+        )
         return np.stack([found[f"{end}_{axis}"] for end in "BC" for axis in "xyz"])
 
     exact = ends(64, 5)
@@ -175,12 +206,16 @@ def test_a_double_pendulum_moves_as_with_all_points() -> None:
         ({"continuity": 2}, 2, "expected 3 points a cell"),
     ],
 )
-def test_points_that_do_not_serve_a_line_are_refused(options: dict[str, Any], points: Any, message: str) -> None:
+def test_points_that_do_not_serve_a_line_are_refused(
+    options: dict[str, Any], points: Any, message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         cable("beam", segment(4), Given(1e4, 1.0, 1.0), dim=2, points=points, **options)
 
 
-@pytest.mark.parametrize("options, points", [({}, 4), ({"continuity": 2}, 3), (SMOOTH, 6), (SMOOTH, 3)])
+@pytest.mark.parametrize(
+    "options, points", [({}, 4), ({"continuity": 2}, 3), (SMOOTH, 6), (SMOOTH, 3)]
+)
 def test_others_may_be_chosen(options: dict[str, Any], points: int) -> None:
     part = cable("beam", segment(4), Given(1e4, 1.0, 1.0), dim=2, points=points, **options)
     assert part.cells is not None

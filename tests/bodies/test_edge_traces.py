@@ -1,4 +1,6 @@
-"""Functions that the trace on an edge determines: the sparse test of independence agrees with the dense factorisation."""
+"""Functions that the trace on an edge determines: the sparse test of independence agrees with the
+dense factorisation.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ from fmbs_skfem.core.algebra import ranks
 from verification.plates import rectangle
 
 
-def by_qr(A: csr_array, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def by_qr(
+    A: csr_array, monkeypatch: pytest.MonkeyPatch
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     with monkeypatch.context() as patch:
         patch.setattr(ranks, "regular_columns", lambda columns: False)
         return ranks.determined(A)
@@ -21,7 +25,9 @@ def by_qr(A: csr_array, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np
 @pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs", "argyris"])
 @pytest.mark.parametrize("slope", [False, True])
 @pytest.mark.parametrize("names", [("bottom",), ("bottom", "right", "top", "left")])
-def test_sparse_and_dense_find_the_same(kind: str, slope: bool, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sparse_and_dense_find_the_same(
+    kind: str, slope: bool, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     shape = rectangle(kind, 12, 3, 1.0, 0.25)
     A = plate.trace(shape, plate.edge("edge", shape, names), slope)
     for one, other in zip(ranks.determined(A), by_qr(A, monkeypatch), strict=True):
@@ -50,12 +56,16 @@ def test_nearly_dependent_columns_are_left_to_the_dense_factorisation(close: flo
 @pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs", "argyris"])
 @pytest.mark.parametrize("slope", [False, True])
 def test_what_an_edge_holds_does_not_depend_on_the_unit(kind: str, slope: bool) -> None:
-    """Of plates of a micrometre and of 10 km, whose slopes and curvatures are numbers of other sizes."""
+    """Of plates of a micrometre and of 10 km, whose slopes and curvatures are numbers of other
+    sizes.
+    """
     found = []
     for size in (1.0, 1e-2, 1e-6, 1e4):
         shape = rectangle(kind, 4, 3, size, 0.5 * size)
         sides = plate.edge("edge", shape, ("left", "top"))
         first, second, X = ranks.determined(plate.trace(shape, sides, slope))
         found.append((len(first), len(second), np.linalg.matrix_rank(X)))
-        assert len(edge_slopes.across(shape, sides)[0]) == len(edge_slopes.across(rectangle(kind, 4, 3, 1.0, 0.5), sides)[0])
+        assert len(edge_slopes.across(shape, sides)[0]) == len(
+            edge_slopes.across(rectangle(kind, 4, 3, 1.0, 0.5), sides)[0]
+        )
     assert len(set(found)) == 1

@@ -15,7 +15,9 @@ A = YOUNG * T / (1.0 - NU**2)
 B = YOUNG * T**3 / (12.0 * (1.0 - NU**2))
 
 
-def plate(second: np.ndarray, b0: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> fields.RecoveredFields:
+def plate(
+    second: np.ndarray, b0: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> fields.RecoveredFields:
     """Fields at one point with unit tangents e_x, e_y and the second derivatives (3, 3)."""
     u = np.concatenate([np.eye(2, 3), second]).reshape(15, 1)
     return fields.recover(Law.SHELL, u, np.array([A, B, NU, *b0, 1.0])[:, None], T)
@@ -23,7 +25,9 @@ def plate(second: np.ndarray, b0: tuple[float, float, float] = (0.0, 0.0, 0.0)) 
 
 @pytest.mark.parametrize("law", [Law.MEMBRANE, Law.SHELL])
 def test_uniaxial_tension(law: Law) -> None:
-    """E22 = -nu E11 and S11 = E E11 on all levels, S22 = S12 = 0, von Mises E E11; several points in any shape."""
+    """E22 = -nu E11 and S11 = E E11 on all levels, S22 = S12 = 0, von Mises E E11; several points
+    in any shape.
+    """
     E11 = np.array([[1e-3, 2e-3, 0.0], [-1e-3, 5e-2, 0.1]])
     dim = fields.COMPONENTS[law]
     u = np.zeros((4 if dim == 2 else 15, *E11.shape))
@@ -38,13 +42,19 @@ def test_uniaxial_tension(law: Law) -> None:
 
 
 def test_cylindrical_bending() -> None:
-    """r,11 = -k e_z stretches the upper face: S11 = E t k / (2 (1 - nu^2)), S22 = nu S11 there, the opposite below."""
+    """r,11 = -k e_z stretches the upper face: S11 = E t k / (2 (1 - nu^2)), S22 = nu S11 there, the
+    opposite below.
+    """
     k = 0.2
     found = plate(np.array([[0.0, 0.0, -k], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
     face = YOUNG * T * k / (2.0 * (1.0 - NU**2))
     assert_allclose(found.curvature[:, 0], [k, 0.0, 0.0], rtol=1e-14)
-    assert_allclose(found.stress[:, :, 0], face * np.outer([-1.0, 0.0, 1.0], [1.0, NU, 0.0]), rtol=1e-13)
-    assert_allclose(found.von_mises[:, 0], face * np.sqrt(1.0 - NU + NU**2) * np.ones(2), rtol=1e-13)
+    assert_allclose(
+        found.stress[:, :, 0], face * np.outer([-1.0, 0.0, 1.0], [1.0, NU, 0.0]), rtol=1e-13
+    )
+    assert_allclose(
+        found.von_mises[:, 0], face * np.sqrt(1.0 - NU + NU**2) * np.ones(2), rtol=1e-13
+    )
 
 
 def test_torsion() -> None:
@@ -56,11 +66,18 @@ def test_torsion() -> None:
 
 
 def test_stretched_and_bent() -> None:
-    """Faces add the membrane's and the bending stress: the lower face of k = 2 E11 / t is free of S11 and S22."""
+    """Faces add the membrane's and the bending stress: the lower face of k = 2 E11 / t is free of
+    S11 and S22.
+    """
     E11 = 1e-3
     u = np.zeros((5, 3))
     u[0, 0], u[1, 1], u[2, 2] = np.sqrt(1.0 + 2.0 * E11), 1.0, -2.0 * E11 / T
-    found = fields.recover(Law.SHELL, u.reshape(15, 1), np.array([A, B, NU, 0.0, 0.0, 0.0, 1.0])[:, None], np.array([T]))
+    found = fields.recover(
+        Law.SHELL,
+        u.reshape(15, 1),
+        np.array([A, B, NU, 0.0, 0.0, 0.0, 1.0])[:, None],
+        np.array([T]),
+    )
     assert_allclose(found.stress[0], 0.0, atol=1e-4)
     assert_allclose(found.stress[2, 0], 2.0 * YOUNG * E11 / (1.0 - NU**2), rtol=1e-12)
 
@@ -73,6 +90,8 @@ def test_stretched_and_bent() -> None:
         (Law.MEMBRANE, 4, 3, 0.0, "a positive thickness"),
     ],
 )
-def test_wrong_arrays_are_refused(law: Law, rows: int, data: int, thickness: float, message: str) -> None:
+def test_wrong_arrays_are_refused(
+    law: Law, rows: int, data: int, thickness: float, message: str
+) -> None:
     with pytest.raises(InputError, match=f"fields.recover: expected {message}"):
         fields.recover(law, np.ones((rows, 2)), np.ones((data, 2)), thickness)

@@ -1,4 +1,6 @@
-"""Moduli take stresses of other gradients: D(u, held) - D(u) = sum_k (s_k(held) - s_k(u)) d2e_k/du2, in three ways."""
+"""Moduli take stresses of other gradients: D(u, held) - D(u) = sum_k (s_k(held) - s_k(u))
+d2e_k/du2, in three ways.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +18,25 @@ from fmbs_skfem.bodies.vectors import ALL, AXIAL, LINEAR
 Strains = Callable[[np.ndarray], np.ndarray]
 
 
-def of_cable(law: Law, dim: int, section: np.ndarray) -> tuple[Strains, Callable[[np.ndarray], np.ndarray], int]:
+def of_cable(
+    law: Law, dim: int, section: np.ndarray
+) -> tuple[Strains, Callable[[np.ndarray], np.ndarray], int]:
     """Axial strain and the vector of the curvature."""
     EA, EI, kappa0 = section[:3]
 
     def strain(u: np.ndarray) -> np.ndarray:
         r, b = (np.append(v, 0.0)[:3] for v in u.reshape(2, dim))
-        k = np.cross(r, b) / np.linalg.norm(r) ** law.option if law is not Law.QUADRATIC else np.zeros(3)
+        k = (
+            np.cross(r, b) / np.linalg.norm(r) ** law.option
+            if law is not Law.QUADRATIC
+            else np.zeros(3)
+        )
         return np.append(0.5 * (r @ r - 1.0), k)
 
     def stress(e: np.ndarray) -> np.ndarray:
-        straight = e[1:] - kappa0 * (np.array([0.0, 0.0, 1.0]) if dim == 2 else e[1:] / max(np.linalg.norm(e[1:]), 1e-300))
+        straight = e[1:] - kappa0 * (
+            np.array([0.0, 0.0, 1.0]) if dim == 2 else e[1:] / max(np.linalg.norm(e[1:]), 1e-300)
+        )
         return np.append(EA * e[0], EI * straight)
 
     return strain, stress, 1
@@ -36,7 +46,9 @@ def plane_stress(nu: float) -> np.ndarray:
     return np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - nu)]])
 
 
-def of_surface(law: Law, dim: int, section: np.ndarray) -> tuple[Strains, Callable[[np.ndarray], np.ndarray], int]:
+def of_surface(
+    law: Law, dim: int, section: np.ndarray
+) -> tuple[Strains, Callable[[np.ndarray], np.ndarray], int]:
     """E11, E22, E12, and of shells b_i - b0_i."""
     shell = law is Law.SHELL
     A, B, nu = section[:3] if shell else (section[0], 0.0, section[1])
@@ -50,12 +62,16 @@ def of_surface(law: Law, dim: int, section: np.ndarray) -> tuple[Strains, Callab
         return np.append(E, r[2:] @ n / np.linalg.norm(n) - section[3:6])
 
     def stress(e: np.ndarray) -> np.ndarray:
-        return np.append(A * plane_stress(nu) @ e[:3], B * plane_stress(nu) @ e[3:] if shell else [])
+        return np.append(
+            A * plane_stress(nu) @ e[:3], B * plane_stress(nu) @ e[3:] if shell else []
+        )
 
     return strain, stress, 3
 
 
-def of_beam(law: Law, dim: int, section: np.ndarray) -> tuple[Strains, Callable[[np.ndarray], np.ndarray], int]:
+def of_beam(
+    law: Law, dim: int, section: np.ndarray
+) -> tuple[Strains, Callable[[np.ndarray], np.ndarray], int]:
     C = np.zeros((12, 12))
     i, j = np.triu_indices(6)
     C[i, j] = C[j, i] = section[:21]
@@ -80,7 +96,9 @@ def hessian(of: Callable[[np.ndarray], float], u: np.ndarray, h: float = 1e-3) -
                 + of(u - f * (step[i] + step[j]))
                 for f in (1.0, 2.0)
             ]
-            found[i, j] = found[j, i] = (16.0 * parts[0] - parts[1]) / (12.0 * 4.0 * h * h) if i != j else 0.0
+            found[i, j] = found[j, i] = (
+                (16.0 * parts[0] - parts[1]) / (12.0 * 4.0 * h * h) if i != j else 0.0
+            )
             if i == j:
                 f = [of(u + k * step[i]) for k in (-2, -1, 0, 1, 2)]
                 found[i, i] = (-f[0] + 16 * f[1] - 30 * f[2] + 16 * f[3] - f[4]) / (12.0 * h * h)
@@ -89,7 +107,9 @@ def hessian(of: Callable[[np.ndarray], float], u: np.ndarray, h: float = 1e-3) -
 
 @pytest.mark.parametrize("way", [AXIAL, LINEAR, ALL])
 @pytest.mark.parametrize(("law", "dim", "of"), CASES)
-def test_a_modulus_takes_stresses_of_other_gradients(law: Law, dim: int, of: Callable[..., tuple], way: int) -> None:
+def test_a_modulus_takes_stresses_of_other_gradients(
+    law: Law, dim: int, of: Callable[..., tuple], way: int
+) -> None:
     assert law.holds
     rng = np.random.default_rng(4)
     size = law.vectors * dim
@@ -101,7 +121,11 @@ def test_a_modulus_takes_stresses_of_other_gradients(law: Law, dim: int, of: Cal
     strain, stress, axial = of(law, dim, section)
 
     d = u - held
-    expected = strain(held) if way != LINEAR else strain(held) + 0.5 * (strain(held + d) - strain(held - d))
+    expected = (
+        strain(held)
+        if way != LINEAR
+        else strain(held) + 0.5 * (strain(held + d) - strain(held - d))
+    )
     change = stress(expected) - stress(strain(u))
     if way != ALL:
         change[axial:] = 0.0

@@ -31,7 +31,10 @@ def test_contract(seed: int) -> None:
 
 
 def test_contract_is_planar() -> None:
-    with pytest.raises(InputError, match=r"check_law\(MEMBRANE, dimension 3\): expected dimension 2 for this law, got 3"):
+    with pytest.raises(
+        InputError,
+        match=r"check_law\(MEMBRANE, dimension 3\): expected dimension 2 for this law, got 3",
+    ):
         check_law(Law.MEMBRANE, 3)
 
 
@@ -40,7 +43,9 @@ def test_uniaxial_tension() -> None:
     E11 = 0.11
     u = gradients(np.sqrt(1.0 + 2.0 * E11), 0.0, 0.0, np.sqrt(1.0 - 2.0 * NU * E11))
     Et = A * (1.0 - NU**2)
-    assert_allclose(stress(u), [WEIGHT * Et * E11 * u[0, 0, 0], 0.0, 0.0, 0.0], rtol=1e-14, atol=1e-16)
+    assert_allclose(
+        stress(u), [WEIGHT * Et * E11 * u[0, 0, 0], 0.0, 0.0, 0.0], rtol=1e-14, atol=1e-16
+    )
     assert_allclose(laws.energy(Law.MEMBRANE, u, SECTION), WEIGHT * Et * E11**2 / 2.0, rtol=1e-14)
 
 
@@ -48,14 +53,20 @@ def test_simple_shear() -> None:
     """r,2 = e_y + g e_x: E12 = g/2, E22 = g^2/2, so that W = A/2 (g^4/4 + (1 - nu) g^2/2)."""
     g = 0.2
     energy = WEIGHT * A / 2.0 * (g**4 / 4.0 + (1.0 - NU) * g**2 / 2.0)
-    assert_allclose(laws.energy(Law.MEMBRANE, gradients(1.0, 0.0, g, 1.0), SECTION), energy, rtol=1e-14)
+    assert_allclose(
+        laws.energy(Law.MEMBRANE, gradients(1.0, 0.0, g, 1.0), SECTION), energy, rtol=1e-14
+    )
 
 
 def test_damping_of_a_stretching_membrane() -> None:
     """dE11/dt = x' v adds the force beta A (1, nu) x' v to N."""
     u, rate, beta = gradients(1.1, 0.0, 0.0, 1.0), gradients(0.5, 0.0, 0.0, 0.0), 0.4
     speed = 1.1 * 0.5
-    assert_allclose(stress(u, rate, beta) - stress(u), WEIGHT * beta * A * speed * np.array([1.1, 0.0, 0.0, NU]), rtol=1e-13)
+    assert_allclose(
+        stress(u, rate, beta) - stress(u),
+        WEIGHT * beta * A * speed * np.array([1.1, 0.0, 0.0, NU]),
+        rtol=1e-13,
+    )
 
 
 def test_numbers_of_the_laws() -> None:

@@ -1,4 +1,6 @@
-"""Pressures that follow: their force is exact, their moduli are its symmetric part, and their energy is that of the volume."""
+"""Pressures that follow: their force is exact, their moduli are its symmetric part, and their
+energy is that of the volume.
+"""
 
 from __future__ import annotations
 
@@ -55,9 +57,18 @@ def test_moduli_are_the_symmetric_part_of_the_slopes(law: Law) -> None:
 
 
 def test_energy_of_a_sphere_and_of_a_circle() -> None:
-    """r = R n, |r,1 x r,2| = R^2 over the unit sphere: -p (V - V0) with V = 4/3 pi R^3; of the circle with V = pi R^2."""
+    """r = R n, |r,1 x r,2| = R^2 over the unit sphere: -p (V - V0) with V = 4/3 pi R^3; of the
+    circle with V = pi R^2.
+    """
     u = np.array([[2.0, 0, 0], [0, 2.0, 0], [0, 0, 2.0]]).reshape(9, 1, 1)
     section = np.array([5.0, 1.0, 4.0 * np.pi]).reshape(3, 1, 1)
-    assert laws.energy(Law.PRESSURE, u, section) == pytest.approx(-5.0 * 4.0 / 3.0 * np.pi * (8.0 - 1.0), rel=1e-14)
-    u, section = np.array([2.0, 0, 0, 2.0]).reshape(4, 1, 1), np.array([5.0, 1.0, 2.0 * np.pi]).reshape(3, 1, 1)
-    assert laws.energy(Law.EDGE_PRESSURE, u, section) == pytest.approx(-5.0 * np.pi * (4.0 - 1.0), rel=1e-14)
+    assert laws.energy(Law.PRESSURE, u, section) == pytest.approx(
+        -5.0 * 4.0 / 3.0 * np.pi * (8.0 - 1.0), rel=1e-14
+    )
+    u, section = (
+        np.array([2.0, 0, 0, 2.0]).reshape(4, 1, 1),
+        np.array([5.0, 1.0, 2.0 * np.pi]).reshape(3, 1, 1),
+    )
+    assert laws.energy(Law.EDGE_PRESSURE, u, section) == pytest.approx(
+        -5.0 * np.pi * (4.0 - 1.0), rel=1e-14
+    )

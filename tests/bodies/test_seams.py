@@ -1,4 +1,6 @@
-"""Plates of several NURBS patches: springs along the seams keep them one plate, and cost rigid motions nothing."""
+"""Plates of several NURBS patches: springs along the seams keep them one plate, and cost rigid
+motions nothing.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +35,12 @@ def bending_frequencies(body: Body) -> np.ndarray:
 
 @pytest.mark.parametrize("slant", [0.0, 0.15])
 def test_two_patches_bend_as_one(slant: float) -> None:
-    """Against one patch 0.1 %, and Leissa's frequencies (NASA SP-160, 1969); six rigid modes and not a seventh."""
-    one = bending_frequencies(plate("plate", nurbs.surface(*nurbs.rectangle(1.0, 1.0, 8, 8)), T, MATERIAL))
+    """Against one patch 0.1 %, and Leissa's frequencies (NASA SP-160, 1969); six rigid modes and
+    not a seventh.
+    """
+    one = bending_frequencies(
+        plate("plate", nurbs.surface(*nurbs.rectangle(1.0, 1.0, 8, 8)), T, MATERIAL)
+    )
     two = bending_frequencies(plate("plate", halves(4, slant), T, MATERIAL))
     assert two[:6].max() < 1e-2
     assert_allclose(two[6:], one[6:], rtol=1e-3)
@@ -42,8 +48,12 @@ def test_two_patches_bend_as_one(slant: float) -> None:
 
 
 def test_rigid_motions_cost_nothing_and_folds_do() -> None:
-    """The springs' force in the body turned and moved, against that of a fold of 0.001 along the slanted seam."""
-    body = plate("plate", halves(3, 0.15), T, MATERIAL, rotation=turn(3), origin=np.array(SPATIAL[0]))
+    """The springs' force in the body turned and moved, against that of a fold of 0.001 along the
+    slanted seam.
+    """
+    body = plate(
+        "plate", halves(3, 0.15), T, MATERIAL, rotation=turn(3), origin=np.array(SPATIAL[0])
+    )
     K = assemble([body]).stiffness
     moved = body.reference @ turn(3) + np.outer(body.constant, SPATIAL[1])
     normal = np.array([1.0, -0.3, 0.0]) / np.hypot(1.0, 0.3)
@@ -66,7 +76,9 @@ def test_seams_with_rims_keep_the_contract() -> None:
 
 @pytest.mark.parametrize("form", ["eliminated", "reduced"])
 def test_strain_energy_of_a_plate_held_at_its_seam(form: str) -> None:
-    """A unit square pulled by f per length, its lower side on a rail up to the seam: f^2 / (2 E t), and none at rest."""
+    """A unit square pulled by f per length, its lower side on a rail up to the seam: f^2 / (2 E t),
+    and none at rest.
+    """
     f, body = 1e3, plate("plate", halves(2), T, MATERIAL, origin=np.array([0.2, 0.7, 0.3]))
     rail = joints.Edge("rail", "plate", ("left.xi2_min",), "yz", "z")
     held = [joints.Edge("wall", "plate", ("left.xi1_min",), "x"), rail]
@@ -74,15 +86,24 @@ def test_strain_energy_of_a_plate_held_at_its_seam(form: str) -> None:
     system = eliminate(assemble([body], held, [pull]))
     if form == "reduced":
         system = change_coordinates(
-            system, np.linalg.qr(np.random.default_rng(3).normal(size=(system.size,) * 2))[0], 0.9 * system.x0
+            system,
+            np.linalg.qr(np.random.default_rng(3).normal(size=(system.size,) * 2))[0],
+            0.9 * system.x0,
         )
     strain = energies(solve_statics(system, 2))[:, 1]
-    assert_allclose(strain, 0.5 * f**2 / (MATERIAL.young_modulus * T) * np.array([0.0, 0.25, 1.0]), rtol=1e-4, atol=1e-8)
+    assert_allclose(
+        strain,
+        0.5 * f**2 / (MATERIAL.young_modulus * T) * np.array([0.0, 0.25, 1.0]),
+        rtol=1e-4,
+        atol=1e-8,
+    )
 
 
 @pytest.mark.parametrize("load", [1e-2, 1e-4])
 def test_strain_energy_under_small_loads(load: float) -> None:
-    """Half of the work of a dead load, down to 0.3 nJ: stiff springs along the seam leave no round-off of their own."""
+    """Half of the work of a dead load, down to 0.3 nJ: stiff springs along the seam leave no
+    round-off of their own.
+    """
     body = plate("plate", halves(3, 0.15), T, MATERIAL, origin=np.array([3.0, 2.0, 0.0]))
     hold = joints.Edge("clamp", "plate", ("left.xi1_min",), slope="z")
     bent = eliminate(assemble([body], [hold], [loads.Gravity((0.0, 0.0, -load))]))
@@ -98,7 +119,9 @@ def test_springs_follow_the_thickness_of_the_cells_at_the_seam() -> None:
     thin, both = (plate("plate", shape, thickness, MATERIAL).stiffness for thickness in (T, t))
     assert thin is not None
     assert both is not None
-    assert_allclose(both.toarray(), (1.0 + 8.0) / 2.0 * thin.toarray(), rtol=1e-12, atol=1e-12 * abs(thin).max())
+    assert_allclose(
+        both.toarray(), (1.0 + 8.0) / 2.0 * thin.toarray(), rtol=1e-12, atol=1e-12 * abs(thin).max()
+    )
 
 
 @pytest.mark.parametrize("shape", [halves(2), nurbs.surface(*nurbs.rectangle(1.0, 1.0, 2, 2))])
@@ -110,7 +133,9 @@ def test_no_springs_without_bending_or_seams(shape: Surface) -> None:
 def test_a_fold_of_the_reference_is_refused() -> None:
     patch, control = nurbs.rectangle(1.0, 1.0, 2, 2, 2)
     shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control[..., [2, 1, 0]]})
-    with pytest.raises(InputError, match=r"a surface without a kink.*make two bodies that are joined there"):
+    with pytest.raises(
+        InputError, match=r"a surface without a kink.*make two bodies that are joined there"
+    ):
         plate("plate", shape, T, MATERIAL)
 
 
@@ -119,7 +144,10 @@ def test_a_plate_far_away_keeps_its_digits(kind: str) -> None:
     """Law data and mass have the same bits wherever the origin lies."""
     flat = nurbs.rectangle(1.0, 1.0, 3, 2), nurbs.cylinder_panel(1.0, 1.0, -0.5, 0.5, 3, 2)
     shape = nurbs.surface(*flat[kind == "curved"])
-    here, there = (plate("plate", shape, T, MATERIAL, origin=np.array(x)) for x in ([0.0, 0.0, 0.0], [1e6, -2e6, 3e6]))
+    here, there = (
+        plate("plate", shape, T, MATERIAL, origin=np.array(x))
+        for x in ([0.0, 0.0, 0.0], [1e6, -2e6, 3e6])
+    )
     assert here.cells is not None
     assert there.cells is not None
     assert_array_equal(here.cells.table, there.cells.table)

@@ -15,9 +15,14 @@ MATERIAL = Material(1e9, 1800.0)
 
 
 def test_circular() -> None:
-    """The section of Hou, Liu, Hu (2020), doi 10.1016/j.cma.2019.112690: d = 0.01 m, E = 1e9 Pa, rho = 1800 kg/m3."""
+    """The section of Hou, Liu, Hu (2020), doi 10.1016/j.cma.2019.112690: d = 0.01 m, E = 1e9 Pa,
+    rho = 1800 kg/m3.
+    """
     data = Circular(0.01).of_cable(MATERIAL)
-    assert_allclose([data.EA, data.EI, data.rhoA, data.radius], [25000 * math.pi, 0.15625 * math.pi, 0.045 * math.pi, 0.005])
+    assert_allclose(
+        [data.EA, data.EI, data.rhoA, data.radius],
+        [25000 * math.pi, 0.15625 * math.pi, 0.045 * math.pi, 0.005],
+    )
 
 
 def test_rectangular() -> None:
@@ -43,7 +48,10 @@ def test_given_is_taken_as_it_is() -> None:
         (lambda: Rectangular(1.0, math.inf), r"section\.height"),
         (lambda: Given(1.0, -1.0, 1.0), r"section\.EI"),
         (lambda: Circular(1.0).of_cable(None), "material: expected a Material"),
-        (lambda: cable("beam", "none.msh", "round", MATERIAL), "cable: section: expected a Section, got 'round'"),
+        (
+            lambda: cable("beam", "none.msh", "round", MATERIAL),
+            "cable: section: expected a Section, got 'round'",
+        ),
     ],
 )
 def test_bad_values_are_named(make: Callable[[], object], named: str) -> None:

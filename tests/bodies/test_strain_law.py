@@ -33,6 +33,10 @@ def test_energy_is_that_of_its_strains() -> None:
     e = strains(u.reshape(8, 3, *section.shape[1:])) - section[22:34]
     C, parts = np.zeros((6, 6, *section.shape[1:])), np.array([0.25] * 3 + [0.5] * 3)
     C[np.triu_indices(6)] = section[:21]
-    C += np.triu(np.ones((6, 6)), 1)[:, :, None, None].transpose(1, 0, 2, 3) * C.transpose(1, 0, 2, 3)
-    W = 0.5 * np.einsum("ipe,ijpe,jpe->pe", e[:6], C, e[:6]) + 0.5 * section[21] * np.einsum("i,ipe->pe", parts, e[6:] ** 2)
+    C += np.triu(np.ones((6, 6)), 1)[:, :, None, None].transpose(1, 0, 2, 3) * C.transpose(
+        1, 0, 2, 3
+    )
+    W = 0.5 * np.einsum("ipe,ijpe,jpe->pe", e[:6], C, e[:6]) + 0.5 * section[21] * np.einsum(
+        "i,ipe->pe", parts, e[6:] ** 2
+    )
     assert_allclose(laws.energy(Law.BEAM, u, section), np.sum(section[-1] * W), rtol=1e-12)

@@ -1,4 +1,6 @@
-"""Numbers that scale a body: another Young's modulus, density, diameter or thickness gives the body that is made of it."""
+"""Numbers that scale a body: another Young's modulus, density, diameter or thickness gives the body
+that is made of it.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ def line(young_modulus: float, density: float, diameter: float) -> Body:
 
 @kind(width=0.02, height=0.01)
 def strip(young_modulus: float, density: float, **sides: float) -> Body:
-    return cable("body", models.segment(6), Rectangular(**sides), Material(young_modulus, density), dim=2)
+    return cable(
+        "body", models.segment(6), Rectangular(**sides), Material(young_modulus, density), dim=2
+    )
 
 
 @kind(thickness=2e-3)
@@ -49,7 +53,9 @@ def patches(young_modulus: float, density: float, thickness: float) -> Body:
 
 @kind(thickness=2e-3)
 def membrane(young_modulus: float, density: float, thickness: float) -> Body:
-    return plate("body", rectangle("bfs", 2, 2), thickness, Material(young_modulus, density, 0.3), dim=2)
+    return plate(
+        "body", rectangle("bfs", 2, 2), thickness, Material(young_modulus, density, 0.3), dim=2
+    )
 
 
 def assert_alike(one: Body, other: Body) -> None:
@@ -59,14 +65,20 @@ def assert_alike(one: Body, other: Body) -> None:
             assert_allclose(first.section, second.section, rtol=1e-14)
     assert abs(csr_array(one.mass - other.mass)).max() <= 1e-14 * abs(other.mass).max()
     if other.stiffness is not None:
-        assert abs(csr_array(one.stiffness - other.stiffness)).max() <= 1e-12 * abs(other.stiffness).max()
+        assert (
+            abs(csr_array(one.stiffness - other.stiffness)).max()
+            <= 1e-12 * abs(other.stiffness).max()
+        )
     assert_allclose([one.radius, one.thickness], [other.radius, other.thickness], rtol=1e-14)
     assert {name: value.number for name, value in one.values.items()} == pytest.approx(
         {name: value.number for name, value in other.values.items()}
     )
 
 
-@pytest.mark.parametrize(("name", "number"), [(name, number) for name, (_, numbers) in KINDS.items() for number in numbers])
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [(name, number) for name, (_, numbers) in KINDS.items() for number in numbers],
+)
 def test_another_number_is_the_body_that_is_made_of_it(name: str, number: str) -> None:
     """In full, and reduced to any functions, where all quadrature points are there."""
     make, numbers = KINDS[name]
@@ -89,17 +101,37 @@ def test_numbers_act_together() -> None:
 @pytest.mark.parametrize(
     ("body", "numbers", "message"),
     [
-        (lambda: line(**BULK, diameter=0.01), {"thickness": 1.0}, r"\(diameter, young_modulus, density\), got 'thickness'"),
-        (lambda: line(**BULK, diameter=0.01), {"density": 0.0}, "a positive and finite number, got 0.0"),
-        (lambda: cable("body", models.segment(6), Given(1e3, 1.0, 1.0)), {"young_modulus": 1e9}, r"got 'young_modulus'"),
         (
-            lambda: cable("body", models.segment(6), Circular(0.01), Material(1e9, 1800.0), continuity=2),
+            lambda: line(**BULK, diameter=0.01),
+            {"thickness": 1.0},
+            r"\(diameter, young_modulus, density\), got 'thickness'",
+        ),
+        (
+            lambda: line(**BULK, diameter=0.01),
+            {"density": 0.0},
+            "a positive and finite number, got 0.0",
+        ),
+        (
+            lambda: cable("body", models.segment(6), Given(1e3, 1.0, 1.0)),
+            {"young_modulus": 1e9},
+            r"got 'young_modulus'",
+        ),
+        (
+            lambda: cable(
+                "body", models.segment(6), Circular(0.01), Material(1e9, 1800.0), continuity=2
+            ),
             {"diameter": 0.02},
             r"\(young_modulus, density\), got 'diameter'",
         ),
-        (lambda: patches(**BULK, thickness=np.full(16, 1e-3)), {"thickness": 1e-3}, "got 'thickness'"),  # type: ignore[arg-type]
+        (
+            lambda: patches(**BULK, thickness=np.full(16, 1e-3)),
+            {"thickness": 1e-3},
+            "got 'thickness'",
+        ),  # type: ignore[arg-type]
     ],
 )
-def test_what_does_not_scale_a_body_is_refused(body: Callable[[], Body], numbers: dict[str, Any], message: str) -> None:
+def test_what_does_not_scale_a_body_is_refused(
+    body: Callable[[], Body], numbers: dict[str, Any], message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         values.changed(body(), numbers)

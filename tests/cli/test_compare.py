@@ -1,4 +1,6 @@
-"""`fmbs compare` on example 2 over a tenth of a second, and its tables and figures from known numbers."""
+"""`fmbs compare` on example 2 over a tenth of a second, and its tables and figures from known
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-
 
 
 def both(*words: str | Path) -> tuple[Call, Call]:
-    """What a command says with --json and as tables: the study runs once, and its result is shown twice."""
+    """What a command says with --json and as tables: the study runs once, and its result is shown
+    twice.
+    """
     found, perform = list[Result](), common.perform
 
     def once(function: Callable[[], Result], how: common.Call, bar: Any) -> int:
@@ -61,7 +65,16 @@ def table(calls: tuple[Call, Call]) -> Call:
 def test_models_and_their_numbers(call: Call) -> None:
     assert call.code == 0, call.err
     found = {model["name"]: model for model in call.json["models"]}
-    assert {"full", *MAIN, "coarse-5", "coarse-10", "coarse-20", "coarse-50", "step-1e-3", "step-2.5e-3"} == set(found)
+    assert {
+        "full",
+        *MAIN,
+        "coarse-5",
+        "coarse-10",
+        "coarse-20",
+        "coarse-50",
+        "step-1e-3",
+        "step-2.5e-3",
+    } == set(found)
     keys = (
         "name",
         "dofs",
@@ -79,7 +92,11 @@ def test_models_and_their_numbers(call: Call) -> None:
     assert all(key in model for model in found.values() for key in keys)
     assert found["full"]["dofs"] == 1212
     assert found["full"]["max_error"] == 0.0
-    assert set(found["component+ecsw"]["modes"]) == set(found["component+ecsw"]["snnls_s"]) == {"first", "second"}
+    assert (
+        set(found["component+ecsw"]["modes"])
+        == set(found["component+ecsw"]["snnls_s"])
+        == {"first", "second"}
+    )
     assert all(found[name]["max_error"] < 1e-3 for name in MAIN if name != "ffrf")
     assert found["coarse-50"]["position_error"] < found["coarse-5"]["position_error"]
 
@@ -93,14 +110,25 @@ def test_time_error_and_front_are_told(call: Call) -> None:
 
 
 def test_files_are_written(call: Call, folder: Path) -> None:
-    for name in ("history_B.png", "history_C.png", "errors.png", "norms.png", "singular_values.png", "speed_error.png"):
+    for name in (
+        "history_B.png",
+        "history_C.png",
+        "errors.png",
+        "norms.png",
+        "singular_values.png",
+        "speed_error.png",
+    ):
         assert (folder / name).read_bytes().startswith(b"\x89PNG"), name
     assert json.loads((folder / comparison.RECORD).read_text())["models"] == call.json["models"]
 
 
 def test_tables_show_time_beside_error(table: Call) -> None:
     assert table.code == 0, table.err
-    for text in ("Time beside error", "speed-up", "Largest errors of the outputs as parts of their ranges"):
+    for text in (
+        "Time beside error",
+        "speed-up",
+        "Largest errors of the outputs as parts of their ranges",
+    ):
         assert text in table.out
     assert "Errors on the Pareto front are the largest distances" in " ".join(table.out.split())
 
@@ -112,7 +140,12 @@ def test_results_of_another_run_are_kept(call: Call, folder: Path) -> None:
 
 
 def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
-    call = fmbs("compare", scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"), "--out", tmp_path / "out")
+    call = fmbs(
+        "compare",
+        scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"),
+        "--out",
+        tmp_path / "out",
+    )
     assert call.code == 3
     assert "section 'reduction'" in call.err
 
@@ -124,7 +157,14 @@ def plates(tmp_path_factory: pytest.TempPathFactory) -> tuple[Call, Call]:
     with pytest.MonkeyPatch.context() as patch:
         wind(patch, reduced_models)
         return both(
-            "compare", EXAMPLES / "crank_slider_coarse.yaml", "--quick", "--no-picture", "--duration", "0.002", "--out", out
+            "compare",
+            EXAMPLES / "crank_slider_coarse.yaml",
+            "--quick",
+            "--no-picture",
+            "--duration",
+            "0.002",
+            "--out",
+            out,
         )
 
 
@@ -132,23 +172,35 @@ def test_plates_have_exact_polynomials_and_a_choice(plates: tuple[Call, Call]) -
     call = plates[0]
     assert call.code == 0, call.err
     found = {model["name"]: model for model in call.json["models"]}
-    hyper = {f"{level}+{kind}" for level in ("system", "component") for kind in ("ecsw", "ecsw-points", "exact")}
+    hyper = {
+        f"{level}+{kind}"
+        for level in ("system", "component")
+        for kind in ("ecsw", "ecsw-points", "exact")
+    }
     assert set(found) == {"full", "step-2e-5", *hyper}
     assert call.json["choice"] in hyper
     assert call.json["time_error"]["step"] == 1e-5
     assert 0.0 < call.json["outputs"]["crank_angle"]["final"] < 0.1
     assert found["full"]["newton"] == 4e-10
     assert found["component+exact"]["newton"] == 1e-13
-    assert found["component+exact"]["training_s"] == 3.0  # for bases, hyper-reduction and model one look each
+    assert (
+        found["component+exact"]["training_s"] == 3.0
+    )  # for bases, hyper-reduction and model one look each
     assert all(found[name]["coordinates_error"] < 1e-4 for name in hyper)
 
 
 def test_a_crank_slider_has_figures_11_and_12(plates: tuple[Call, Call]) -> None:
-    """Displacement and speed in one figure, errors over time in another; other scenes have no slider."""
+    """Displacement and speed in one figure, errors over time in another; other scenes have no
+    slider.
+    """
     files = {Path(name).name: Path(name) for name in plates[0].json["files"]}
     for name in ("slider.png", "errors.png"):
         assert files[name].read_bytes().startswith(b"\x89PNG"), name
-    assert figures.slider_columns(scenes.read(EXAMPLES / "crank_slider.yaml")) == ("x", "x_C", "crank_speed")
+    assert figures.slider_columns(scenes.read(EXAMPLES / "crank_slider.yaml")) == (
+        "x",
+        "x_C",
+        "crank_speed",
+    )
     assert figures.slider_columns(scenes.read(SCENE)) is None
 
 
@@ -166,10 +218,17 @@ def test_plates_have_a_choice_and_both_levels(plates: tuple[Call, Call]) -> None
 
 
 def test_a_mechanism_of_rigid_bodies_is_compared(tmp_path: Path) -> None:
-    """There are no tangents, cells and least squares to speak of; the tables and plots stand without them."""
-    (tmp_path / "plate_linkage_coarse.msh").write_bytes((ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes())
+    """There are no tangents, cells and least squares to speak of; the tables and plots stand
+    without them.
+    """
+    (tmp_path / "plate_linkage_coarse.msh").write_bytes(
+        (ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes()
+    )
     path = tmp_path / "rigid.yaml"
-    path.write_text(RIGID + "reduction: {snapshots: 1 ms, tolerance: 1e-10, hyper_reduction: {tolerance: 1e-3, sample: points}}\n")
+    path.write_text(
+        RIGID
+        + "reduction: {snapshots: 1 ms, tolerance: 1e-10, hyper_reduction: {tolerance: 1e-3, sample: points}}\n"
+    )
     done = fmbs("compare", path, "--out", tmp_path / "out", "--no-picture")
     assert done.code == 0, done.err
     assert "component+ecsw-points" in done.out

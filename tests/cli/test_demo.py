@@ -28,7 +28,9 @@ def test_the_scenes_travel_with_the_package() -> None:
     assert (projects.folder().parent / "meshes" / "double_pendulum_100.msh").is_file()
 
 
-def test_examples_are_copied_with_their_meshes_and_run_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_are_copied_with_their_meshes_and_run_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     done = fmbs("demo", "--copy")
     assert done.code == 0, done.err
@@ -42,7 +44,9 @@ def test_examples_are_copied_with_their_meshes_and_run_there(tmp_path: Path, mon
     assert changed.read_text() != "mine"
 
 
-def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_demo_computes_all_models_and_writes_all_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(comparison, "lean", short)
     shown = replace(comparison.DEMO_SHOWN, frames=3)
@@ -51,7 +55,16 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     assert done.code in (0, 7)
     names = [model["name"] for model in done.json["models"]]
     assert names == [
-        *("full", "system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points", "ffrf", "coarse-5"),
+        *(
+            "full",
+            "system",
+            "component",
+            "system+ecsw",
+            "component+ecsw",
+            "component+ecsw-points",
+            "ffrf",
+            "coarse-5",
+        ),
         *("accuracy 0.01", "accuracy 0.001"),
     ]
     errors = {model["name"]: model["true_error"] for model in done.json["models"]}
@@ -61,11 +74,20 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     assert re.fullmatch(r"\d+ cells a line and \d+ steps", done.json["truth"])
     times = {model["name"]: model["cpu_s"] for model in done.json["models"]}
     for wanted, name in done.json["cheapest"].items():
-        good = [each for each, error in errors.items() if error is not None and error <= float(wanted)]
+        good = [
+            each for each, error in errors.items() if error is not None and error <= float(wanted)
+        ]
         assert name == min(good, key=times.__getitem__)
     assert set(done.json["provenance"]) == KEYS
     out = tmp_path / "fmbs-demo"
-    wanted = {"compare.json", "history_B.png", "history_C.png", "errors.png", "speed_error.png", "motion.pvd"}
+    wanted = {
+        "compare.json",
+        "history_B.png",
+        "history_C.png",
+        "errors.png",
+        "speed_error.png",
+        "motion.pvd",
+    }
     assert wanted <= {path.name for path in out.iterdir()}
     assert len(list((out / "motion").glob("*.vtu"))) == 3
     if done.code == 0:
@@ -75,8 +97,12 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
 
 
 @pytest.mark.parametrize("tables", [False, True])
-def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tables: bool) -> None:
-    """Full and best reduced model, the error of the step, pictures, the cheapest models; all tables where they are asked for."""
+def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tables: bool
+) -> None:
+    """Full and best reduced model, the error of the step, pictures, the cheapest models; all tables
+    where they are asked for.
+    """
     scene = short(read(projects.folder() / projects.DEMO))
     assert scene.compare
     scene = replace(scene, compare=replace(scene.compare, steps=[2e-3]))
@@ -84,13 +110,23 @@ def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(tmp_path: Path, monkey
     monkeypatch.setattr(comparison, "DEMO_SHOWN", None)
     monkeypatch.chdir(tmp_path)
     found = studies.demo(out="demo", tables=tables)
-    shown = [item.text(80) if isinstance(item, ReportTable) else "\n".join(text_tables.fill(item, 80)) for item in found.lines]
-    lines = "\n".join(item.removesuffix("\n") for item in shown).splitlines()  # as a terminal shows them
+    shown = [
+        item.text(80) if isinstance(item, ReportTable) else "\n".join(text_tables.fill(item, 80))
+        for item in found.lines
+    ]
+    lines = "\n".join(
+        item.removesuffix("\n") for item in shown
+    ).splitlines()  # as a terminal shows them
     assert max(map(len, (line for line in lines if " " in line.strip()))) <= 80
     assert ("Largest errors of the outputs" in lines) == tables
     if not tables:
         assert len(lines) <= 12
-        for words in ("full model", "reduced (component+ecsw", "error of the step, 0.001 s", "Pictures: demo"):
+        for words in (
+            "full model",
+            "reduced (component+ecsw",
+            "error of the step, 0.001 s",
+            "Pictures: demo",
+        ):
             assert any(line.strip().startswith(words) for line in lines)
         assert [line.split(":")[0] for line in lines[-2:]] == ["  0.01", "  0.001"]
     assert "Cheapest model for each true error (of mesh, step and model, over the range):" in lines

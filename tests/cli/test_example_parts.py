@@ -1,4 +1,6 @@
-"""The mechanisms of `examples/parts`: each stands of parts that were trained alone, runs, and moves as with the full bodies."""
+"""The mechanisms of `examples/parts`: each stands of parts that were trained alone, runs, and moves
+as with the full bodies.
+"""
 
 from __future__ import annotations
 
@@ -66,13 +68,17 @@ def test_the_parts_can_be_made_coarser_and_know_what_they_lack(name: str) -> Non
 
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_a_mechanism_of_parts_moves_as_that_of_full_bodies(name: str) -> None:
-    """Largest distance of any output from the full model, of some metres: 1e-3 m; no strain leaves the training.
+    """Largest distance of any output from the full model, of some metres: 1e-3 m; no strain leaves
+    the training.
 
-    Pictures and VTK series have the same fields of both at the same points, which are as near to each other.
+    Pictures and VTK series have the same fields of both at the same points, which are as near to
+    each other.
     """
     scene = scenes.read(FOLDER / f"{name}.yaml")
     scheme = GeneralizedAlpha(1e-3, 0.8)
-    systems = [build.of_parts(scene, made) for made in (with_full_bodies(scene), build.parts(scene))]
+    systems = [
+        build.of_parts(scene, made) for made in (with_full_bodies(scene), build.parts(scene))
+    ]
     full, reduced = (integrate(build.chosen_form(scene, one), scheme, DURATION) for one in systems)
     assert reduced.system.size < 0.5 * full.system.size
     wanted, found = outputs(full), outputs(reduced)
@@ -92,6 +98,8 @@ def test_a_mechanism_of_parts_moves_as_that_of_full_bodies(name: str) -> None:
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_a_scene_of_parts_runs(name: str, tmp_path: Path) -> None:
     path = FOLDER / f"{name}.yaml"
-    found = fmbs("run", path, "--duration", "0.3", "--no-plots", "--json", "--out", tmp_path / "out")
+    found = fmbs(
+        "run", path, "--duration", "0.3", "--no-plots", "--json", "--out", tmp_path / "out"
+    )
     assert found.code == 0, found.err
     assert found.json["notices"] == []

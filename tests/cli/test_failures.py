@@ -1,4 +1,6 @@
-"""What `fmbs run` keeps and shows of a solve that failed: failure.json, a picture, tables, causes on stderr."""
+"""What `fmbs run` keeps and shows of a solve that failed: failure.json, a picture, tables, causes
+on stderr.
+"""
 
 from __future__ import annotations
 
@@ -38,8 +40,14 @@ def test_failure_json_holds_the_facts(call: Call, folder: Path) -> None:
     assert found["step"] == 6
     assert found["good"] == pytest.approx(0.005)
     # the step ends where the load jumps, and another one begins there
-    assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx([5e-4 / 2**k for k in range(7)])
-    assert {one["name"] for one in found["multipliers"]} == {"joint clamp.x", "joint clamp.y", "joint clamp.slope 1"}
+    assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx(
+        [5e-4 / 2**k for k in range(7)]
+    )
+    assert {one["name"] for one in found["multipliers"]} == {
+        "joint clamp.x",
+        "joint clamp.y",
+        "joint clamp.slope 1",
+    }
     assert found["residuals"][0]["name"].startswith("beam at s = ")
 
 
@@ -49,7 +57,13 @@ def test_the_last_good_state_is_kept(call: Call, folder: Path) -> None:
         state = {name: item[()] for name, item in file.items()}
         time = file.attrs["time"]
     assert time == pytest.approx(call.json["failure"]["good"]) == pytest.approx(0.005)
-    assert len(state["unknowns"]) == len(state["x"]) == len(state["v"]) == len(state["a"]) == call.json["unknowns"]
+    assert (
+        len(state["unknowns"])
+        == len(state["x"])
+        == len(state["v"])
+        == len(state["a"])
+        == call.json["unknowns"]
+    )
     assert len(state["constraints"]) == len(state["multipliers"]) == call.json["multipliers"]
     assert all(name.startswith(b"beam at s = ") for name in state["unknowns"])
     tip = np.loadtxt(folder / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 1:3]
@@ -65,7 +79,10 @@ def test_the_last_good_state_is_drawn(call: Call, folder: Path) -> None:
 
 def test_tables_without_json(tmp_path: Path) -> None:
     done = fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", tmp_path / "out", "--no-plots")
-    assert all(text in done.out for text in ("Likely causes", "jumps from 1", "last good state", "residuals with step"))
+    assert all(
+        text in done.out
+        for text in ("Likely causes", "jumps from 1", "last good state", "residuals with step")
+    )
     assert not (tmp_path / "out" / "failure.png").exists()
 
 
@@ -73,7 +90,11 @@ def test_a_run_that_succeeds_removes_the_failure_of_the_one_before(tmp_path: Pat
     out = tmp_path / "out"
     assert fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", out, "--no-plots").code == 4
     assert fmbs("run", scene(tmp_path, SHORT), "--out", out, "--no-plots", "--force").code == 0
-    assert sorted(path.name for path in out.iterdir()) == ["outputs.csv", "outputs.units.json", "report.json"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "outputs.csv",
+        "outputs.units.json",
+        "report.json",
+    ]
 
 
 def test_a_file_of_the_user_is_kept(tmp_path: Path) -> None:
@@ -99,7 +120,10 @@ def test_without_opengl_the_facts_are_kept(tmp_path: Path, monkeypatch: pytest.M
 
 def test_a_solve_that_never_starts_is_explained(tmp_path: Path) -> None:
     """No equilibrium is found from which a motion under a follower force of 1e40 N would start."""
-    text = CANTILEVER.replace("point_force, at: beam.right, force: [0, load]", "follower, at: beam.right, force: [0, 1e40]")
+    text = CANTILEVER.replace(
+        "point_force, at: beam.right, force: [0, load]",
+        "follower, at: beam.right, force: [0, 1e40]",
+    )
     start = SHORT.replace("}", ", start: equilibrium}")
     done = fmbs("run", scene(tmp_path, start, text=text), "--out", tmp_path / "out")
     assert done.code == 4
@@ -112,7 +136,8 @@ def test_a_solve_that_never_starts_is_explained(tmp_path: Path) -> None:
 def test_a_static_failure_names_its_load_factor(tmp_path: Path) -> None:
     """A follower force of 10 GN on a rod of EA = 79 kN."""
     text = CANTILEVER.replace(
-        "type: point_force, at: beam.right, force: [0, load]", "type: follower, at: beam.right, force: [0, load]"
+        "type: point_force, at: beam.right, force: [0, load]",
+        "type: follower, at: beam.right, force: [0, load]",
     )
     out = tmp_path / "out"
     done = fmbs(
@@ -140,17 +165,26 @@ def test_a_run_that_fails_in_its_first_step_keeps_its_start(tmp_path: Path) -> N
     out = tmp_path / "out"
     done = fmbs("run", scene(tmp_path, SHORT, "1e12"), "--json", "--out", out)
     assert done.code == 4, done.err
-    assert np.loadtxt(out / "outputs.csv", delimiter=",", skiprows=1).reshape(-1, 6)[:, 0].tolist() == [0.0]
+    assert np.loadtxt(out / "outputs.csv", delimiter=",", skiprows=1).reshape(-1, 6)[
+        :, 0
+    ].tolist() == [0.0]
     assert done.json["failure"]["step"] == 1
     assert (out / "failure.json").is_file()
 
 
 def test_a_run_that_keeps_one_state_is_right(tmp_path: Path) -> None:
-    done = fmbs("run", scene(tmp_path, "{type: dynamic, duration: 10 ms, step: 1 ms, every: 1000}"), "--out", tmp_path / "out")
+    done = fmbs(
+        "run",
+        scene(tmp_path, "{type: dynamic, duration: 10 ms, step: 1 ms, every: 1000}"),
+        "--out",
+        tmp_path / "out",
+    )
     assert done.code == 0, done.err
 
 
-def test_an_internal_error_leaves_its_traceback_and_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_internal_error_leaves_its_traceback_and_the_motion(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Here in the balance of energy, after everything is solved."""
 
     def wrong(*_: object) -> float:
@@ -161,7 +195,9 @@ def test_an_internal_error_leaves_its_traceback_and_the_motion(tmp_path: Path, m
     done = fmbs("run", scene(tmp_path, SHORT), "--out", out, "--json")
     assert done.code == 1
     assert done.json["reason"] == "internal error"
-    assert done.json["files"] == [str(out / name) for name in ("internal_error.json", "states.h5", "outputs.csv")]
+    assert done.json["files"] == [
+        str(out / name) for name in ("internal_error.json", "states.h5", "outputs.csv")
+    ]
     assert "Traceback" not in done.err
     found = json.loads((out / "internal_error.json").read_text())
     assert "in wrong" in "".join(found["traceback"])
@@ -173,7 +209,9 @@ def test_an_internal_error_leaves_its_traceback_and_the_motion(tmp_path: Path, m
     assert len(np.loadtxt(out / "outputs.csv", delimiter=",", skiprows=1)) == 11
 
 
-def test_an_internal_error_without_results_leaves_its_traceback(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_internal_error_without_results_leaves_its_traceback(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def wrong(*_: object) -> float:
         raise ZeroDivisionError("oh")
 

@@ -1,4 +1,6 @@
-"""The command as a whole: help without heavy imports, usage errors, errors and notices of every kind."""
+"""The command as a whole: help without heavy imports, usage errors, errors and notices of every
+kind.
+"""
 
 import errno
 import inspect
@@ -15,7 +17,14 @@ from click.testing import CliRunner
 from fmbs_skfem import studies
 from fmbs_skfem.cli import common, screen
 from fmbs_skfem.cli.main import COMMANDS, GROUPS, main
-from fmbs_skfem.core.errors import CorruptFile, FmbsError, InputError, MissingFeature, Reason, SolverError
+from fmbs_skfem.core.errors import (
+    CorruptFile,
+    FmbsError,
+    InputError,
+    MissingFeature,
+    Reason,
+    SolverError,
+)
 from fmbs_skfem.core.notices import notify
 from fmbs_skfem.studies import ReportTable, Result
 from fmbs_skfem.studies import job as jobs
@@ -53,7 +62,18 @@ outputs:
 reduction: {snapshots: 4 ms, tolerance: 1e-11, hyper_reduction: {tolerance: 1e-3, sample: points}}
 """
 
-HEAVY = ("importlib.abc", "numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich")
+HEAVY = (
+    "importlib.abc",
+    "numba",
+    "pyvista",
+    "vtkmodules",
+    "matplotlib",
+    "scipy",
+    "numpy",
+    "sklearn",
+    "distributed",
+    "rich",
+)
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -67,16 +87,37 @@ def test_help_imports_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     said = done.stdout.splitlines()
-    assert [line for line in said if line.startswith("[")] == [f"{arguments} []" for arguments in calls]
+    assert [line for line in said if line.startswith("[")] == [
+        f"{arguments} []" for arguments in calls
+    ]
 
 
 def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
-    """The parts of scipy that are slow to import, and what compiles, reads other mesh formats or draws."""
+    """The parts of scipy that are slow to import, and what compiles, reads other mesh formats or
+    draws.
+    """
     scipy = ("scipy.optimize", "scipy.interpolate", "scipy.spatial", "scipy.special")
-    own = ("results", "families", "verification", "dynamics.many", "dynamics.equilibria.arclength", "dynamics.near_state.buckling")
+    own = (
+        "results",
+        "families",
+        "verification",
+        "dynamics.many",
+        "dynamics.equilibria.arclength",
+        "dynamics.near_state.buckling",
+    )
     own += ("dynamics.diagnoses.diagnosis", "reduction.files", "reduction.spaces.ffrf")
     numpy = ("numpy.f2py", "numpy.testing")
-    unused = (*scipy, *(f"fmbs_skfem.{name}" for name in own), *numpy, "rich", "matplotlib", "meshio", "skfem", "sympy", "numba")
+    unused = (
+        *scipy,
+        *(f"fmbs_skfem.{name}" for name in own),
+        *numpy,
+        "rich",
+        "matplotlib",
+        "meshio",
+        "skfem",
+        "sympy",
+        "numba",
+    )
     code = (
         "import sys\nfrom fmbs_skfem.cli.main import main\n"
         f"main(['check', {str(EXAMPLES / 'double_pendulum.yaml')!r}], standalone_mode=False)\n"
@@ -88,7 +129,9 @@ def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
 
 
 def without_numba(folder: Path, *call: str) -> None:
-    """By a process that may compile, as this one may have what no folder keeps, and by another, which has it all."""
+    """By a process that may compile, as this one may have what no folder keeps, and by another,
+    which has it all.
+    """
     for name in ("first", "second"):
         given = [*call, "--out", str(folder / name)]
         code = (
@@ -115,8 +158,15 @@ def test_reductions_do_without_numba(tmp_path: Path) -> None:
 def test_the_module_is_the_command() -> None:
     for module in ("fmbs_skfem", "fmbs_skfem.cli.main"):
         call = [sys.executable, "-m", module]
-        assert subprocess.run([*call, "--version"], capture_output=True, text=True).stdout.startswith("fmbs, version")
-        assert subprocess.run([*call, "check", "nowhere.yaml"], capture_output=True, text=True).returncode == 3
+        assert subprocess.run(
+            [*call, "--version"], capture_output=True, text=True
+        ).stdout.startswith("fmbs, version")
+        assert (
+            subprocess.run(
+                [*call, "check", "nowhere.yaml"], capture_output=True, text=True
+            ).returncode
+            == 3
+        )
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -143,11 +193,16 @@ def test_an_unknown_command_is_a_usage_error_with_a_hint() -> None:
             "expected one of the commands export, info, run before the file, such as 'fmbs rom run model.h5', got 'model.h5'",
         ),
         (("part", "arm.h5"), "before the file, such as 'fmbs part info arm.h5', got 'arm.h5'"),
-        (("rom", "rum"), "expected one of the commands export, info, run, got 'rum'; did you mean 'run'?"),
+        (
+            ("rom", "rum"),
+            "expected one of the commands export, info, run, got 'rum'; did you mean 'run'?",
+        ),
         (("four_bar.yaml",), "before the file, such as 'fmbs run four_bar.yaml', got"),
     ],
 )
-def test_a_file_in_place_of_a_command_shows_the_call_that_was_meant(call: tuple[str, ...], told: str) -> None:
+def test_a_file_in_place_of_a_command_shows_the_call_that_was_meant(
+    call: tuple[str, ...], told: str
+) -> None:
     done = fmbs(*call)
     assert done.code == 2
     assert told in done.err.replace("'main ", "'fmbs ")
@@ -156,7 +211,10 @@ def test_a_file_in_place_of_a_command_shows_the_call_that_was_meant(call: tuple[
 def test_an_argument_too_many_shows_the_options_that_take_values() -> None:
     done = fmbs("verify", "pendulum")
     assert done.code == 2
-    assert "expected values behind their options (--case NAME, --group GROUP, --out DIR), got 'pendulum'" in done.err
+    assert (
+        "expected values behind their options (--case NAME, --group GROUP, --out DIR), got 'pendulum'"
+        in done.err
+    )
 
 
 def test_a_missing_argument_and_a_wrong_set_are_usage_errors() -> None:
@@ -188,7 +246,9 @@ ERRORS = [
 ]
 
 
-@pytest.mark.parametrize(("error", "code", "reason"), ERRORS, ids=[type(error).__name__ for error, _, _ in ERRORS])
+@pytest.mark.parametrize(
+    ("error", "code", "reason"), ERRORS, ids=[type(error).__name__ for error, _, _ in ERRORS]
+)
 def test_errors_have_their_exit_code_and_no_traceback(
     error: BaseException, code: int, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,7 +275,11 @@ def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
         with jobs.begin(**options) as job:
             for _ in range(3):
                 notify("mind the gap")
-            return Result(about="", report={"status": "ok", "ratio": float("nan"), "notices": job.notices}, lines=["done"])
+            return Result(
+                about="",
+                report={"status": "ok", "ratio": float("nan"), "notices": job.notices},
+                lines=["done"],
+            )
 
     notes = common.command("notes", study)
     done = CliRunner().invoke(notes, ["--json"])
@@ -240,12 +304,21 @@ def test_tables_take_the_letters_of_their_file(tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     with path.open("w", encoding="ascii") as file:
         ReportTable("Mass", ("body", "mass [kg]"), [("é", 1 / 3)]).print(file)
-    assert path.read_text().splitlines() == ["Mass", "", "  body   mass [kg]", " ------------------", "  \\xe9    0.333333", ""]
+    assert path.read_text().splitlines() == [
+        "Mass",
+        "",
+        "  body   mass [kg]",
+        " ------------------",
+        "  \\xe9    0.333333",
+        "",
+    ]
 
 
 @pytest.mark.parametrize("width", [132, 80, 60, 40, 20])
 def test_no_word_or_number_of_a_table_is_cut(width: int) -> None:
-    """Every word is there once for every block, in the order of its cell, and no line is longer than the terminal."""
+    """Every word is there once for every block, in the order of its cell, and no line is longer
+    than the terminal.
+    """
     columns = ("model", "CPU [s]", *(f"error of output {k}" for k in range(9)), "what that does")
     rows = [(f"model-{row}", 0.1234 + row, *(1.0 / (3 + row + k) for k in range(9)), "a sentence that is long enough to be broken")
             for row in range(3)]  # fmt: skip
@@ -279,7 +352,9 @@ def test_every_command_is_a_click_command_of_its_name() -> None:
         assert found.name == name
 
 
-@pytest.mark.parametrize("name", ["check", "run", "sweep", "reduce", "train", "render", "compare", "verify"])
+@pytest.mark.parametrize(
+    "name", ["check", "run", "sweep", "reduce", "train", "render", "compare", "verify"]
+)
 def test_every_keyword_of_a_study_is_an_option_that_says_what_it_is(name: str) -> None:
     found = main.get_command(click.Context(main), name)
     assert found is not None
@@ -289,7 +364,9 @@ def test_every_keyword_of_a_study_is_an_option_that_says_what_it_is(name: str) -
     assert all(one.help for one in options.values() if isinstance(one, click.Option))
 
 
-def test_long_work_tells_a_log_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_long_work_tells_a_log_how_far_it_is(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     clock = iter([0.0, 0.0, 10.0, 40.0, 50.0, 75.0])
     monkeypatch.setattr(screen.time, "perf_counter", lambda: next(clock))
     bar = screen.Bar()
@@ -300,8 +377,13 @@ def test_long_work_tells_a_log_how_far_it_is(monkeypatch: pytest.MonkeyPatch, ca
 
 def test_pages_name_every_command_with_options_that_it_has() -> None:
     """Lines of the shell in the README and in docs/commands.md; their examples are there."""
-    text = "\n".join(block for page in ("README.md", "docs/commands.md") for block in pages.blocks(page, "sh"))
-    calls = [re.split(r"\s#|&&", rest)[0].split() for rest in re.findall(r"(?:^|/| )fmbs (\w.*)$", text, re.MULTILINE)]
+    text = "\n".join(
+        block for page in ("README.md", "docs/commands.md") for block in pages.blocks(page, "sh")
+    )
+    calls = [
+        re.split(r"\s#|&&", rest)[0].split()
+        for rest in re.findall(r"(?:^|/| )fmbs (\w.*)$", text, re.MULTILINE)
+    ]
     assert {call[0] for call in calls} == set(COMMANDS)
     context = click.Context(main)
     for call in calls:

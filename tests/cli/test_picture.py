@@ -67,19 +67,27 @@ analysis: {SHORT}
 
 @pytest.fixture
 def rigid_scene(tmp_path: Path) -> Path:
-    (tmp_path / "plate_linkage_coarse.msh").write_bytes((ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes())
+    (tmp_path / "plate_linkage_coarse.msh").write_bytes(
+        (ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes()
+    )
     path = tmp_path / "rigid.yaml"
     path.write_text(RIGID)
     return path
 
 
 def test_rigid_bodies_are_lines_that_keep_their_shape(rigid_scene: Path) -> None:
-    """A rod through its centre, a triangle, the outline of a plate with two holes; the wheel has no places and stays a point."""
+    """A rod through its centre, a triangle, the outline of a plate with two holes; the wheel has no
+    places and stays a point.
+    """
     system = systems.eliminate(build.system(scenes.read(rigid_scene)))
     found = picture.frames(dynamics.integrate(system, GeneralizedAlpha(1e-3), 0.01))
     crank, rod, shown = (found.bodies[name] for name in ("crank", "rod", "plate"))
-    assert crank.reference[:, :2] == pytest.approx(np.array([[0, 0], [0.05, 0], [0.1, 0]]), abs=1e-15)
-    assert rod.reference[:, :2] == pytest.approx(np.array([[0.1, 0], [0.3, 0], [0.2, 0.1], [0.1, 0]]), abs=1e-15)
+    assert crank.reference[:, :2] == pytest.approx(
+        np.array([[0, 0], [0.05, 0], [0.1, 0]]), abs=1e-15
+    )
+    assert rod.reference[:, :2] == pytest.approx(
+        np.array([[0.1, 0], [0.3, 0], [0.2, 0.1], [0.1, 0]]), abs=1e-15
+    )
     assert found.marks["wheel"].kind == "point mass"
     assert shown.reference[0] == pytest.approx(shown.reference[-1])
     outline = np.linalg.norm(np.diff(shown.reference, axis=0), axis=1)
@@ -95,7 +103,9 @@ def test_rigid_bodies_are_lines_that_keep_their_shape(rigid_scene: Path) -> None
 def test_a_rigid_mechanism_is_exported(rigid_scene: Path, tmp_path: Path) -> None:
     done = fmbs("export", rigid_scene, "--out", tmp_path / "out", "--frames", "2")
     assert done.code == 0, done.err
-    assert {"displacement", "velocity"} <= set(meshio.read(tmp_path / "out" / "motion" / "00001.vtu").point_data)
+    assert {"displacement", "velocity"} <= set(
+        meshio.read(tmp_path / "out" / "motion" / "00001.vtu").point_data
+    )
 
 
 @pytest.mark.usefixtures("opengl")
@@ -108,7 +118,17 @@ def test_a_rigid_mechanism_is_drawn(rigid_scene: Path, tmp_path: Path) -> None:
 
 def test_export_writes_a_series_with_all_fields(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = fmbs("export", EXAMPLES / "four_bar.yaml", "--out", out, "--duration", "0.05", "--frames", "6", "--json")
+    done = fmbs(
+        "export",
+        EXAMPLES / "four_bar.yaml",
+        "--out",
+        out,
+        "--duration",
+        "0.05",
+        "--frames",
+        "6",
+        "--json",
+    )
     assert done.code == 0
     assert str(out / "motion.pvd") in done.json["files"]
     parts = sorted((out / "motion").glob("*.vtu"))
@@ -119,9 +139,13 @@ def test_export_writes_a_series_with_all_fields(tmp_path: Path) -> None:
     assert np.abs(data["displacement"][:, 2]).max() == 0
 
 
-def test_a_scene_without_a_name_has_that_of_its_file_in_every_title(rigid_scene: Path, tmp_path: Path) -> None:
+def test_a_scene_without_a_name_has_that_of_its_file_in_every_title(
+    rigid_scene: Path, tmp_path: Path
+) -> None:
     rigid_scene.write_text(
-        RIGID.replace("name: rigid\n", "").replace("analysis:", "outputs: {B: {type: position, at: rod.B}}\nanalysis:")
+        RIGID.replace("name: rigid\n", "").replace(
+            "analysis:", "outputs: {B: {type: position, at: rod.B}}\nanalysis:"
+        )
     )
     (path := rigid_scene.with_name("slow_crank.yaml")).write_text(rigid_scene.read_text())
     with job.begin(path) as work:
@@ -129,21 +153,35 @@ def test_a_scene_without_a_name_has_that_of_its_file_in_every_title(rigid_scene:
     motion = dynamics.integrate(task.system, GeneralizedAlpha(1e-3), 2e-3)
     drawn = study_pictures.scene(one, motion, tmp_path)
     assert task.title == "slow_crank"
-    assert {one.title for order in drawn for one in order.args if isinstance(one, PictureOptions)} == {"slow_crank"}
+    assert {
+        one.title for order in drawn for one in order.args if isinstance(one, PictureOptions)
+    } == {"slow_crank"}
     assert len(drawn) == 2
 
 
 @pytest.mark.usefixtures("opengl")
 def test_render_draws_a_picture_and_an_animation(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = fmbs("render", EXAMPLES / "four_bar.yaml", "--out", out, "--duration", "0.05", "--frames", "3", "--json")
+    done = fmbs(
+        "render",
+        EXAMPLES / "four_bar.yaml",
+        "--out",
+        out,
+        "--duration",
+        "0.05",
+        "--frames",
+        "3",
+        "--json",
+    )
     assert done.code == 0
     assert (out / "picture.png").read_bytes().startswith(b"\x89PNG")
     assert (out / "animation.gif").read_bytes().startswith(b"GIF8")
     assert "instants after the end" in done.json["notices"][0]
 
 
-def test_without_opengl_the_numbers_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_opengl_the_numbers_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The process that draws dies by a signal, as VTK does where there is no OpenGL."""
     monkeypatch.setattr(painter.Painter, "draw", lambda *_: (-11, ""))
     out = tmp_path / "out"

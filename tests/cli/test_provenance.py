@@ -1,4 +1,6 @@
-"""Where numbers come from stands in every report and model; files are held against checksums; processes agree bit by bit."""
+"""Where numbers come from stands in every report and model; files are held against checksums;
+processes agree bit by bit.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +23,39 @@ from .calls import fmbs, scene
 
 KEYS = {"scene", "file", "files", "versions", "machine", "threads", "seeds"}
 TRAINING = "training: {candidates: 5, samples: 2, iterations: 2, max_samples: 2}"
-TRAIN, REDUCE = ("train", "beam.yaml", "--duration", "0.05", "--no-plots"), ("reduce", "beam.yaml", "--duration", "0.05")
+TRAIN, REDUCE = (
+    ("train", "beam.yaml", "--duration", "0.05", "--no-plots"),
+    ("reduce", "beam.yaml", "--duration", "0.05"),
+)
 
 #: what is called -> its words, the code it ends with, its record, the files it reads
 REPORTS = {
-    "run": (("run", "beam.yaml", "--duration", "0.01", "--no-plots"), 0, "report.json", ("beam.yaml", "beam_10.msh")),
-    "statics": (("run", "static.yaml", "--no-plots"), 0, "report.json", ("static.yaml", "beam_20.msh")),
+    "run": (
+        ("run", "beam.yaml", "--duration", "0.01", "--no-plots"),
+        0,
+        "report.json",
+        ("beam.yaml", "beam_10.msh"),
+    ),
+    "statics": (
+        ("run", "static.yaml", "--no-plots"),
+        0,
+        "report.json",
+        ("static.yaml", "beam_20.msh"),
+    ),
     "modes": (("run", "modes.yaml"), 0, "report.json", ("modes.yaml", "beam_20.msh")),
     "failed": (("run", "jump.yaml", "--no-plots"), 4, "failure.json", ("jump.yaml", "beam_20.msh")),
-    "no start": (("run", "huge.yaml", "--no-plots"), 4, "failure.json", ("huge.yaml", "beam_20.msh")),
-    "export": (("export", "beam.yaml", "--duration", "0.01", "--frames", "2"), 0, "report.json", ("beam.yaml", "beam_10.msh")),
+    "no start": (
+        ("run", "huge.yaml", "--no-plots"),
+        4,
+        "failure.json",
+        ("huge.yaml", "beam_20.msh"),
+    ),
+    "export": (
+        ("export", "beam.yaml", "--duration", "0.01", "--frames", "2"),
+        0,
+        "report.json",
+        ("beam.yaml", "beam_10.msh"),
+    ),
     "check": (("check", "beam.yaml"), 0, "check.json", ("beam.yaml", "beam_10.msh")),
     "compare": (
         ("compare", "beam.yaml", "--quick", "--no-picture", "--duration", "0.05"),
@@ -39,8 +64,18 @@ REPORTS = {
         ("beam.yaml", "beam_10.msh"),
     ),
     "train": (TRAIN, 0, "report.json", ("beam.yaml", "beam_10.msh")),
-    "rom run": (("rom", "run", "box.h5", "--duration", "0.01", "--no-plots"), 0, "report.json", ("box.h5",)),
-    "run of a model": (("run", "point.h5", "--duration", "0.01", "--no-plots"), 0, "report.json", ("point.h5",)),
+    "rom run": (
+        ("rom", "run", "box.h5", "--duration", "0.01", "--no-plots"),
+        0,
+        "report.json",
+        ("box.h5",),
+    ),
+    "run of a model": (
+        ("run", "point.h5", "--duration", "0.01", "--no-plots"),
+        0,
+        "report.json",
+        ("point.h5",),
+    ),
     "rom info": (("rom", "info", "box.h5"), 0, "info.json", ("box.h5",)),
     "sweep": (
         ("sweep", "beam.yaml", "--samples", "2", "--seed", "5", "--duration", "0.01", "--no-plots"),
@@ -63,11 +98,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Scenes with their meshes, and two saved models."""
     place = tmp_path_factory.mktemp("provenance")
     test_train.written(place, test_train.REDUCTION + TRAINING)
-    for name, analysis in (("modes", "{type: modes, count: 1}"), ("static", "{type: static, load_steps: 1}")):
+    for name, analysis in (
+        ("modes", "{type: modes, count: 1}"),
+        ("static", "{type: static, load_steps: 1}"),
+    ):
         scene(place, analysis).rename(place / f"{name}.yaml")
     jump = scene(place, test_failures.SHORT, test_failures.JUMP)
     (place / "jump.yaml").write_text(jump.read_text())
-    huge = jump.read_text().replace("point_force, at: beam.right, force: [0, load]", "follower, at: beam.right, force: [0, 1e40]")
+    huge = jump.read_text().replace(
+        "point_force, at: beam.right, force: [0, load]",
+        "follower, at: beam.right, force: [0, 1e40]",
+    )
     (place / "huge.yaml").write_text(huge.replace("step: 1 ms", "step: 1 ms, start: equilibrium"))
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
@@ -78,7 +119,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", REPORTS)
-def test_every_report_says_where_its_numbers_come_from(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_report_says_where_its_numbers_come_from(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     words, code, record, read = REPORTS[name]
     monkeypatch.chdir(folder)
     done = fmbs(*words, "--out", name, "--json")
@@ -91,7 +134,11 @@ def test_every_report_says_where_its_numbers_come_from(name: str, folder: Path, 
     assert found["threads"] == {"blas": 1, "workers": done.json.get("workers", 1)}
     assert found["seeds"]["solver"] == 0
     assert found["seeds"].get("design") == (5 if name.startswith("sweep") else None)
-    assert (found["scene"] is None) == (found["file"] is None) == (not any(path.endswith(".yaml") for path in read))
+    assert (
+        (found["scene"] is None)
+        == (found["file"] is None)
+        == (not any(path.endswith(".yaml") for path in read))
+    )
     if name != "no start":
         assert fmbs("check", name).code == 0
 
@@ -105,12 +152,19 @@ def test_a_run_with_another_table_is_another_run(tmp_path: Path) -> None:
         (tmp_path / "push.csv").write_text(f"time [s], push\n0, 0\n100, {last}\n")
         read = scenes.read(path)
         marks.append(reports.fingerprint(read))
-        assert {place.name for place in reports.scene_files(read)} == {"cantilever.yaml", "beam_20.msh", "push.csv"}
+        assert {place.name for place in reports.scene_files(read)} == {
+            "cantilever.yaml",
+            "beam_20.msh",
+            "push.csv",
+        }
     assert marks[0] != marks[1]
 
 
 def test_saved_models_say_where_their_numbers_come_from(folder: Path) -> None:
-    for notes in (files.read(folder / "point.h5").notes, parametric_model.load(folder / "box.h5").notes):
+    for notes in (
+        files.read(folder / "point.h5").notes,
+        parametric_model.load(folder / "box.h5").notes,
+    ):
         assert set(notes["provenance"]) == KEYS
         assert notes["provenance"]["scene"]["name"] == "beam"
         assert notes["provenance"]["file"] in notes["provenance"]["files"]
@@ -118,8 +172,12 @@ def test_saved_models_say_where_their_numbers_come_from(folder: Path) -> None:
         assert str(folder) not in json.dumps(notes, default=str)
 
 
-@pytest.mark.parametrize(("mesh", "name"), [("../beam_20.msh", "../beam_20.msh"), ("../../beam_20.msh", "beam_20.msh")])
-def test_files_outside_of_the_folder_are_named_without_it(mesh: str, name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("mesh", "name"), [("../beam_20.msh", "../beam_20.msh"), ("../../beam_20.msh", "beam_20.msh")]
+)
+def test_files_outside_of_the_folder_are_named_without_it(
+    mesh: str, name: str, tmp_path: Path
+) -> None:
     place = tmp_path / "a" / "b"
     place.mkdir(parents=True)
     path = scene(place, test_failures.SHORT)
@@ -137,7 +195,10 @@ def arrays(path: Path) -> dict[str, np.ndarray]:
         return {name: item[()] for name, item in file["arrays"].items()}
 
 
-@pytest.mark.parametrize(("words", "here", "there"), [(REDUCE, "point.h5", "again.h5"), (TRAIN, "box.h5", "again/model.h5")])
+@pytest.mark.parametrize(
+    ("words", "here", "there"),
+    [(REDUCE, "point.h5", "again.h5"), (TRAIN, "box.h5", "again/model.h5")],
+)
 def test_the_same_training_gives_the_same_bits_in_another_process(
     words: tuple[str, ...], here: str, there: str, folder: Path
 ) -> None:
@@ -152,11 +213,25 @@ def test_the_same_training_gives_the_same_bits_in_another_process(
 
 @pytest.fixture
 def results(folder: Path, tmp_path: Path) -> Path:
-    assert fmbs("run", folder / "beam.yaml", "--duration", "0.01", "--out", tmp_path / "out", "--checkpoint", "0").code == 0
+    assert (
+        fmbs(
+            "run",
+            folder / "beam.yaml",
+            "--duration",
+            "0.01",
+            "--out",
+            tmp_path / "out",
+            "--checkpoint",
+            "0",
+        ).code
+        == 0
+    )
     return tmp_path / "out"
 
 
-@pytest.mark.parametrize("name", ["outputs.csv", "outputs.png", "report.json", "history/segment-00001.h5"])
+@pytest.mark.parametrize(
+    "name", ["outputs.csv", "outputs.png", "report.json", "history/segment-00001.h5"]
+)
 def test_a_flipped_byte_of_a_result_is_found(name: str, results: Path) -> None:
     whole = fmbs("check", results, "--json")
     assert {Path(path).name for path in whole.json["verified"]} == {

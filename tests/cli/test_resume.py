@@ -1,4 +1,6 @@
-"""`fmbs resume`: stopped, killed and full-disk runs go on to the same bytes; what has changed is refused by name."""
+"""`fmbs resume`: stopped, killed and full-disk runs go on to the same bytes; what has changed is
+refused by name.
+"""
 
 from __future__ import annotations
 
@@ -31,12 +33,18 @@ from .calls import Call, fmbs, scene
 MOTION = "{type: dynamic, duration: 0.4 s, step: 1 ms}"
 LONG = "{type: dynamic, duration: 5 s, step: 1 ms, every: 20}"
 HISTORY = "1 + sin(40 * t)"
-STOPS = [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "terminal closed")]
+STOPS = [
+    (signal.SIGINT, 130, "interrupted"),
+    (signal.SIGTERM, 143, "terminated"),
+    (signal.SIGHUP, 129, "terminal closed"),
+]
 
 
 @pytest.fixture(autouse=True)
 def often(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs are looked at every few milliseconds, and write no segment of their own on a machine that compiles slowly."""
+    """Runs are looked at every few milliseconds, and write no segment of their own on a machine
+    that compiles slowly.
+    """
     monkeypatch.setattr(integration, "PACE", 2e-3)
     monkeypatch.setattr(segments, "EVERY", 3600.0)
 
@@ -64,7 +72,9 @@ def heard() -> Iterator[None]:
     before = {number: signal.getsignal(number) for number in endings.STOPS}
     for number, handler in before.items():
         if handler is signal.SIG_IGN:
-            signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+            signal.signal(
+                number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+            )
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -83,7 +93,11 @@ def stopped(tmp_path: Path) -> Path:
 def test_a_stopped_run_goes_on_to_the_same_bytes(
     number: int, code: int, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, out, handlers = scene(tmp_path, MOTION, HISTORY), tmp_path / "out", [signal.getsignal(k) for k in endings.STOPS]
+    path, out, handlers = (
+        scene(tmp_path, MOTION, HISTORY),
+        tmp_path / "out",
+        [signal.getsignal(k) for k in endings.STOPS],
+    )
     assert run(path, tmp_path / "whole").code == 0
     with monkeypatch.context() as patch:
         stop(patch, number)
@@ -97,7 +111,15 @@ def test_a_stopped_run_goes_on_to_the_same_bytes(
     assert again.code == 0
     assert (out / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
     whole = json.loads((tmp_path / "whole" / "report.json").read_text())
-    for key in ("steps", "newton_iterations", "factorisations", "energy_drift", "outputs", "fingerprint", "provenance"):
+    for key in (
+        "steps",
+        "newton_iterations",
+        "factorisations",
+        "energy_drift",
+        "outputs",
+        "fingerprint",
+        "provenance",
+    ):
         assert again.json[key] == whole[key]
     assert again.json["segments"] == 2
     assert whole["segments"] == 0
@@ -116,10 +138,20 @@ def test_a_run_whose_time_is_over_goes_on_to_the_same_bytes(tmp_path: Path) -> N
     assert fmbs("resume", out, "--time-limit", "0.01").code == 6
     assert fmbs("resume", out, "--no-plots").code == 0
     assert (out / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
-    assert run(scene(tmp_path, "{type: static, load_steps: 2}"), tmp_path / "static", "--time-limit", "1").code == 3
+    assert (
+        run(
+            scene(tmp_path, "{type: static, load_steps: 2}"),
+            tmp_path / "static",
+            "--time-limit",
+            "1",
+        ).code
+        == 3
+    )
 
 
-def test_a_run_is_stopped_and_goes_on_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_is_stopped_and_goes_on_many_times(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, out = scene(tmp_path, MOTION, HISTORY), tmp_path / "out"
     assert run(path, tmp_path / "whole").code == 0
     with monkeypatch.context() as patch:
@@ -140,8 +172,12 @@ def ended_with(done: Call) -> int:
     return done.code
 
 
-def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While it is there, though it stands still, its folder is taken; it stands still from its first segment on."""
+def test_a_killed_run_goes_on_to_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While it is there, though it stands still, its folder is taken; it stands still from its
+    first segment on.
+    """
     path, out, write = scene(tmp_path, LONG, HISTORY), tmp_path / "out", Recorder.write
 
     def stopped_run() -> int:
@@ -192,7 +228,11 @@ def test_a_full_disk_ends_a_run_that_goes_on_later(
 def test_short_runs_leave_results_only(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert run(scene(tmp_path, MOTION), out).code == 0
-    assert sorted(item.name for item in out.iterdir()) == ["outputs.csv", "outputs.units.json", "report.json"]
+    assert sorted(item.name for item in out.iterdir()) == [
+        "outputs.csv",
+        "outputs.units.json",
+        "report.json",
+    ]
     assert fmbs("resume", out).code == 3
     assert run(tmp_path / "cantilever.yaml", out, "--checkpoint", "1000").code == 0
     assert len(segments.manifest(out).segments) == 1
@@ -230,7 +270,10 @@ def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
     with locks.own(out):
         refused = run(scene(tmp_path, MOTION), out)
         assert refused.code == 3
-        assert f"a folder no other run writes into, got process {os.getpid()}; wait for it" in refused.err
+        assert (
+            f"a folder no other run writes into, got process {os.getpid()}; wait for it"
+            in refused.err
+        )
         assert [item.name for item in out.iterdir()] == [locks.LOCK]
 
 
@@ -242,7 +285,9 @@ def test_a_run_that_cannot_start_leaves_no_folder(tmp_path: Path) -> None:
 
 
 def test_a_run_that_failed_may_be_repeated(tmp_path: Path) -> None:
-    """A force of 1e12 N from 0.2 s on cannot be followed; the history says so, and resuming fails alike."""
+    """A force of 1e12 N from 0.2 s on cannot be followed; the history says so, and resuming fails
+    alike.
+    """
     path, out = scene(tmp_path, MOTION, "where(t < 0.2, 1, 1e12)"), tmp_path / "out"
     first = run(path, out, "--checkpoint", "0")
     assert first.code == 4
@@ -271,13 +316,23 @@ def test_a_flipped_byte_is_found(name: str, stopped: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "named"),
     [
-        ("1 GPa", "2 GPa", "scene.bodies.beam.material.young_modulus: 1000000000.0 then, 2000000000.0 now"),
+        (
+            "1 GPa",
+            "2 GPa",
+            "scene.bodies.beam.material.young_modulus: 1000000000.0 then, 2000000000.0 now",
+        ),
         ("step: 1 ms", "step: 2 ms", "scene.analysis.step: 0.001 then, 0.002 now"),
         ("0.5 N", "0.4 N", "scene.parameters.load: 0.5 then, 0.4 now"),
-        ("1 + sin(40 * t)", "1 + sin(41 * t)", "scene.loads.tip.history: '1 + sin(40 * t)' then, '1 + sin(41 * t)' now"),
+        (
+            "1 + sin(40 * t)",
+            "1 + sin(41 * t)",
+            "scene.loads.tip.history: '1 + sin(40 * t)' then, '1 + sin(41 * t)' now",
+        ),
     ],
 )
-def test_a_scene_that_has_changed_is_refused_by_name(old: str, new: str, named: str, stopped: Path) -> None:
+def test_a_scene_that_has_changed_is_refused_by_name(
+    old: str, new: str, named: str, stopped: Path
+) -> None:
     path = stopped.parent / "cantilever.yaml"
     text = path.read_text()
     assert old in text
@@ -302,7 +357,9 @@ def rewritten(folder: Path, key: str, values: Mapping[str, Any]) -> None:
     found = segments.manifest(folder)
     origin = dict(found.job["provenance"])
     origin[key] = {**origin[key], **values}
-    segments.store_of(folder).append(segments.MANIFEST, None, replace(found, job={**found.job, "provenance": origin}))
+    segments.store_of(folder).append(
+        segments.MANIFEST, None, replace(found, job={**found.job, "provenance": origin})
+    )
 
 
 def test_another_release_is_refused_and_other_libraries_are_told(stopped: Path) -> None:
@@ -316,7 +373,8 @@ def test_another_release_is_refused_and_other_libraries_are_told(stopped: Path) 
     done = fmbs("resume", stopped, "--no-plots", "--json")
     assert done.code == 0
     assert (
-        f"versions.numpy: '1.0' then, '{own['numpy']}' now; the numbers may differ in their last digits" in done.json["notices"][0]
+        f"versions.numpy: '1.0' then, '{own['numpy']}' now; the numbers may differ in their last digits"
+        in done.json["notices"][0]
     )
 
 
@@ -326,8 +384,16 @@ def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
     assert refused.code == 3
     assert "expected a folder with history/manifest.h5, got none" in refused.err
     assert fmbs("resume", tmp_path, "--out", tmp_path / "other").code == 3
-    assert run(scene(tmp_path, "{type: static, load_steps: 2}"), tmp_path / "out", "--checkpoint", "1").code == 3
-    assert "--checkpoint: expected a scene" in run(tmp_path / "model.h5", tmp_path / "out", "--checkpoint", "1").err
+    assert (
+        run(
+            scene(tmp_path, "{type: static, load_steps: 2}"), tmp_path / "out", "--checkpoint", "1"
+        ).code
+        == 3
+    )
+    assert (
+        "--checkpoint: expected a scene"
+        in run(tmp_path / "model.h5", tmp_path / "out", "--checkpoint", "1").err
+    )
 
 
 def test_options_of_the_run_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -339,7 +405,9 @@ def test_options_of_the_run_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert run(Path("cantilever.yaml"), Path("out"), *more).code == 130
     monkeypatch.chdir("/")
     assert fmbs("resume", tmp_path / "out", "--no-plots").code == 0
-    assert (tmp_path / "out" / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
+    assert (tmp_path / "out" / "outputs.csv").read_bytes() == (
+        tmp_path / "whole" / "outputs.csv"
+    ).read_bytes()
 
 
 def test_a_report_says_where_its_numbers_come_from(tmp_path: Path) -> None:
@@ -362,15 +430,28 @@ def test_a_report_says_where_its_numbers_come_from(tmp_path: Path) -> None:
 def test_the_same_input_gives_the_same_bits_in_another_process(tmp_path: Path) -> None:
     path = scene(tmp_path, MOTION, HISTORY)
     assert run(path, tmp_path / "here").code == 0
-    command = [Path(sys.executable).parent / "fmbs", "run", path, "--out", tmp_path / "there", "--no-plots", "--checkpoint", "0"]
+    command = [
+        Path(sys.executable).parent / "fmbs",
+        "run",
+        path,
+        "--out",
+        tmp_path / "there",
+        "--no-plots",
+        "--checkpoint",
+        "0",
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "here" / "outputs.csv").read_bytes() == (tmp_path / "there" / "outputs.csv").read_bytes()
+    assert (tmp_path / "here" / "outputs.csv").read_bytes() == (
+        tmp_path / "there" / "outputs.csv"
+    ).read_bytes()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_has_shown_no_state_yet_is_stopped_at_once(number: int, tmp_path: Path) -> None:
-    """On the way to the equilibrium in which it starts there is nothing to keep: the signal acts as it does elsewhere."""
+    """On the way to the equilibrium in which it starts there is nothing to keep: the signal acts as
+    it does elsewhere.
+    """
     heard: list[int] = []
     usual = signal.signal(number, lambda one, _: heard.append(one))
     try:
@@ -385,7 +466,9 @@ def test_a_run_that_has_shown_no_state_yet_is_stopped_at_once(number: int, tmp_p
 def test_a_run_that_is_stopped_on_the_way_to_its_start_leaves_nothing(
     number: int, code: int, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Not its lock either, which the next run would say that it takes over; the process ends as by the signal."""
+    """Not its lock either, which the next run would say that it takes over; the process ends as by
+    the signal.
+    """
     path, out = scene(tmp_path, MOTION, HISTORY), tmp_path / "out"
     monkeypatch.setattr(solving, "warm_up", lambda task, cold: os.kill(os.getpid(), number))
     stopped = run(path, out)

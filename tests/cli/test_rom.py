@@ -1,4 +1,6 @@
-"""`fmbs rom`: a trained model is described, run at wanted values, and refused where it is damaged or asked for what it has not."""
+"""`fmbs rom`: a trained model is described, run at wanted values, and refused where it is damaged
+or asked for what it has not.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,9 @@ TRAINING = "training: {candidates: 11, samples: 3, iterations: 1, max_samples: 4
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("rom")
-    done = fmbs("train", written(folder, REDUCTION + TRAINING), "--no-plots", "--out", folder / "out")
+    done = fmbs(
+        "train", written(folder, REDUCTION + TRAINING), "--no-plots", "--out", folder / "out"
+    )
     assert done.code == 0, done.err
     return folder / "out" / "model.h5"
 
@@ -66,7 +70,9 @@ def test_info(model: Path, tmp_path: Path) -> None:
 
 
 def test_run_at_a_value_with_its_unit(model: Path, tmp_path: Path) -> None:
-    """outputs.csv holds what the three lines of Python give; the predicted error stands in the report."""
+    """outputs.csv holds what the three lines of Python give; the predicted error stands in the
+    report.
+    """
     done = fmbs("rom", "run", model, "--set", "E=1.2 GPa", "--out", tmp_path / "out", "--json")
     assert done.code == 0, done.err
     found = done.json
@@ -82,7 +88,10 @@ def test_run_at_a_value_with_its_unit(model: Path, tmp_path: Path) -> None:
 
 def test_run_and_rom_run_are_one(model: Path, tmp_path: Path) -> None:
     options = (model, "--set", "E=7e8", "--duration", "0.1", "--no-plots", "--json")
-    reports = [fmbs(*words, *options, "--out", tmp_path / words[0]).json for words in (("run",), ("rom", "run"))]
+    reports = [
+        fmbs(*words, *options, "--out", tmp_path / words[0]).json
+        for words in (("run",), ("rom", "run"))
+    ]
     keys = ("parameters", "predicted_error", "outputs", "steps", "end", "fingerprint")
     assert {key: reports[0][key] for key in keys} == {key: reports[1][key] for key in keys}
     assert (reports[0]["steps"], reports[0]["end"]) == (100, pytest.approx(0.1))
@@ -97,15 +106,28 @@ def test_without_values_the_nominal_ones_run(model: Path, tmp_path: Path) -> Non
 
 
 def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_path: Path) -> None:
-    done = fmbs("rom", "run", model, "--set", "E=1.6e9", "--no-plots", "--out", tmp_path / "out", "--json")
+    done = fmbs(
+        "rom", "run", model, "--set", "E=1.6e9", "--no-plots", "--out", tmp_path / "out", "--json"
+    )
     assert done.code == 0, done.err
     assert done.json["outside"] == ["E"]
     assert done.json["predicted_error"] is None
     assert any(
-        "outside its training: E = 1.6e+09, trained from 5e+08 to 1.5e+09, 10% of that range outside" in text
+        "outside its training: E = 1.6e+09, trained from 5e+08 to 1.5e+09, 10% of that range outside"
+        in text
         for text in done.json["notices"]
     )
-    longer = fmbs("rom", "run", model, "--duration", "0.3", "--no-plots", "--out", tmp_path / "longer", "--json")
+    longer = fmbs(
+        "rom",
+        "run",
+        model,
+        "--duration",
+        "0.3",
+        "--no-plots",
+        "--out",
+        tmp_path / "longer",
+        "--json",
+    )
     assert any("runs for 0.3 s, trained for 0.2 s" in text for text in longer.json["notices"])
     assert longer.json["beyond_training"] == ["runs for 0.3 s, trained for 0.2 s"]
     assert longer.json["predicted_error"] is None
@@ -121,7 +143,10 @@ def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_pa
         (("--set", "EE=1e9"), "got 'EE'; did you mean 'E'?"),
         (("--set", "E=3 mm"), "--set E: expected a pressure [Pa], got '3 mm' (length)"),
         (("--set", "E=many"), "--set E: expected"),
-        (("--set", "E=-1 Pa"), "--set E: expected a positive number, as all of its range, 5e+08 to 1.5e+09 Pa, got -1"),
+        (
+            ("--set", "E=-1 Pa"),
+            "--set E: expected a positive number, as all of its range, 5e+08 to 1.5e+09 Pa, got -1",
+        ),
         (("--duration", "-1"), "expected a positive step, and a duration of 1 to 10000000 of them"),
         (("--step", "1e-12"), "expected a positive step, and a duration of 1 to 10000000 of them"),
     ],
@@ -141,7 +166,9 @@ def any_sign(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("any_sign")
 def test_a_failed_run_is_explained_as_that_of_a_scene_is(model: Path, tmp_path: Path) -> None:
-    """A negative Young's modulus has no motion: the part that was reached is kept, with reason, residuals and what to try."""
+    """A negative Young's modulus has no motion: the part that was reached is kept, with reason,
+    residuals and what to try.
+    """
     out = tmp_path / "out"
     done = fmbs("rom", "run", model, "--set", "E=-1e9", "--out", out, "--json")
     assert done.code == 4
@@ -195,7 +222,9 @@ def test_a_file_that_is_not_there() -> None:
 
 
 def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
-    """`fmbs reduce` notes duration and step, so that its files run without them; they have no parameters."""
+    """`fmbs reduce` notes duration and step, so that its files run without them; they have no
+    parameters.
+    """
     model = tmp_path / "single.h5"
     trained = fmbs("reduce", written(tmp_path, REDUCTION), "--out", model, "--json")
     assert trained.code == 0, trained.err
@@ -204,11 +233,23 @@ def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
     assert (done.json["steps"], done.json["dofs"]) == (200, trained.json["dofs"])
     assert fmbs("rom", "info", model, "--json").json["parameters"] == {"E": 1e9, "spin": 3.0}
     assert (done.json["notices"], done.json["beyond_training"]) == ([], [])
-    longer = fmbs("rom", "run", model, "--duration", "0.6", "--no-plots", "--out", tmp_path / "longer", "--json")
+    longer = fmbs(
+        "rom",
+        "run",
+        model,
+        "--duration",
+        "0.6",
+        "--no-plots",
+        "--out",
+        tmp_path / "longer",
+        "--json",
+    )
     told = "the reduced model runs outside its training: runs for 0.6 s, trained for 0.2 s; check its error against a full run"
     assert told in longer.json["notices"]
     assert longer.json["beyond_training"] == ["runs for 0.6 s, trained for 0.2 s"]
-    with pytest.warns(Notice, match="runs for 0.4 s, trained for 0.2 s; a step of 0.002 s, trained with 0.001 s"):
+    with pytest.warns(
+        Notice, match="runs for 0.4 s, trained for 0.2 s; a step of 0.002 s, trained with 0.001 s"
+    ):
         files.run(files.read(model), duration=0.4, step=2e-3)
     refused = fmbs("rom", "run", model, "--set", "E=1e9", "--out", tmp_path / "other")
     assert refused.code == 3
@@ -231,10 +272,14 @@ def test_pictures_have_the_name_of_the_scene() -> None:
 
 
 def test_a_model_that_loses_energy_beyond_its_training_is_told(tmp_path: Path) -> None:
-    """A soft pendulum trained on the first 0.3 s of its fall: over 2 s it loses what the full run keeps, to 1e-3."""
+    """A soft pendulum trained on the first 0.3 s of its fall: over 2 s it loses what the full run
+    keeps, to 1e-3.
+    """
     path, model = kept(tmp_path / "pendulum.yaml", PENDULUM), tmp_path / "pendulum.h5"
     assert fmbs("reduce", path, "--out", model).code == 0
-    done = fmbs("rom", "run", model, "--duration", "2", "--no-plots", "--out", tmp_path / "out", "--json")
+    done = fmbs(
+        "rom", "run", model, "--duration", "2", "--no-plots", "--out", tmp_path / "out", "--json"
+    )
     assert done.code == 0, done.err
     assert done.json["energy_change"] > 0.05
     assert any(text.startswith("the energy balance falls by ") for text in done.json["notices"])
@@ -250,17 +295,25 @@ def test_models_of_a_scene_are_no_scenes_and_no_families(model: Path, tmp_path: 
     """A sound file at the wrong place is not called damaged."""
     for command in ("check", "render"):
         done = fmbs(command, model)
-        assert (done.code, "expected a scene, got a file of kind 'fmbs_skfem" in done.err) == (3, True)
+        assert (done.code, "expected a scene, got a file of kind 'fmbs_skfem" in done.err) == (
+            3,
+            True,
+        )
     plain = files.save(parametric_model.load(model).model.nominal.system, tmp_path / "plain.h5")
     swept = fmbs("sweep", plain, "--samples", 2)
     assert swept.code == 3
-    assert "expected a model over ranges of parameters, got one of a single scene; make one with fmbs train" in swept.err
+    assert (
+        "expected a model over ranges of parameters, got one of a single scene; make one with fmbs train"
+        in swept.err
+    )
     part = fmbs("part", "info", plain)
     assert (part.code, "is it the file that you mean?" in part.err) == (8, True)
 
 
 @pytest.mark.parametrize("words", [("run",), ("info",), ("export", "--c", "out")])
-def test_a_scene_is_no_model(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_is_no_model(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     done = fmbs("rom", words[0], EXAMPLES / "four_bar.yaml", *words[1:])
     assert done.code == 3

@@ -1,4 +1,6 @@
-"""`fmbs sweep`: members of a scene and of a saved model, designs, folders, members that fail, sweeps that go on."""
+"""`fmbs sweep`: members of a scene and of a saved model, designs, folders, members that fail,
+sweeps that go on.
+"""
 
 from __future__ import annotations
 
@@ -64,13 +66,28 @@ outputs:
 
 
 def test_sobol_indices_of_a_pendulum(tmp_path: Path) -> None:
-    """E 0.7 to 1.3 GPa hardly moves a short swing, its length not at all: the weight alone decides; on threads of an executor."""
-    text = PENDULUM.replace("  k: 2\n", "  k: 2\n  g: {value: 9.81, range: [5, 15]}\n").replace("-9.81 m/s^2", "-g")
+    """E 0.7 to 1.3 GPa hardly moves a short swing, its length not at all: the weight alone decides;
+    on threads of an executor.
+    """
+    text = PENDULUM.replace("  k: 2\n", "  k: 2\n  g: {value: 9.81, range: [5, 15]}\n").replace(
+        "-9.81 m/s^2", "-g"
+    )
     path = tmp_path / "pendulum.yaml"
-    path.write_text(text.replace("mesh: beam_20.msh", "mesh: beam_5.msh").replace("  energy: {type: energy}\n", ""))
+    path.write_text(
+        text.replace("mesh: beam_20.msh", "mesh: beam_5.msh").replace(
+            "  energy: {type: energy}\n", ""
+        )
+    )
     shutil.copy(ROOT / "meshes" / "beam_5.msh", tmp_path)
     with ThreadPoolExecutor(2) as executor:
-        found = studies.sweep(path, samples=64, design="saltelli", scheduler=executor, surfaces=True, out=tmp_path / "out")
+        found = studies.sweep(
+            path,
+            samples=64,
+            design="saltelli",
+            scheduler=executor,
+            surfaces=True,
+            out=tmp_path / "out",
+        )
     assert found.report["ok"] == 64 * 4
     last = found.report["sobol_indices"]["tip_y"]["final"]
     for kind in ("first", "total"):
@@ -91,9 +108,14 @@ def check_surfaces(found: sweeping.SweepResult, out: Path) -> None:
     assert found.report["response_surfaces"]["tip_y"]["final"]["q2"] > 0.9999
     (y,), _ = found.surface("tip_y").predict({"E": 1e9, "g": 10.0})
     assert y == pytest.approx(
-        response_surfaces.read(out / "surfaces.json")["tip_y"]["final"].predict([[1e9, 10.0]])[0][0], rel=1e-9
+        response_surfaces.read(out / "surfaces.json")["tip_y"]["final"].predict([[1e9, 10.0]])[0][
+            0
+        ],
+        rel=1e-9,
     )
-    assert y == pytest.approx(2.0 * found.surface("tip_y").predict({"E": 1e9, "g": 5.0})[0][0], rel=1e-2)
+    assert y == pytest.approx(
+        2.0 * found.surface("tip_y").predict({"E": 1e9, "g": 5.0})[0][0], rel=1e-2
+    )
     assert (out / "surfaces.png").stat().st_size > 10_000
     with pytest.raises(InputError, match="did you mean 'tip_y'"):
         found.surface("tip_yy")
@@ -101,7 +123,9 @@ def check_surfaces(found: sweeping.SweepResult, out: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell script")
 def test_the_batch_script_for_slurm(tmp_path: Path) -> None:
-    """Stand-ins of the programs say what they are asked for: a scheduler, workers under srun, then the sweep with its address."""
+    """Stand-ins of the programs say what they are asked for: a scheduler, workers under srun, then
+    the sweep with its address.
+    """
     page = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
     job = tmp_path / "job.sh"
     job.write_text(page.split("```sh\n#!/bin/bash", 1)[1].split("```")[0].join(["#!/bin/bash", ""]))
@@ -109,7 +133,11 @@ def test_the_batch_script_for_slurm(tmp_path: Path) -> None:
     both = "until grep -q dask said && grep -q srun said; do sleep 0.01; done"
     waits = {"dask": "exec sleep 3600", "srun": "exec sleep 3600", "fmbs": both}
     for name, wait in {**waits, "hostname": ""}.items():
-        saying = "echo node7" if name == "hostname" else f'echo $$ > {name}.number; echo "{name} $*" >> said'
+        saying = (
+            "echo node7"
+            if name == "hostname"
+            else f'echo $$ > {name}.number; echo "{name} $*" >> said'
+        )
         (tmp_path / name).write_text(f"#!/bin/bash\n{saying}\n{wait}\n")
         (tmp_path / name).chmod(0o755)
     environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "TMPDIR": str(tmp_path)}
@@ -124,14 +152,27 @@ def test_the_batch_script_for_slurm(tmp_path: Path) -> None:
 
 
 def test_jobs_of_slurm_are_those_that_the_page_shows() -> None:
-    """What dask-jobqueue submits for the cluster of the page, but for the Python and the address of this machine."""
+    """What dask-jobqueue submits for the cluster of the page, but for the Python and the address of
+    this machine.
+    """
     slurm = pytest.importorskip("dask_jobqueue.slurm", reason="the extra slurm")
     page = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
-    (code,) = [block.split("```")[0] for block in page.split("```python\n")[1:] if "SLURMCluster" in block.split("```")[0]]
+    (code,) = [
+        block.split("```")[0]
+        for block in page.split("```python\n")[1:]
+        if "SLURMCluster" in block.split("```")[0]
+    ]
     made = ast.parse(code)
-    (call,) = [node for node in ast.walk(made) if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "SLURMCluster"]
+    (call,) = [
+        node
+        for node in ast.walk(made)
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "SLURMCluster"
+    ]
     (settings,) = [node.value for node in ast.walk(made) if isinstance(node, ast.Assign)]
-    options = {one.arg: ast.literal_eval(settings if isinstance(one.value, ast.Name) else one.value) for one in call.keywords}
+    options = {
+        one.arg: ast.literal_eval(settings if isinstance(one.value, ast.Name) else one.value)
+        for one in call.keywords
+    }
     job = slurm.SLURMJob(scheduler="tcp://10.0.0.17:8786", name="0", **options).job_script()
     shown = page.split("```sh\n#!/usr/bin/env bash", 1)[1].split("```")[0]
     assert f"#!/usr/bin/env bash{shown}".split() == job.replace(sys.executable, "python").split()
@@ -140,7 +181,9 @@ def test_jobs_of_slurm_are_those_that_the_page_shows() -> None:
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """A cluster of two processes for all tests."""
-    with LocalCluster(2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL) as cluster:
+    with LocalCluster(
+        2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+    ) as cluster:
         yield cluster.scheduler_address
 
 
@@ -157,7 +200,9 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def model(scene: Path) -> Path:
     """The family of the scene as one file."""
     parameters, family = scenes.family(scenes.read(scene), cells=4)
-    return parametric_model.save(ParametricModel(affine.fit(family, parameters)), scene.with_name("pendulum.h5"))
+    return parametric_model.save(
+        ParametricModel(affine.fit(family, parameters)), scene.with_name("pendulum.h5")
+    )
 
 
 def rows(out: Path) -> tuple[list[str], list[dict[str, str]]]:
@@ -168,23 +213,53 @@ def rows(out: Path) -> tuple[list[str], list[dict[str, str]]]:
 
 def test_members_are_the_runs_of_the_scene(scene: Path, address: str, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    call = ("sweep", scene, "--samples", "3x2", "--design", "grid", "--range", "d=8 mm:12 mm:log", "--scheduler", address)
+    call = (
+        "sweep",
+        scene,
+        "--samples",
+        "3x2",
+        "--design",
+        "grid",
+        "--range",
+        "d=8 mm:12 mm:log",
+        "--scheduler",
+        address,
+    )
     done = fmbs(*call, "--out", out, "--json")
     assert done.code == 0, done.err
     found = done.json
     assert (found["status"], found["members"], found["ok"], found["computed"]) == ("ok", 6, 6, 6)
-    assert found["parameters"]["d"] == {"low": 8e-3, "high": 12e-3, "nominal": 1e-2, "unit": "m", "scale": "log"}
+    assert found["parameters"]["d"] == {
+        "low": 8e-3,
+        "high": 12e-3,
+        "nominal": 1e-2,
+        "unit": "m",
+        "scale": "log",
+    }
     assert json.loads((out / "report.json").read_text())["outputs"] == found["outputs"]
     head, table = rows(out)
-    assert head[:6] == ["member", "E [Pa]", "d [m]", "tip_x min [m]", "tip_x max [m]", "tip_x final [m]"]
+    assert head[:6] == [
+        "member",
+        "E [Pa]",
+        "d [m]",
+        "tip_x min [m]",
+        "tip_x max [m]",
+        "tip_x final [m]",
+    ]
     assert [(float(row["E [Pa]"]), float(row["d [m]"])) for row in table] == [
         (E, pytest.approx(d)) for E in (0.7e9, 1e9, 1.3e9) for d in (8e-3, 12e-3)
     ]
     changes = ("--set", "E=1.3e9", "--set", f"d={table[5]['d [m]']}")
-    single = fmbs("run", scene, *changes, "--json", "--no-plots", "--out", tmp_path / "one").json["outputs"]
+    single = fmbs("run", scene, *changes, "--json", "--no-plots", "--out", tmp_path / "one").json[
+        "outputs"
+    ]
     for name in ("tip_x", "tip_y"):
-        assert float(table[5][f"{name} final [m]"]) == pytest.approx(single[name]["final"], rel=1e-13)
-    assert float(table[5]["energy_kinetic max [J]"]) == pytest.approx(single["energy_kinetic"]["max"], rel=1e-10)
+        assert float(table[5][f"{name} final [m]"]) == pytest.approx(
+            single[name]["final"], rel=1e-13
+        )
+    assert float(table[5]["energy_kinetic max [J]"]) == pytest.approx(
+        single["energy_kinetic"]["max"], rel=1e-10
+    )
     with h5py.File(out / "sweep.h5") as file:
         np.testing.assert_allclose(file["times"], np.arange(21) * 1e-3, atol=1e-15)
         assert file["histories/tip_y"].shape == (6, 21)
@@ -202,7 +277,12 @@ def test_a_member_that_fails_is_listed(scene: Path, address: str, tmp_path: Path
     found = done.json
     assert (found["status"], found["reason"], found["ok"]) == ("error", "failed samples", 2)
     (failed,) = found["failed"]
-    assert (failed["member"], failed["values"], failed["status"], failed["reason"]) == (1, {"E": -1e9}, "failed", "bad input")
+    assert (failed["member"], failed["values"], failed["status"], failed["reason"]) == (
+        1,
+        {"E": -1e9},
+        "failed",
+        "bad input",
+    )
     assert "young_modulus" in failed["message"]
     assert "1 of 3 samples failed" in done.err
     assert [row["status"] for row in rows(out)[1]] == ["ok", "failed", "ok"]
@@ -226,9 +306,22 @@ def test_a_sweep_that_is_cut_off_tells_where_its_numbers_come_from(
     assert found["provenance"]["threads"]["workers"] is None
 
 
-def test_a_sweep_goes_on_and_another_one_is_refused(scene: Path, address: str, tmp_path: Path) -> None:
+def test_a_sweep_goes_on_and_another_one_is_refused(
+    scene: Path, address: str, tmp_path: Path
+) -> None:
     out = tmp_path / "out"
-    call = ("sweep", scene, "--samples", "4", "--scheduler", address, "--out", out, "--no-plots", "--json")
+    call = (
+        "sweep",
+        scene,
+        "--samples",
+        "4",
+        "--scheduler",
+        address,
+        "--out",
+        out,
+        "--no-plots",
+        "--json",
+    )
     assert fmbs(*call).json["computed"] == 4
     first = (out / "members" / "000000.h5").read_bytes()
     refused = fmbs(*call)
@@ -239,14 +332,22 @@ def test_a_sweep_goes_on_and_another_one_is_refused(scene: Path, address: str, t
     assert (resumed.code, resumed.json["computed"], resumed.json["ok"]) == (0, 2, 4)
     assert "000003.h5" in resumed.err
     assert (out / "members" / "000000.h5").read_bytes() == first
-    for other in (("--seed", "1"), ("--range", "E=0.8 GPa:1 GPa"), ("--duration", "0.01"), ("--instants", "5"), ("--set", "k=3")):
+    for other in (
+        ("--seed", "1"),
+        ("--range", "E=0.8 GPa:1 GPa"),
+        ("--duration", "0.01"),
+        ("--instants", "5"),
+        ("--set", "k=3"),
+    ):
         assert fmbs(*call, *other, "--resume").code == 3, other
     assert (out / "members" / "000000.h5").read_bytes() == first
     assert fmbs(*call, "--force", "--seed", "1").json["computed"] == 4
     assert (out / "members" / "000000.h5").read_bytes() != first
 
 
-def test_members_of_a_saved_model(model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_members_of_a_saved_model(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """On processes of this machine, which need no extra; with fewer instants than steps."""
     for name in extras.PACKAGES["cluster"]:
         monkeypatch.setitem(sys.modules, name, None)
@@ -266,12 +367,25 @@ def test_members_of_a_saved_model(model: Path, tmp_path: Path, monkeypatch: pyte
                 np.testing.assert_array_equal(file[f"histories/{name}"][k], found[name])
 
 
-def test_a_full_disk_ends_a_sweep(model: Path, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_ends_a_sweep(
+    model: Path, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(path: Path, data: bytes) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    done = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "out", "--no-plots", "--json")
+    done = fmbs(
+        "sweep",
+        model,
+        "--samples",
+        "2",
+        "--scheduler",
+        address,
+        "--out",
+        tmp_path / "out",
+        "--no-plots",
+        "--json",
+    )
     assert (done.code, done.json["reason"]) == (6, "limit reached")
     assert "room on the disk" in done.err
     assert "--resume" in done.err
@@ -279,18 +393,35 @@ def test_a_full_disk_ends_a_sweep(model: Path, address: str, tmp_path: Path, mon
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_signal_ends_a_sweep_that_goes_on_later(
-    number: int, code: int, scene: Path, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    number: int,
+    code: int,
+    scene: Path,
+    address: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     write, call = (
         sweep_files.write,
-        ("sweep", scene, "--samples", "60", "--scheduler", address, "--out", tmp_path / "out", "--json"),
+        (
+            "sweep",
+            scene,
+            "--samples",
+            "60",
+            "--scheduler",
+            address,
+            "--out",
+            tmp_path / "out",
+            "--json",
+        ),
     )
 
     def told(folder: Path, record: Record) -> None:
         os.kill(os.getpid(), number)
         write(folder, record)
 
-    usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start background jobs that ignore it
+    usual = signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # shells start background jobs that ignore it
     try:
         with monkeypatch.context() as patch:
             patch.setattr(sweep_files, "write", told)
@@ -308,23 +439,54 @@ def test_a_signal_ends_a_sweep_that_goes_on_later(
 
 def test_a_trained_model_shows_its_surrogate(model: Path, address: str, tmp_path: Path) -> None:
     """The record of a training in the notes is all that the figure needs; without it there is none."""
-    plain = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "plain", "--json")
+    plain = fmbs(
+        "sweep",
+        model,
+        "--samples",
+        "2",
+        "--scheduler",
+        address,
+        "--out",
+        tmp_path / "plain",
+        "--json",
+    )
     assert not [name for name in plain.json["files"] if "surrogate" in name]
     unit = np.linspace(0.0, 1.0, 5)[:, None]
     notes: dict[str, object] = {prediction.DOUBTS: ["there is one full run only"]}
-    notes[prediction.KEY] = {"samples": unit, "indicators": 1e-9 * 10 ** unit[:, 0], "pairs": np.array([[1e-9, 1e-6]])}
-    trained = parametric_model.save(ParametricModel(parametric_model.load(model).model, notes), tmp_path / "trained.h5")
+    notes[prediction.KEY] = {
+        "samples": unit,
+        "indicators": 1e-9 * 10 ** unit[:, 0],
+        "pairs": np.array([[1e-9, 1e-6]]),
+    }
+    trained = parametric_model.save(
+        ParametricModel(parametric_model.load(model).model, notes), tmp_path / "trained.h5"
+    )
     out = tmp_path / "out"
     done = fmbs("sweep", trained, "--samples", "2", "--scheduler", address, "--out", out, "--json")
     assert done.code == 0, done.err
     (doubt,) = done.json["notices"]
-    assert doubt == "the error estimate of the model is not reliable: there is one full run only; check with full runs"
+    assert (
+        doubt
+        == "the error estimate of the model is not reliable: there is one full run only; check with full runs"
+    )
     assert str(out / "surrogate.png") in done.json["files"]
     assert (out / "surrogate.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> None:
-    call = ("sweep", model, "--samples", "2", "--design", "grid", "--scheduler", address, "--no-plots", "--json", "--out")
+    call = (
+        "sweep",
+        model,
+        "--samples",
+        "2",
+        "--design",
+        "grid",
+        "--scheduler",
+        address,
+        "--no-plots",
+        "--json",
+        "--out",
+    )
     inside = fmbs(*call, tmp_path / "a", "--range", "E=0.9 GPa:1.1 GPa")
     assert inside.code == 0, inside.err
     assert inside.json["notices"] == []
@@ -333,10 +495,30 @@ def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> N
     assert outside.code == 0
     assert "outside its training: E = 2 GPa" in outside.err
     (table := tmp_path / "points.csv").write_text("E [GPa]\n0.9\n1.1\n3\n")
-    listed = fmbs("sweep", model, "--list", table, "--scheduler", address, "--no-plots", "--json", "--out", tmp_path / "d")
+    listed = fmbs(
+        "sweep",
+        model,
+        "--list",
+        table,
+        "--scheduler",
+        address,
+        "--no-plots",
+        "--json",
+        "--out",
+        tmp_path / "d",
+    )
     assert (listed.code, len(listed.json["notices"])) == (0, 1)
-    assert "outside its training in 1 of 3 samples: E from 9e+08 to 3e+09, trained from" in listed.json["notices"][0]
-    for wrong in (("--range", "F=1:2"), ("--set", "F=1"), ("--range", "E=1 mm:2 mm"), ("--duration", "1"), ("--set", "E=1 GPa")):
+    assert (
+        "outside its training in 1 of 3 samples: E from 9e+08 to 3e+09, trained from"
+        in listed.json["notices"][0]
+    )
+    for wrong in (
+        ("--range", "F=1:2"),
+        ("--set", "F=1"),
+        ("--range", "E=1 mm:2 mm"),
+        ("--duration", "1"),
+        ("--set", "E=1 GPa"),
+    ):
         assert fmbs(*call, tmp_path / "c", *wrong).code == 3, wrong
 
 
@@ -347,7 +529,11 @@ def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> N
         (("--samples", "0"), 3, "--samples"),
         (("--samples", "3x2"), 3, "--design grid"),
         (("--samples", "3x2", "--design", "grid"), 3, "1 number(s) of values"),
-        (("--samples", "5", "--design", "grid", "--range", "d=8 mm:9 mm"), 3, "the power 2 of a whole number"),
+        (
+            ("--samples", "5", "--design", "grid", "--range", "d=8 mm:9 mm"),
+            3,
+            "the power 2 of a whole number",
+        ),
         (("--samples", "4", "--range", "E=2 GPa:1 GPa"), 3, "--range E"),
         (("--samples", "4", "--range", "E=1 mm:2 mm"), 3, "--range E"),
         (("--samples", "4", "--range", "d=0:1 mm:log"), 3, "--range d"),
@@ -358,28 +544,45 @@ def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> N
         (("--samples", "4", "--timeout", "0"), 3, "timeout"),
         (("--samples", "4", "--workers", "2", "--scheduler", "tcp://127.0.0.1:9"), 3, "workers"),
         (("--samples", "4", "--design", "halton"), 2, "halton"),
-        (("--samples", "4", "--design", "saltelli"), 3, "at least 8 with --design saltelli, of which each is 3 runs, got 4"),
+        (
+            ("--samples", "4", "--design", "saltelli"),
+            3,
+            "at least 8 with --design saltelli, of which each is 3 runs, got 4",
+        ),
     ],
 )
-def test_what_makes_no_sense_is_refused(arguments: tuple[str, ...], code: int, text: str, scene: Path, tmp_path: Path) -> None:
+def test_what_makes_no_sense_is_refused(
+    arguments: tuple[str, ...], code: int, text: str, scene: Path, tmp_path: Path
+) -> None:
     done = fmbs("sweep", scene, *arguments, "--out", tmp_path / "out")
     assert (done.code, text in done.err) == (code, True), done.err
     assert not (tmp_path / "out").exists()
 
 
 def test_the_example_is_as_accurate_as_it_predicts_and_goes_on(tmp_path: Path) -> None:
-    """Coarse and short, with three full runs. Errors of displacements at the members against full runs at their parameters."""
+    """Coarse and short, with three full runs. Errors of displacements at the members against full
+    runs at their parameters.
+    """
     options = sweeps.SweepOptions(executor=ThreadPoolExecutor(2))
-    call = functools.partial(script("sweep_pendulum"), tmp_path, duration=0.05, cells=8, full_runs=3, options=options)
+    call = functools.partial(
+        script("sweep_pendulum"), tmp_path, duration=0.05, cells=8, full_runs=3, options=options
+    )
     assert call(count=4)["members"] == 4
     rom = parametric_model.load(tmp_path / "pendulum.h5")
-    _, family = scenes.family(scenes.read(EXAMPLES / "pendulum_family.yaml"), cells=8, duration=0.05)
+    _, family = scenes.family(
+        scenes.read(EXAMPLES / "pendulum_family.yaml"), cells=8, duration=0.05
+    )
     with h5py.File(tmp_path / "sweep.h5") as file:
         before, points = file["histories/C_z"][()], file["parameters"][()]
     for (E, d), history in zip(points, before, strict=True):
         case, motion = family({"E": E, "d": d}), parametric_model.run(rom, E=E, d=d)
         np.testing.assert_allclose(history, dynamics.outputs(motion)["C_z"], atol=1e-12)
-        full = dynamics.integrate(systems.eliminate(case.system), case.scheme, case.duration, dynamics.Newton(tolerance=1e-12))
+        full = dynamics.integrate(
+            systems.eliminate(case.system),
+            case.scheme,
+            case.duration,
+            dynamics.Newton(tolerance=1e-12),
+        )
         predicted = prediction.predicted_error(rom, E=E, d=d)
         assert predicted is not None
         assert predicted.low <= reduction.compare(full, motion).mean <= predicted.high

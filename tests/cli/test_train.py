@@ -1,4 +1,6 @@
-"""`fmbs train`: a beam of ten cells spun up for a fifth of a second, trained over Young's modulus, and checked at full runs."""
+"""`fmbs train`: a beam of ten cells spun up for a fifth of a second, trained over Young's modulus,
+and checked at full runs.
+"""
 
 from __future__ import annotations
 
@@ -105,22 +107,36 @@ def call(scene: Path) -> Call:
 def test_runs_and_choices_are_told(call: Call, scene: Path) -> None:
     assert call.code == 0, call.err
     found = call.json
-    assert found["parameters"]["E"] == {"low": 0.5e9, "high": 1.5e9, "scale": "linear", "unit": "Pa", "nominal": 1e9}
+    assert found["parameters"]["E"] == {
+        "low": 0.5e9,
+        "high": 1.5e9,
+        "scale": "linear",
+        "unit": "Pa",
+        "nominal": 1e9,
+    }
     assert 1 <= found["full_runs"] <= 3
     assert found["points"][0] == {"E": 1e9}
     assert found["hyper_reductions"] == found["full_runs"] == len(found["iterations"])
     assert found["reduced_runs"] == sum(iteration["samples"] for iteration in found["iterations"])
     assert all(3 <= iteration["samples"] <= 6 for iteration in found["iterations"])
     assert (found["eps"], found["eta"], found["level"]) == (1e-12, 1e-3, "points")
-    assert found["predicted_error"]["low"] < found["predicted_error"]["error"] < found["predicted_error"]["high"]
+    assert (
+        found["predicted_error"]["low"]
+        < found["predicted_error"]["error"]
+        < found["predicted_error"]["high"]
+    )
     files = {Path(name).name for name in found["files"]}
     assert files == {"model.h5", "report.json", "surrogate.png", "errors.png", "predicted.png"}
     assert all(Path(name).stat().st_size > 0 for name in found["files"])
-    assert json.loads((scene.parent / "out" / "report.json").read_text())["points"] == found["points"]
+    assert (
+        json.loads((scene.parent / "out" / "report.json").read_text())["points"] == found["points"]
+    )
 
 
 def test_a_true_error_is_the_error_against_the_full_scene(call: Call, scene: Path) -> None:
-    """Errors of outputs and displacements at the stiffest hold-out point, from runs of the scene and of the saved model."""
+    """Errors of outputs and displacements at the stiffest hold-out point, from runs of the scene
+    and of the saved model.
+    """
     held = call.json["holdout"]
     point = held["points"][-1][0]
     assert point == 1.5e9
@@ -129,25 +145,42 @@ def test_a_true_error_is_the_error_against_the_full_scene(call: Call, scene: Pat
     truth = dynamics.integrate(build.system(full), GeneralizedAlpha(1e-3, 0.8), 0.2, sharp, 5)
     rom = parametric_model.load(scene.parent / "out" / "model.h5")
     motion = parametric_model.run(rom, 5, E=point)
-    assert output_errors.measure(output_errors.compare(truth, motion)) == pytest.approx(held["true"][-1], rel=0.02)
+    assert output_errors.measure(output_errors.compare(truth, motion)) == pytest.approx(
+        held["true"][-1], rel=0.02
+    )
     assert reduction.compare(truth, motion).mean == pytest.approx(held["states"][-1], rel=0.02)
     assert held["true"][-1] > held["states"][-1]
 
 
 def test_errors_of_outputs_are_those_of_runs_of_the_scene(call: Call, scene: Path) -> None:
-    """At the stiffest hold-out point, the outputs of a full run of the scene beside those of a run of the saved model."""
+    """At the stiffest hold-out point, the outputs of a full run of the scene beside those of a run
+    of the saved model.
+    """
     held = call.json["holdout"]
-    truth = dynamics.integrate(build.system(scenes.read(scene, {"E": 1.5e9})), GeneralizedAlpha(1e-3, 0.8), 0.2, Newton(1e-12), 5)
-    found = output_errors.compare(truth, parametric_model.run(parametric_model.load(scene.parent / "out" / "model.h5"), 5, E=1.5e9))
+    truth = dynamics.integrate(
+        build.system(scenes.read(scene, {"E": 1.5e9})),
+        GeneralizedAlpha(1e-3, 0.8),
+        0.2,
+        Newton(1e-12),
+        5,
+    )
+    found = output_errors.compare(
+        truth,
+        parametric_model.run(parametric_model.load(scene.parent / "out" / "model.h5"), 5, E=1.5e9),
+    )
     assert set(held["outputs_at_points"][-1]) == set(found) == {"tip_x", "tip_y"}
     for name, one in found.items():
         assert held["outputs_at_points"][-1][name] == pytest.approx(one.relative, rel=0.05)
         assert held["outputs"][name]["unit"] == "m"
-        assert held["outputs"][name]["relative"] == max(point[name] for point in held["outputs_at_points"])
+        assert held["outputs"][name]["relative"] == max(
+            point[name] for point in held["outputs_at_points"]
+        )
 
 
 def test_a_full_run_more_is_better(call: Call) -> None:
-    """The ends of the range are bad after one run in the middle, and better with more; x moves by 7 mm beside 0.12 m of y."""
+    """The ends of the range are bad after one run in the middle, and better with more; x moves by 7
+    mm beside 0.12 m of y.
+    """
     rows = {row["name"]: row for row in call.json["holdout"]["rows"]}
     ours = [rows[f"greedy {k}"] for k in range(1, call.json["full_runs"] + 1)]
     assert [row["full_runs"] for row in ours] == list(range(1, len(ours) + 1))
@@ -163,8 +196,12 @@ def test_predictions_are_those_of_the_saved_model(call: Call, scene: Path) -> No
     for (point,), told in zip(held["points"], held["predicted"], strict=True):
         found = prediction.predicted_error(rom, E=point)
         assert found is not None
-        assert (found.error, found.low, found.high) == pytest.approx((told["error"], told["low"], told["high"]), rel=1e-12)
-    inside = [p["low"] <= e <= p["high"] for p, e in zip(held["predicted"], held["true"], strict=True)]
+        assert (found.error, found.low, found.high) == pytest.approx(
+            (told["error"], told["low"], told["high"]), rel=1e-12
+        )
+    inside = [
+        p["low"] <= e <= p["high"] for p, e in zip(held["predicted"], held["true"], strict=True)
+    ]
     assert held["inside"] == np.mean(inside) >= 0.8
     outside = prediction.predicted_error(rom, E=2e9)
     assert outside is not None
@@ -202,11 +239,26 @@ def test_the_training_of_another_scene_is_kept(call: Call, scene: Path, tmp_path
 
 
 def test_a_wanted_error_chooses_eps_and_eta_and_is_met(scene: Path, tmp_path: Path) -> None:
-    done = fmbs("train", scene, "--tolerance", "1e-3", "--holdout", "3", "--no-plots", "--out", tmp_path / "out", "--json")
+    done = fmbs(
+        "train",
+        scene,
+        "--tolerance",
+        "1e-3",
+        "--holdout",
+        "3",
+        "--no-plots",
+        "--out",
+        tmp_path / "out",
+        "--json",
+    )
     assert done.code == 0, done.err
     found = done.json
     assert found["budget"]["tolerance"] == found["tolerance"] == 1e-3
-    assert (found["budget"]["eps"], found["budget"]["eta"]) == (found["eps"], found["eta"]) != (1e-12, 1e-3)
+    assert (
+        (found["budget"]["eps"], found["budget"]["eta"])
+        == (found["eps"], found["eta"])
+        != (1e-12, 1e-3)
+    )
     assert "time step" in found["budget"]["statement"]
     assert found["holdout"]["max_error"] < 1e-3
 
@@ -236,28 +288,41 @@ def test_a_scene_without_ranges_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("{value: 1 GPa, range: [0.5 GPa, 1.5 GPa]}", "1 GPa"))
     done = fmbs("train", path, "--out", tmp_path / "out")
     assert done.code == 3
-    assert "parameters: expected parameters with ranges to train over, got none; give one a range" in done.err
+    assert (
+        "parameters: expected parameters with ranges to train over, got none; give one a range"
+        in done.err
+    )
 
 
 def with_angle(folder: Path, modulus: str = "E") -> Path:
-    """The scene with the angle at which the beam lies as its parameter; Young's modulus may depend on it."""
+    """The scene with the angle at which the beam lies as its parameter; Young's modulus may depend
+    on it.
+    """
     path = written(folder)
     text = path.read_text().replace("{value: 1 GPa, range: [0.5 GPa, 1.5 GPa]}", "1 GPa")
     text = text.replace("young_modulus: E", f"young_modulus: {modulus}")
-    text = text.replace("  spin: 3\n", "  spin: 3\n  phi: {value: 60 deg, range: [0 deg, 170 deg]}\n")
+    text = text.replace(
+        "  spin: 3\n", "  spin: 3\n  phi: {value: 60 deg, range: [0 deg, 170 deg]}\n"
+    )
     path.write_text(text.replace("    line: beam\n", "    line: beam\n    rotation: phi\n"))
     return path
 
 
 def test_a_parameter_that_moves_geometry_makes_a_model(tmp_path: Path) -> None:
-    """The beam lies at an angle that is a parameter: its places are polynomials of it to the round-off of a rotation."""
+    """The beam lies at an angle that is a parameter: its places are polynomials of it to the
+    round-off of a rotation.
+    """
     path = with_angle(tmp_path)
-    done = fmbs("train", path, "--iterations", "2", "--no-plots", "--out", tmp_path / "out", "--json")
+    done = fmbs(
+        "train", path, "--iterations", "2", "--no-plots", "--out", tmp_path / "out", "--json"
+    )
     assert done.code == 0, done.err
     rom = parametric_model.load(tmp_path / "out" / "model.h5")
     assert parametric_model.summary(rom)["parameters"]["phi"]["degree"] > 4
     columns = dynamics.outputs(parametric_model.run(rom, 5, phi=1.1))
-    assert [columns["tip_x"][0], columns["tip_y"][0]] == pytest.approx([np.cos(1.1), np.sin(1.1)], abs=1e-11)
+    assert [columns["tip_x"][0], columns["tip_y"][0]] == pytest.approx(
+        [np.cos(1.1), np.sin(1.1)], abs=1e-11
+    )
     assert np.isfinite(done.json["holdout"]["true"]).all()
     assert len(done.json["holdout"]["predicted"]) == 5
 
@@ -270,7 +335,10 @@ def test_a_model_that_is_no_polynomial_of_its_parameters_ends_the_training(tmp_p
         done = fmbs("train", path, "--no-plots", "--out", out, "--json")
         assert done.code == 4, done.err
         assert (done.json["status"], done.json["reason"]) == ("error", "no reduced model")
-        assert "parameter 'phi': expected numbers that are polynomials of it of degree 24 or less" in done.json["message"]
+        assert (
+            "parameter 'phi': expected numbers that are polynomials of it of degree 24 or less"
+            in done.json["message"]
+        )
         assert not (out / "model.h5").exists()
         assert json.loads((out / "report.json").read_text())["message"] == done.json["message"]
         assert len(list((out / "training").glob("run-*.h5"))) == 1
@@ -284,16 +352,29 @@ def test_a_holdout_point_without_a_motion_is_marked_and_the_training_goes_on(
     assert call.code == 0, call.err
     held = call.json["holdout"]
     assert [one["point"] for one in held["failed"]] == [{"P": 3.9}]
-    assert re.match(r"load 'push' at t = 1\.2.* s: expected a finite value", held["failed"][0]["reason"])
+    assert re.match(
+        r"load 'push' at t = 1\.2.* s: expected a finite value", held["failed"][0]["reason"]
+    )
     assert held["true"] == [held["max_error"], None]
     assert 0.0 < held["max_error"] < 1e-3
     assert held["rows"][0]["errors"] == held["true"]
-    assert {Path(name).name for name in call.json["files"]} >= {"report.json", "errors.png", "predicted.png"}
-    assert any("the full model has no motion at P = 3.9, the point is left out" in text for text in call.json["notices"])
-    monkeypatch.setattr(full_runs, "full_run", lambda *arguments: pytest.fail("a run that is known was made again"))
+    assert {Path(name).name for name in call.json["files"]} >= {
+        "report.json",
+        "errors.png",
+        "predicted.png",
+    }
+    assert any(
+        "the full model has no motion at P = 3.9, the point is left out" in text
+        for text in call.json["notices"]
+    )
+    monkeypatch.setattr(
+        full_runs, "full_run", lambda *arguments: pytest.fail("a run that is known was made again")
+    )
     again = fmbs("train", path, "--no-plots", "--out", tmp_path / "out")
     assert again.code == 0, again.err
-    assert re.search(r"The full model has no motion at P = 3\.9 \(load 'push' at t = 1\.2", again.out)
+    assert re.search(
+        r"The full model has no motion at P = 3\.9 \(load 'push' at t = 1\.2", again.out
+    )
     assert "Error of the outputs over their ranges at 1 of 2 hold-out points" in again.out
     assert call.json["status"] == "no promise"
     assert "the full model has no motion at 1 of 2 hold-out points" in call.json["doubts"]
@@ -305,7 +386,9 @@ def test_a_holdout_point_without_a_motion_is_marked_and_the_training_goes_on(
     assert "end_x [µm]" in again.out
 
 
-def test_a_training_stopped_before_its_report_goes_on(call: Call, scene: Path, tmp_path: Path) -> None:
+def test_a_training_stopped_before_its_report_goes_on(
+    call: Call, scene: Path, tmp_path: Path
+) -> None:
     """As it is left where the process is killed between model.h5 and report.json."""
     out = tmp_path / "out"
     shutil.copytree(scene.parent / "out", out)
@@ -322,7 +405,9 @@ def test_a_training_stopped_before_its_report_goes_on(call: Call, scene: Path, t
 
 
 def test_a_training_that_was_stopped_knows_the_code_that_it_has_run(tmp_path: Path) -> None:
-    """Laws of files that a scene names stand in a system by their names; another file of that name is another training."""
+    """Laws of files that a scene names stand in a system by their names; another file of that name
+    is another training.
+    """
     codes = []
     for number, code in enumerate(("FACTOR = 1", "FACTOR = 2", "FACTOR = 2")):
         (place := tmp_path / f"{number}").mkdir()
@@ -335,11 +420,17 @@ def test_a_training_that_was_stopped_knows_the_code_that_it_has_run(tmp_path: Pa
 
 
 def test_a_tolerance_of_an_output_is_met_in_its_unit(scene: Path, tmp_path: Path) -> None:
-    path = written(tmp_path, REDUCTION + TRAINING.replace("holdout: 5}", "holdout: 3, tolerance: {tip: 0.05 mm}}"))
+    path = written(
+        tmp_path,
+        REDUCTION + TRAINING.replace("holdout: 5}", "holdout: 3, tolerance: {tip: 0.05 mm}}"),
+    )
     done = fmbs("train", path, "--no-plots", "--out", tmp_path / "out", "--json")
     assert done.code == 0, done.err
     found = done.json
-    assert (found["tolerance"], found["measure"]) == ({"tip": 5e-5}, "error of the outputs over their tolerances")
+    assert (found["tolerance"], found["measure"]) == (
+        {"tip": 5e-5},
+        "error of the outputs over their tolerances",
+    )
     assert max(one["error"] for one in found["holdout"]["outputs"].values()) < 5e-5
     largest = max(one["error"] for one in found["holdout"]["outputs"].values())
     assert found["holdout"]["max_error"] == pytest.approx(largest / 5e-5, rel=1e-9)
@@ -348,15 +439,25 @@ def test_a_tolerance_of_an_output_is_met_in_its_unit(scene: Path, tmp_path: Path
 @pytest.mark.parametrize(
     ("tolerance", "told"),
     [
-        ("{tipp: 1 mm}", "training.tolerance.tipp: expected one of the outputs tip, got the output 'tipp'; did you mean 'tip'?"),
+        (
+            "{tipp: 1 mm}",
+            "training.tolerance.tipp: expected one of the outputs tip, got the output 'tipp'; did you mean 'tip'?",
+        ),
         ("{tip: 1 N}", "training.tolerance.tip: expected an error in m, got one in N"),
         ("{tip: 0}", "expected a largest error of tip above 0, got 0"),
-        ("2", "expected a part of the ranges of the outputs below 1, or errors of outputs by name, got 2"),
+        (
+            "2",
+            "expected a part of the ranges of the outputs below 1, or errors of outputs by name, got 2",
+        ),
         ("{}", "expected errors of outputs by name, got none"),
     ],
 )
-def test_tolerances_that_mean_nothing_are_refused(tolerance: str, told: str, tmp_path: Path) -> None:
-    path = written(tmp_path, REDUCTION + TRAINING.replace("holdout: 5}", f"tolerance: {tolerance}}}"))
+def test_tolerances_that_mean_nothing_are_refused(
+    tolerance: str, told: str, tmp_path: Path
+) -> None:
+    path = written(
+        tmp_path, REDUCTION + TRAINING.replace("holdout: 5}", f"tolerance: {tolerance}}}")
+    )
     done = fmbs("train", path, "--out", tmp_path / "out")
     assert done.code == 3
     assert told in done.err

@@ -1,4 +1,6 @@
-"""Trainings that do not pay say so, and families of parts promise nothing for bodies that their parts do not stand for."""
+"""Trainings that do not pay say so, and families of parts promise nothing for bodies that their
+parts do not stand for.
+"""
 
 from __future__ import annotations
 
@@ -31,13 +33,13 @@ analysis: {type: dynamic, duration: 0.1 s, step: 0.5 ms}
 reduction: {snapshots: 1 ms}
 training: {candidates: 9, samples: 3, iterations: 2, tolerance: 1e-2, holdout: 1}
 """
-FULL = (
-    "{type: cable, mesh: beam_10.msh, section: {shape: circular, diameter: 12 mm}, material: {young_modulus: 3 GPa, density: 1150}}"
-)
+FULL = "{type: cable, mesh: beam_10.msh, section: {shape: circular, diameter: 12 mm}, material: {young_modulus: 3 GPa, density: 1150}}"
 PART = "{type: part, file: arm.part.h5}"
 
 
-def test_a_family_of_parts_that_do_not_stand_for_their_bodies_promises_nothing(tmp_path: Path) -> None:
+def test_a_family_of_parts_that_do_not_stand_for_their_bodies_promises_nothing(
+    tmp_path: Path,
+) -> None:
     """Trained to a few hertz, the arm is shaken with 60 to 80."""
     scene = kept(tmp_path / "full.yaml", BEAM.replace("BODY", FULL))
     more = ("--runs", "1", "--samples", "100", "--out", tmp_path)
@@ -47,8 +49,13 @@ def test_a_family_of_parts_that_do_not_stand_for_their_bodies_promises_nothing(t
     found = fmbs("train", family, "--json", "--no-plots", "--out", tmp_path / "out")
     assert found.code == 0, found.err
     assert found.json["status"] == "no promise"
-    assert len([text for text in found.json["notices"] if "parts 'arm' do not stand for" in text]) == 1  # of three full runs
-    assert any("it is one against the mechanism with its parts, which err by up to" in text for text in found.json["doubts"])
+    assert (
+        len([text for text in found.json["notices"] if "parts 'arm' do not stand for" in text]) == 1
+    )  # of three full runs
+    assert any(
+        "it is one against the mechanism with its parts, which err by up to" in text
+        for text in found.json["doubts"]
+    )
 
 
 def rows(*pairs: tuple[float, float]) -> Any:
@@ -58,15 +65,21 @@ def rows(*pairs: tuple[float, float]) -> Any:
 
 
 def test_a_model_that_is_slower_than_the_full_one_is_told_with_what_pays() -> None:
-    """Times are given here: 0.05 s of the full model, 0.02 s and 0.1 s of those of the first and the second full run."""
+    """Times are given here: 0.05 s of the full model, 0.02 s and 0.1 s of those of the first and
+    the second full run.
+    """
     order: Any = SimpleNamespace(tolerance=1e-2)
-    found: Any = SimpleNamespace(full_runs=(SimpleNamespace(cpu_s=0.05), SimpleNamespace(cpu_s=0.07)))
+    found: Any = SimpleNamespace(
+        full_runs=(SimpleNamespace(cpu_s=0.05), SimpleNamespace(cpu_s=0.07))
+    )
     found.models = (SimpleNamespace(training_s=0.01),)
     checked = rows((0.02, 3.5e-3), (0.1, 1e-6))
     payoff = training.find_payoff(found, checked, 0.3)
     assert payoff.speedup == pytest.approx(0.5)
     assert payoff.training_s == 0.3
-    assert training.find_payoff(found, checked, 0.1).training_s == pytest.approx(0.05 + 0.07 + 0.01)  # of a training that went on
+    assert training.find_payoff(found, checked, 0.1).training_s == pytest.approx(
+        0.05 + 0.07 + 0.01
+    )  # of a training that went on
     told = r"0\.5 times as fast .*\(fmbs sweep SCENE\), or train with --iterations 1, whose model is 2\.5 times as fast"
     with pytest.warns(Notice, match=told):
         training.warn_of_cost(order, payoff, checked)

@@ -1,4 +1,6 @@
-"""Wrong arguments of public functions are bad input, said with the name of the argument, and right ones are let in."""
+"""Wrong arguments of public functions are bad input, said with the name of the argument, and right
+ones are let in.
+"""
 
 from __future__ import annotations
 
@@ -41,12 +43,20 @@ def cart() -> systems.System:
 @pytest.mark.parametrize(
     ("kind", "right", "wrong"),
     [
-        (float, [1.0, 1, np.float32(1.0), np.int64(1), np.array(1.0)], [None, "1", NAN, math.inf, 1j, True, [1.0], np.ones(1)]),
+        (
+            float,
+            [1.0, 1, np.float32(1.0), np.int64(1), np.array(1.0)],
+            [None, "1", NAN, math.inf, 1j, True, [1.0], np.ones(1)],
+        ),
         (int, [1, np.int32(1)], [1.0, "1", True, None]),
         (bool, [True, np.bool_(True)], [1, "yes", None]),
         (str, ["a", ""], [5, b"a", Path("a"), "a\0b", "\ud800"]),
         (str | Path, ["a", Path("a")], [5, None, Path("a\0b")]),
-        (np.ndarray, [np.ones(2), [1.0, 2.0], (1, 2)], [5, None, "ab", [1.0, NAN], [[1], [1, 2]], ["a"], {}, [1j]]),
+        (
+            np.ndarray,
+            [np.ones(2), [1.0, 2.0], (1, 2)],
+            [5, None, "ab", [1.0, NAN], [[1], [1, 2]], ["a"], {}, [1j]],
+        ),
         (ArrayLike | None, [5, [1.0], None], ["a", [[1], [1, 2]], object()]),
         (float | np.ndarray, [1.0, np.ones(2)], ["a", NAN, {}]),
         (Sequence[float], [[1.0], (1,), np.ones(2), []], ["ab", 5, {}, ["a"], [None], [[1.0]]]),
@@ -73,7 +83,9 @@ def test_a_checked_function_says_which_argument_is_wrong() -> None:
     assert size(np.ones(2), limit=math.inf) == (2.0, math.inf, None)
     with pytest.raises(InputError, match=r"size: limit: expected a finite number, got '3'"):
         size(np.ones(2), "3")
-    with pytest.raises(InputError, match=r"size: x: expected an array of finite numbers, got nothing"):
+    with pytest.raises(
+        InputError, match=r"size: x: expected an array of finite numbers, got nothing"
+    ):
         size(x=None)
     with pytest.raises(TypeError, match="unexpected keyword"):
         size(np.ones(2), y=1)  # type: ignore[call-arg]
@@ -84,13 +96,25 @@ PUSH = loads.PointForce("F", At("m"), (1.0, 0.0))
 CALLS: dict[str, tuple[Callable[..., Any], str]] = {
     "no system": (lambda: dynamics.integrate(5, GeneralizedAlpha(1e-3), 1.0), "integrate: system"),
     "no scheme": (lambda: dynamics.integrate(cart(), 1e-3, 1.0), "integrate: scheme"),
-    "text for a time": (lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), "1"), "integrate: duration"),
-    "broken every": (lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01, every=1.5), "integrate: every"),
-    "times for steps": (lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01, every=np.array([0.5])), "steps to keep"),
+    "text for a time": (
+        lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), "1"),
+        "integrate: duration",
+    ),
+    "broken every": (
+        lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01, every=1.5),
+        "integrate: every",
+    ),
+    "times for steps": (
+        lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01, every=np.array([0.5])),
+        "steps to keep",
+    ),
     "text for a step": (lambda: GeneralizedAlpha("1e-3"), "GeneralizedAlpha.step"),
     "no iterations": (lambda: Newton(iterations=-1), "newton: iterations"),
     "no trajectory": (lambda: dynamics.outputs(None), "outputs: trajectory"),
-    "unknown output": (lambda: dynamics.outputs(dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 1e-3), ["x"]), "outputs"),
+    "unknown output": (
+        lambda: dynamics.outputs(dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 1e-3), ["x"]),
+        "outputs",
+    ),
     "no counts": (lambda: dynamics.vibration_modes(cart(), "3"), "vibration_modes: count"),
     "multipliers": (lambda: dynamics.linearise(cart(), multipliers=[1.0]), "multipliers"),
     "center": (lambda: dynamics.Spin(1.0, center="origin"), "Spin.center"),
@@ -102,21 +126,47 @@ CALLS: dict[str, tuple[Callable[..., Any], str]] = {
     "zero in a path": (lambda: scenes.read("a\0b"), "read: path"),
     "no bodies": (lambda: systems.assemble([5]), "assemble: bodies"),
     "no place": (lambda: systems.assemble([MASS], [joints.Pin("A", "m")]), "joint 'A'.at"),
-    "no name": (lambda: systems.assemble([MASS], loads=[loads.PointForce(5, At("m"), (1.0, 0.0))]), "load.*name"),
-    "text in a force": (lambda: systems.assemble([MASS], loads=[loads.PointForce("F", At("m"), ("a", 0.0))]), "load 'F'.force"),
-    "mapping for a force": (lambda: systems.assemble([MASS], loads=[loads.PointForce("F", At("m"), {})]), "load 'F'.force"),
-    "no output": (lambda: systems.assemble([MASS], outputs={"t": probes.Position(5)}), "output 't'.at"),
+    "no name": (
+        lambda: systems.assemble([MASS], loads=[loads.PointForce(5, At("m"), (1.0, 0.0))]),
+        "load.*name",
+    ),
+    "text in a force": (
+        lambda: systems.assemble([MASS], loads=[loads.PointForce("F", At("m"), ("a", 0.0))]),
+        "load 'F'.force",
+    ),
+    "mapping for a force": (
+        lambda: systems.assemble([MASS], loads=[loads.PointForce("F", At("m"), {})]),
+        "load 'F'.force",
+    ),
+    "no output": (
+        lambda: systems.assemble([MASS], outputs={"t": probes.Position(5)}),
+        "output 't'.at",
+    ),
     "shape of x": (lambda: systems.force(cart(), [0.0]), "x"),
-    "shape of V": (lambda: systems.change_coordinates(cart(), [[1.0]], [0.0]), "change_coordinates"),
-    "reduced coordinates": (lambda: reduction.reduce_floating(systems.eliminate(cart()), -1), "reduce_floating"),
-    "interval": (lambda: reduction.snapshots(dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01), 1e300), "snapshots"),
+    "shape of V": (
+        lambda: systems.change_coordinates(cart(), [[1.0]], [0.0]),
+        "change_coordinates",
+    ),
+    "reduced coordinates": (
+        lambda: reduction.reduce_floating(systems.eliminate(cart()), -1),
+        "reduce_floating",
+    ),
+    "interval": (
+        lambda: reduction.snapshots(
+            dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01), 1e300
+        ),
+        "snapshots",
+    ),
     "seed": (lambda: systems.check_force([MASS], PUSH, seed=-1), "seed"),
     "no file": (lambda: files.read(None), "read: path"),
     "no model": (lambda: parametric_model.case_of(None, {}), "case_of: rom"),
     "no run": (lambda: start("scene.yaml", GeneralizedAlpha(1e-3)), "start: system"),
     "no state": (lambda: setattr(start(cart(), GeneralizedAlpha(1e-3)), "state", 5), "run.state"),
     "no names": (lambda: start(cart(), GeneralizedAlpha(1e-3)).outputs(5), "run.outputs"),
-    "no reward": (lambda: Plant(cart(), GeneralizedAlpha(1e-3), ["cart"], None, 1.0), "Plant: reward"),
+    "no reward": (
+        lambda: Plant(cart(), GeneralizedAlpha(1e-3), ["cart"], None, 1.0),
+        "Plant: reward",
+    ),
     "source": (lambda: studies.run(5), "source"),
     "text for a duration": (lambda: studies.run("a.yaml", duration="1"), "run: duration"),
     "flag": (lambda: studies.run("a.yaml", plots="no"), "run: plots"),
@@ -124,9 +174,15 @@ CALLS: dict[str, tuple[Callable[..., Any], str]] = {
     "folder": (lambda: studies.run("a.yaml", out=5), "run: out"),
     "few instants": (lambda: studies.view("a.yaml", instants=1), "view: instants"),
     "choice": (lambda: studies.reduce("a.yaml", level="beam"), "reduce: level"),
-    "infinite": (lambda: studies.train_part("a.yaml", alone=True, gravity=math.inf), "train_part: gravity"),
+    "infinite": (
+        lambda: studies.train_part("a.yaml", alone=True, gravity=math.inf),
+        "train_part: gravity",
+    ),
     "range": (lambda: studies.sweep("a.yaml", samples=2, ranges={"E": (1.0,)}), "sweep: ranges"),
-    "listener": (lambda: studies.run("a.yaml", listener=studies.Listener(progress=5)), "Listener.progress"),
+    "listener": (
+        lambda: studies.run("a.yaml", listener=studies.Listener(progress=5)),
+        "Listener.progress",
+    ),
 }
 
 

@@ -1,4 +1,6 @@
-"""Bytecode of the command where the environment forbids Python to write it, or the packages are there for reading only."""
+"""Bytecode of the command where the environment forbids Python to write it, or the packages are
+there for reading only.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +19,19 @@ PYC = f"main.{sys.implementation.cache_tag}.pyc"
 
 
 def version(place: Path, cache: Path, *flags: str, **more: str) -> str:
-    """What `fmbs --version` prints with the package at a place and a folder for caches, in an environment without bytecode."""
-    given = {"PYTHONPATH": str(place), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": str(cache), **more}
+    """What `fmbs --version` prints with the package at a place and a folder for caches, in an
+    environment without bytecode.
+    """
+    given = {
+        "PYTHONPATH": str(place),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "NUMBA_CACHE_DIR": str(cache),
+        **more,
+    }
     call = [sys.executable, *flags, "-m", "fmbs_skfem", "--version"]
-    done = subprocess.run(call, env={**os.environ, **given}, cwd=place, capture_output=True, text=True)
+    done = subprocess.run(
+        call, env={**os.environ, **given}, cwd=place, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -48,7 +59,9 @@ def test_the_command_keeps_bytecode_beside_its_kernels(place: Path, tmp_path: Pa
 
 
 def test_what_is_wanted_otherwise_stays(place: Path, tmp_path: Path) -> None:
-    """A folder of the user's own, and no bytecode at all; where the cache cannot be written nothing changes either."""
+    """A folder of the user's own, and no bytecode at all; where the cache cannot be written nothing
+    changes either.
+    """
     own = tmp_path / "own"
     said = version(place, tmp_path / "cache", PYTHONPYCACHEPREFIX=str(own))
     assert version(place, tmp_path / "cache", "-B", PYTHONDONTWRITEBYTECODE="") == said
@@ -59,7 +72,9 @@ def test_what_is_wanted_otherwise_stays(place: Path, tmp_path: Path) -> None:
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package on the path, as the one by which `keep` decides; the settings of this process are restored."""
+    """A package on the path, as the one by which `keep` decides; the settings of this process are
+    restored.
+    """
     folder = tmp_path / "a_package_of_tests"
     folder.mkdir()
     (folder / "__init__.py").write_text("")
@@ -89,14 +104,18 @@ def test_bytecode_that_is_there_is_not_moved(package: Path) -> None:
     assert sys.pycache_prefix is None
 
 
-def test_an_install_for_reading_only_has_bytecode_elsewhere(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_install_for_reading_only_has_bytecode_elsewhere(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One that can be written is left to Python."""
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     monkeypatch.delenv(bytecode.FORBIDS)
     bytecode.keep()
     assert sys.pycache_prefix is None
     allowed = os.access
-    monkeypatch.setattr(os, "access", lambda path, mode: not package.is_relative_to(path) and allowed(path, mode))
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: not package.is_relative_to(path) and allowed(path, mode)
+    )
     bytecode.keep()
     assert sys.pycache_prefix is not None
 

@@ -32,7 +32,9 @@ def linked(file: h5py.File, path: Path) -> None:
 
 
 def external(file: h5py.File, path: Path) -> None:
-    file.create_dataset("x", shape=(4,), dtype="f8", external=[(str(path.with_name("secret.bin")), 0, 32)])
+    file.create_dataset(
+        "x", shape=(4,), dtype="f8", external=[(str(path.with_name("secret.bin")), 0, 32)]
+    )
 
 
 def virtual(file: h5py.File, path: Path) -> None:
@@ -54,7 +56,9 @@ def texts(file: h5py.File, path: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [soft, linked, external, virtual, claimed, packed, texts])
-def test_what_is_not_in_the_file_is_refused(make: Callable[[h5py.File, Path], None], tmp_path: Path) -> None:
+def test_what_is_not_in_the_file_is_refused(
+    make: Callable[[h5py.File, Path], None], tmp_path: Path
+) -> None:
     path = outside(tmp_path / "file.h5")
     with h5py.File(path, "w") as file:
         make(file, path)

@@ -13,9 +13,16 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 
 
 def laplacian(nx: int, ny: int) -> csr_array:
-    """The 5-point Laplacian with zero values around; eigenvalues 4 sin^2(i pi / 2(nx+1)) + 4 sin^2(j pi / 2(ny+1))."""
-    lines = [sparse.diags_array([-np.ones(n - 1), 2.0 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]) for n in (nx, ny)]
-    return csr_array(sparse.kron(lines[0], sparse.eye_array(ny)) + sparse.kron(sparse.eye_array(nx), lines[1]))
+    """The 5-point Laplacian with zero values around; eigenvalues 4 sin^2(i pi / 2(nx+1)) + 4
+    sin^2(j pi / 2(ny+1)).
+    """
+    lines = [
+        sparse.diags_array([-np.ones(n - 1), 2.0 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+        for n in (nx, ny)
+    ]
+    return csr_array(
+        sparse.kron(lines[0], sparse.eye_array(ny)) + sparse.kron(sparse.eye_array(nx), lines[1])
+    )
 
 
 def eigenvalues(nx: int, ny: int) -> np.ndarray:
@@ -26,7 +33,9 @@ def eigenvalues(nx: int, ny: int) -> np.ndarray:
 
 
 def plate(nx: int, ny: int, unknowns: int = 6) -> csr_array:
-    """Positive definite, like a plate's: every two neighbours of a grid, diagonal ones too, coupled by dense blocks."""
+    """Positive definite, like a plate's: every two neighbours of a grid, diagonal ones too, coupled
+    by dense blocks.
+    """
     rng = np.random.default_rng(0)
     block = rng.normal(size=(unknowns, unknowns))
     graph = laplacian(nx, ny) @ laplacian(nx, ny)
@@ -36,11 +45,15 @@ def plate(nx: int, ny: int, unknowns: int = 6) -> csr_array:
 
 
 def frame(n: int = 30, m: int = 3) -> csr_array:
-    """A chain of pairs whose ends also hang on m unknowns that reach all of them: rows of many kinds, an arrow."""
+    """A chain of pairs whose ends also hang on m unknowns that reach all of them: rows of many
+    kinds, an arrow.
+    """
     rng = np.random.default_rng(1)
     chain = sparse.kron(laplacian(n, 1) + sparse.eye_array(n), np.array([[2.0, 0.5], [0.5, 1.0]]))
     arms = csr_array(rng.normal(size=(m, 2 * n)))
-    return csr_array(sparse.block_array([[chain + arms.T @ arms, arms.T], [arms, np.eye(m) * 40.0]]))
+    return csr_array(
+        sparse.block_array([[chain + arms.T @ arms, arms.T], [arms, np.eye(m) * 40.0]])
+    )
 
 
 MATRICES = {
@@ -68,7 +81,10 @@ def test_solution(matrix: csr_array) -> None:
     assert direct.solve(factors, x) is x
     assert abs(x - exact).max() <= bound * abs(exact).max()
     np.testing.assert_array_equal(direct.solve(factors, rhs[1].copy()), x[1])
-    assert abs(direct.residual(matrix, x, rhs)).max() <= 1e-14 * n * abs(dense).sum(1).max() * abs(exact).max()
+    assert (
+        abs(direct.residual(matrix, x, rhs)).max()
+        <= 1e-14 * n * abs(dense).sum(1).max() * abs(exact).max()
+    )
 
 
 @pytest.mark.parametrize("matrix", MATRICES.values(), ids=MATRICES.keys())
@@ -76,13 +92,25 @@ def test_factors_multiply_to_the_matrix(matrix: csr_array) -> None:
     factors, n = direct.factor(matrix), matrix.shape[0]
     tree, lower, at = factors.tree, np.eye(n), 0
     for s in range(tree.children.size):
-        rows = np.concatenate([np.arange(tree.first[s], tree.first[s + 1]), tree.rows[tree.start[s] : tree.start[s + 1]]])
+        rows = np.concatenate(
+            [
+                np.arange(tree.first[s], tree.first[s + 1]),
+                tree.rows[tree.start[s] : tree.start[s + 1]],
+            ]
+        )
         for c in range(tree.first[s + 1] - tree.first[s]):
             lower[rows[c + 1 :], rows[c]] = factors.lower[at : at + rows.size - c - 1]
             at += rows.size - c - 1
     permuted = matrix.toarray()[np.ix_(tree.order, tree.order)]
-    assert at == factors.lower.size == supernodes.entries(tree) == supernodes.entries(supernodes.analyse(matrix))
-    np.testing.assert_allclose(lower * factors.pivots @ lower.T, permuted, rtol=0, atol=1e-14 * n * abs(permuted).max())
+    assert (
+        at
+        == factors.lower.size
+        == supernodes.entries(tree)
+        == supernodes.entries(supernodes.analyse(matrix))
+    )
+    np.testing.assert_allclose(
+        lower * factors.pivots @ lower.T, permuted, rtol=0, atol=1e-14 * n * abs(permuted).max()
+    )
 
 
 def test_single_precision_is_refined_to_double() -> None:
@@ -106,14 +134,25 @@ def test_single_precision_of_any_scale(scale: float) -> None:
     factors = direct.factor(csr_array(matrix * 1e30), np.float32)
     b = np.random.default_rng(5).normal(size=matrix.shape[0])
     x = direct.solve(factors, b * scale) / scale * 1e30
-    np.testing.assert_allclose(x, direct.solve(direct.factor(matrix), b.copy()), rtol=0, atol=1e-3 * abs(x).max())
+    np.testing.assert_allclose(
+        x, direct.solve(direct.factor(matrix), b.copy()), rtol=0, atol=1e-3 * abs(x).max()
+    )
 
 
 def test_the_fill_is_that_of_superlu() -> None:
-    """At most 10 % above SuperLU's L with the same kind of order, zeros of joined supernodes included."""
+    """At most 10 % above SuperLU's L with the same kind of order, zeros of joined supernodes
+    included.
+    """
     matrix = plate(40, 33)
-    options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-    assert supernodes.entries(supernodes.analyse(matrix)) + matrix.shape[0] <= 1.1 * splu(matrix.tocsc(), **options).L.nnz
+    options = {
+        "permc_spec": "MMD_AT_PLUS_A",
+        "diag_pivot_thresh": 0.0,
+        "options": {"SymmetricMode": True},
+    }
+    assert (
+        supernodes.entries(supernodes.analyse(matrix)) + matrix.shape[0]
+        <= 1.1 * splu(matrix.tocsc(), **options).L.nnz
+    )
 
 
 @pytest.mark.parametrize("shift", [0.31, 1.7, 4.013])
@@ -144,7 +183,9 @@ def test_an_analysis_serves_every_matrix_of_its_pattern() -> None:
     other.data *= 3.0
     tree = supernodes.analyse(matrix)
     x = direct.solve(direct.factor(other, tree=tree), np.ones(480))
-    np.testing.assert_allclose(3.0 * x, direct.solve(direct.factor(matrix, tree=tree), np.ones(480)), rtol=1e-12)
+    np.testing.assert_allclose(
+        3.0 * x, direct.solve(direct.factor(matrix, tree=tree), np.ones(480)), rtol=1e-12
+    )
 
 
 def test_another_pattern_is_refused() -> None:
@@ -161,7 +202,10 @@ def test_a_pattern_with_one_half_of_an_entry() -> None:
     rng = np.random.default_rng(9)
     i, j = rng.integers(144, size=(2, 60))
     data = np.concatenate([coupled.data, np.full(60, 1e-17)])
-    uneven = csr_array((data, (np.concatenate([coupled.row, i]), np.concatenate([coupled.col, j]))), shape=(144, 144))
+    uneven = csr_array(
+        (data, (np.concatenate([coupled.row, i]), np.concatenate([coupled.col, j]))),
+        shape=(144, 144),
+    )
     uneven.sum_duplicates()
     assert (uneven.astype(bool) != uneven.T.astype(bool)).nnz > 0
     b = rng.normal(size=144)
@@ -171,7 +215,11 @@ def test_a_pattern_with_one_half_of_an_entry() -> None:
 
 def test_a_singular_matrix_is_reported() -> None:
     """A free string: the last pivot of the chain of 1, 2, 2, ..., 1 vanishes exactly."""
-    string = csr_array(sparse.diags_array([-np.ones(8), np.array([1.0] + [2.0] * 7 + [1.0]), -np.ones(8)], offsets=[-1, 0, 1]))
+    string = csr_array(
+        sparse.diags_array(
+            [-np.ones(8), np.array([1.0] + [2.0] * 7 + [1.0]), -np.ones(8)], offsets=[-1, 0, 1]
+        )
+    )
     with pytest.raises(SolverError, match="no pivot is left for unknown") as caught:
         direct.factor(string)
     assert caught.value.reason is Reason.SINGULAR_TANGENT
@@ -192,7 +240,10 @@ BAD = {
     "oblong": (csr_array(np.ones((2, 3))), "square csr_array"),
     "single": (laplacian(3, 3).astype(np.float32), "square csr_array"),
     "hole": (csr_array(np.array([[1.0, 2.0], [2.0, 0.0]])), "none in row 1"),
-    "unsorted": (csr_array((np.ones(4), [1, 0, 0, 1], [0, 2, 4]), shape=(2, 2)), "ascending columns"),
+    "unsorted": (
+        csr_array((np.ones(4), [1, 0, 0, 1], [0, 2, 4]), shape=(2, 2)),
+        "ascending columns",
+    ),
 }
 
 
@@ -209,6 +260,11 @@ def test_other_wrong_arguments_are_refused() -> None:
     with pytest.raises(InputError, match="float64 or float32"):
         direct.factor(matrix, np.float16)
     factors = direct.factor(matrix)
-    for wrong in (np.ones(8), np.ones((9, 2)).T[:, ::-1], np.ones(9, np.float32), np.ones((2, 2, 9))):
+    for wrong in (
+        np.ones(8),
+        np.ones((9, 2)).T[:, ::-1],
+        np.ones(9, np.float32),
+        np.ones((2, 2, 9)),
+    ):
         with pytest.raises(InputError, match="C-contiguous array of float64"):
             direct.solve(factors, wrong)

@@ -74,12 +74,16 @@ def test_units_that_are_not_metric_stay() -> None:
         ("m", math.inf, "m"),
     ],
 )
-def test_prefixes_put_the_largest_number_between_1_and_1000(unit: str, largest: float, wanted: str) -> None:
+def test_prefixes_put_the_largest_number_between_1_and_1000(
+    unit: str, largest: float, wanted: str
+) -> None:
     name, size = SI.find(unit, largest)
     assert name == wanted
     if name != unit:
         assert 1.0 <= largest / size < 1000.0
-        assert size == pytest.approx(display.describe(name)[1], rel=1e-15, abs=0.0)  # the prefix means what it says
+        assert size == pytest.approx(
+            display.describe(name)[1], rel=1e-15, abs=0.0
+        )  # the prefix means what it says
 
 
 def test_what_is_asked_for_goes_first() -> None:
@@ -102,18 +106,30 @@ def test_units_are_those_of_quantities_in_their_order() -> None:
 
 
 def test_heads_rows_and_columns() -> None:
-    assert TYPED.head("tip_x: x [m], round-off", [0.2, np.nan]) == ("tip_x: x [mm], round-off", 1e-3)
+    assert TYPED.head("tip_x: x [m], round-off", [0.2, np.nan]) == (
+        "tip_x: x [mm], round-off",
+        1e-3,
+    )
     assert TYPED.head("a name", [0.2]) == ("a name", 1.0)
     head, values = TYPED.row("motor [rad/s]", [10 * math.pi, -math.pi])
     assert (head, values) == ("motor [rpm]", pytest.approx([300.0, -30.0], rel=1e-15))
     heads, rows = TYPED.columns(
-        ("", "W [rad/s]", "F [N]", "way [m]", "x [m]"), [("a", math.pi, 50.0, "1.0", 0.5), ("b", 0.0, 0.0, 2.0, None)]
+        ("", "W [rad/s]", "F [N]", "way [m]", "x [m]"),
+        [("a", math.pi, 50.0, "1.0", 0.5), ("b", 0.0, 0.0, 2.0, None)],
     )
-    assert heads == ["", "W [rpm]", "F [N]", "way [m]", "x [mm]"]  # texts are in the unit of their head; columns take no prefix
+    assert heads == [
+        "",
+        "W [rpm]",
+        "F [N]",
+        "way [m]",
+        "x [mm]",
+    ]  # texts are in the unit of their head; columns take no prefix
     assert rows == [["a", pytest.approx(30.0), 50.0, "1.0", 500.0], ["b", 0.0, 0.0, 2.0, None]]
 
 
 def test_reports_keep_them() -> None:
-    assert DisplayUnits.of({display.KEY: {"asked": ["mm"], "typed": ["s", "rpm"]}}) == DisplayUnits(("mm",), ("s", "rpm"))
+    assert DisplayUnits.of({display.KEY: {"asked": ["mm"], "typed": ["s", "rpm"]}}) == DisplayUnits(
+        ("mm",), ("s", "rpm")
+    )
     for other in ({}, {display.KEY: None}, {display.KEY: {"asked": 3}}):
         assert DisplayUnits.of(other) == SI

@@ -10,7 +10,9 @@ import pytest
 from fmbs_skfem.core.storage import durable
 
 
-def test_a_file_is_flushed_before_it_has_its_name_and_its_folder_after(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_is_flushed_before_it_has_its_name_and_its_folder_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, seen = tmp_path / "a.txt", list[tuple[str, bool]]()
     flush = durable.flush
 
@@ -38,4 +40,7 @@ def test_an_error_leaves_the_place_as_it_was(tmp_path: Path) -> None:
 def test_a_checksum_is_that_of_the_bytes(tmp_path: Path) -> None:
     """FIPS 180-2, example B.1."""
     (tmp_path / "a").write_bytes(b"abc")
-    assert durable.sha256(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert (
+        durable.sha256(tmp_path / "a")
+        == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    )

@@ -16,7 +16,9 @@ from fmbs_skfem.core.compiling.jit import jit
 
 
 @entry
-def combine(a: Any, b: Any, c: Any, out: Any, n: int, shift: int, minus: int, _: int, factor: float) -> None:
+def combine(
+    a: Any, b: Any, c: Any, out: Any, n: int, shift: int, minus: int, _: int, factor: float
+) -> None:
     """out = factor (a b + c) + shift - minus."""
     x, y, z, target = carray(a, n), carray(b, n), carray(c, n), carray(out, n)
     for i in range(n):

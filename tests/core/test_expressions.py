@@ -47,11 +47,15 @@ def test_values(text: str, value: float) -> None:
 
 
 def test_driven_angle_of_the_paper() -> None:
-    """theta(Ts) = ws Ts / 2, theta'(Ts) = ws, and a quarter of the way from the closed formula (Hou et al. 2020)."""
+    """theta(Ts) = ws Ts / 2, theta'(Ts) = ws, and a quarter of the way from the closed formula (Hou
+    et al. 2020).
+    """
     angle = of_time(SPIN_UP, {"Ts": 1.5, "ws": 2 * math.pi})
     assert angle(1.5) == pytest.approx(1.5 * math.pi, rel=1e-15)
     assert angle(3.0) == pytest.approx(2 * math.pi * 2.25, rel=1e-15)
-    assert angle(0.375) == pytest.approx(2 * math.pi / 1.5 * (0.375**2 / 2 - (1.5 / (2 * math.pi)) ** 2), rel=1e-14)
+    assert angle(0.375) == pytest.approx(
+        2 * math.pi / 1.5 * (0.375**2 / 2 - (1.5 / (2 * math.pi)) ** 2), rel=1e-14
+    )
     slopes = [(angle(1.5 + s * 1e-6) - angle(1.5)) / (s * 1e-6) for s in (-1, 1)]
     assert slopes == pytest.approx([2 * math.pi] * 2, rel=1e-5)
 
@@ -119,7 +123,17 @@ def test_unknown_name_has_a_suggestion() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["9**9**9**9", "1/0", "log(0)", "sqrt(-1)", "exp(1000)", "1e999", "where(1, 2, 1/0)", "t + (1 - 1)/(2 - 2)"]
+    "text",
+    [
+        "9**9**9**9",
+        "1/0",
+        "log(0)",
+        "sqrt(-1)",
+        "exp(1000)",
+        "1e999",
+        "where(1, 2, 1/0)",
+        "t + (1 - 1)/(2 - 2)",
+    ],
 )
 def test_constants_that_are_not_finite(text: str) -> None:
     with pytest.raises(InputError, match="finite"):
@@ -127,10 +141,20 @@ def test_constants_that_are_not_finite(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["9**9**9**9", "1+" * 500_000 + "1", "(" * 900 + "t" + ")" * 900, "-" * 1900 + "t", "t" + "**t" * 600, "1" * 1_000_000]
+    "text",
+    [
+        "9**9**9**9",
+        "1+" * 500_000 + "1",
+        "(" * 900 + "t" + ")" * 900,
+        "-" * 1900 + "t",
+        "t" + "**t" * 600,
+        "1" * 1_000_000,
+    ],
 )
 def test_refused_at_once(text: str) -> None:
-    """Refused by counting characters and levels or in floats: evaluated with whole numbers the first one would never end."""
+    """Refused by counting characters and levels or in floats: evaluated with whole numbers the
+    first one would never end.
+    """
     with pytest.raises(InputError):
         of_time(text)
 
@@ -140,12 +164,16 @@ def test_longest_chain() -> None:
 
 
 def test_check_names_load_and_time() -> None:
-    with pytest.raises(SolverError, match=r"load 'push' at t = 0.5 s: expected a finite value of '1 / \(t - 0.5\)'") as caught:
+    with pytest.raises(
+        SolverError, match=r"load 'push' at t = 0.5 s: expected a finite value of '1 / \(t - 0.5\)'"
+    ) as caught:
         expressions.check(of_time("1 / (t - 0.5)"), np.linspace(0.0, 1.0, 5), "load 'push'")
     assert caught.value.exit_code == 4
     assert caught.value.reason is Reason.NOT_FINITE
     assert caught.value.time == 0.5
-    expressions.check(of_time("where(t <= 0.5, 0, 1 / (t - 0.5))"), np.linspace(0.0, 1.0, 5), "load 'push'")
+    expressions.check(
+        of_time("where(t <= 0.5, 0, 1 / (t - 0.5))"), np.linspace(0.0, 1.0, 5), "load 'push'"
+    )
 
 
 _leaf = st.sampled_from(["t", "pi", "a", "0", "1", "2.5", "1e-3", "7e5"])
@@ -155,8 +183,12 @@ _tree = st.recursive(
         st.tuples(inner, st.sampled_from(["+", "-", "*", "/", "<", "<=", ">", ">="]), inner).map(
             lambda x: f"({x[0]} {x[1]} {x[2]})"
         ),
-        st.tuples(st.sampled_from(["sin", "cos", "tanh", "abs", "sqrt", "exp", "log"]), inner).map(lambda x: f"{x[0]}({x[1]})"),
-        st.tuples(st.sampled_from(["min", "max"]), inner, inner).map(lambda x: f"{x[0]}({x[1]}, {x[2]})"),
+        st.tuples(st.sampled_from(["sin", "cos", "tanh", "abs", "sqrt", "exp", "log"]), inner).map(
+            lambda x: f"{x[0]}({x[1]})"
+        ),
+        st.tuples(st.sampled_from(["min", "max"]), inner, inner).map(
+            lambda x: f"{x[0]}({x[1]}, {x[2]})"
+        ),
         st.tuples(inner, inner, inner).map(lambda x: f"where({x[0]}, {x[1]}, {x[2]})"),
         inner.map(lambda x: f"(-{x})"),
     ),
@@ -166,8 +198,18 @@ _tree = st.recursive(
 
 def _python(text: str, t: float) -> float:
     """The same formula by Python itself, on texts this test has made."""
-    names = {name: getattr(math, name) for name in ("sin", "cos", "tanh", "sqrt", "exp", "log", "pi")}
-    names |= {"abs": abs, "min": min, "max": max, "where": lambda c, a, b: a if c else b, "a": 1.75, "t": t, "__builtins__": {}}
+    names = {
+        name: getattr(math, name) for name in ("sin", "cos", "tanh", "sqrt", "exp", "log", "pi")
+    }
+    names |= {
+        "abs": abs,
+        "min": min,
+        "max": max,
+        "where": lambda c, a, b: a if c else b,
+        "a": 1.75,
+        "t": t,
+        "__builtins__": {},
+    }
     return float(eval(text, names))
 
 
@@ -193,7 +235,9 @@ def test_formulas_mean_what_python_means(text: str, t: float) -> None:
     np.testing.assert_allclose(function(np.array([t]))[0], function(t), rtol=1e-9)
 
 
-@given(st.one_of(st.text(max_size=80), st.text("t1.e+-*/()<>=,sincowher minaxpq ^_[]'\"", max_size=60)))
+@given(
+    st.one_of(st.text(max_size=80), st.text("t1.e+-*/()<>=,sincowher minaxpq ^_[]'\"", max_size=60))
+)
 @settings(max_examples=300, deadline=None)
 def test_any_text_is_a_function_or_an_input_error(text: str) -> None:
     try:

@@ -1,4 +1,6 @@
-"""Without the packages of the extras everything else works, and what needs one says which line installs it."""
+"""Without the packages of the extras everything else works, and what needs one says which line
+installs it.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of installed packages without those of the extras."""
     folder, known = tmp_path_factory.mktemp("packages"), metadata.packages_distributions()
     projects = {name for package in WITHOUT for name in known.get(package, ())}  # that install them
-    places = (place for place in map(Path, sys.path) if place.is_dir() and any(place.glob("*.dist-info")))  # however many there are
+    places = (
+        place for place in map(Path, sys.path) if place.is_dir() and any(place.glob("*.dist-info"))
+    )  # however many there are
     for place in places:
         for entry in place.iterdir():
             project = entry.name.removesuffix(".dist-info").rpartition("-")[0].replace("_", "-")
@@ -48,7 +52,15 @@ def fmbs(packages: Path, *words: str | Path) -> subprocess.CompletedProcess[str]
 
 
 def test_a_page_needs_no_extra_and_c_needs_symbols(packages: Path, tmp_path: Path) -> None:
-    done = fmbs(packages, "view", ROOT / "examples" / "four_bar.yaml", "--duration", "0.02", "--html", tmp_path / "page.html")
+    done = fmbs(
+        packages,
+        "view",
+        ROOT / "examples" / "four_bar.yaml",
+        "--duration",
+        "0.02",
+        "--html",
+        tmp_path / "page.html",
+    )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "page.html").is_file()
     part = ROOT / "examples" / "parts" / "link.part.h5"
@@ -58,7 +70,16 @@ def test_a_page_needs_no_extra_and_c_needs_symbols(packages: Path, tmp_path: Pat
 
 
 def test_a_run_has_its_numbers_without_plots(packages: Path, tmp_path: Path) -> None:
-    done = fmbs(packages, "run", ROOT / "examples" / "four_bar.yaml", "--duration", "0.02", "--out", tmp_path / "out", "--json")
+    done = fmbs(
+        packages,
+        "run",
+        ROOT / "examples" / "four_bar.yaml",
+        "--duration",
+        "0.02",
+        "--out",
+        tmp_path / "out",
+        "--json",
+    )
     report = json.loads(done.stdout)
     assert (done.returncode, report["status"]) == (0, "ok")
     assert 'pip install "fmbs_skfem[viz]"' in " ".join(report["notices"])
@@ -72,7 +93,10 @@ def test_a_run_has_its_numbers_without_plots(packages: Path, tmp_path: Path) -> 
         ("viz", ("render", "four_bar.yaml", "--duration", "0.02")),
         ("families", ("train", "pendulum_family.yaml")),
         ("symbols", ("check", "controlled_arm.yaml")),
-        ("cluster", ("sweep", "pendulum_family.yaml", "--samples", "2", "--scheduler", "tcp://127.0.0.1:9")),
+        (
+            "cluster",
+            ("sweep", "pendulum_family.yaml", "--samples", "2", "--scheduler", "tcp://127.0.0.1:9"),
+        ),
     ],
 )
 def test_commands_say_which_line_installs_what_they_need(
@@ -87,6 +111,9 @@ def test_commands_say_which_line_installs_what_they_need(
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(extras.PACKAGES, "viz", ("matplotlib", "no_such_package"))
-    with pytest.raises(MissingFeature, match=r'plots: expected .* `viz`, got no no_such_package; pip install "fmbs_skfem\[viz\]"'):
+    with pytest.raises(
+        MissingFeature,
+        match=r'plots: expected .* `viz`, got no no_such_package; pip install "fmbs_skfem\[viz\]"',
+    ):
         extras.need("viz", "plots")
     assert not extras.there("viz")

@@ -1,4 +1,6 @@
-"""Graphs of operations and the programs that they become: values beside SymPy, derivatives beside differences, what is left out."""
+"""Graphs of operations and the programs that they become: values beside SymPy, derivatives beside
+differences, what is left out.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +18,31 @@ from fmbs_skfem.core.compiling.symbols import Drawing, chosen, less
 from fmbs_skfem.core.errors import InputError
 
 x, y, z = sympy.symbols("x y z", real=True)
-CURVE = (0.0, 3.0, 0.0, 1.0, 3.0, 0.5, -1.0, 2.0, 0.1, -0.3, 0.2, 0.4, 1.6)  #: two cubics, see `curves`
+CURVE = (
+    0.0,
+    3.0,
+    0.0,
+    1.0,
+    3.0,
+    0.5,
+    -1.0,
+    2.0,
+    0.1,
+    -0.3,
+    0.2,
+    0.4,
+    1.6,
+)  #: two cubics, see `curves`
 EXPRESSIONS = (
     x**3 * y - 2 / y**2 + sympy.Rational(1, 3) * z,
     sympy.sqrt(x) * x ** sympy.Rational(-3, 2) + y**sympy.pi + x**20,
     sympy.sin(x) * sympy.cos(y) - sympy.tan(x * z) / sympy.exp(y),
     sympy.atan2(y - 1, x) + sympy.atan(z) + sympy.asin(x / 3) - sympy.acos(y / 4) + sympy.erf(x),
-    sympy.sinh(x) + sympy.cosh(y) * sympy.tanh(z) + sympy.asinh(x) + sympy.acosh(y + 1) + sympy.atanh(x / 3),
+    sympy.sinh(x)
+    + sympy.cosh(y) * sympy.tanh(z)
+    + sympy.asinh(x)
+    + sympy.acosh(y + 1)
+    + sympy.atanh(x / 3),
     sympy.Abs(x - y) * sympy.sign(z - 1) + sympy.log(y) + sympy.floor(3 * x) + sympy.ceiling(3 * y),
     sympy.Min(x, y, z) - sympy.Max(x, 2 * z) + sympy.Mod(5 * x, y) + sympy.sec(z) + sympy.cot(x),
     sympy.Piecewise((x, (x < y) & (z > 0.5)), (y, sympy.Or(x >= 2 * y, sympy.Ne(z, 1))), (z, True)),
@@ -30,7 +50,9 @@ EXPRESSIONS = (
 )
 
 
-def value_of(program: GraphProgram, numbers: Sequence[float], values: dict[Any, float]) -> list[float]:
+def value_of(
+    program: GraphProgram, numbers: Sequence[float], values: dict[Any, float]
+) -> list[float]:
     """The results of a program, run by itself."""
     ahead = [*program.constants, *(values[name] for name in program.symbols)]
     room = np.array([*ahead, *[0.0] * len(program.operations)])
@@ -51,17 +73,24 @@ def test_programs_are_what_their_symbols_say(expression: Any) -> None:
         assert_allclose(value_of(program, (), values), [exact(*given)], rtol=1e-12)
 
 
-@pytest.mark.parametrize("operation", sorted({*RULES, *JUMPS, programs.CHOOSE} - {programs.LOOKUP_SLOPE}))
+@pytest.mark.parametrize(
+    "operation", sorted({*RULES, *JUMPS, programs.CHOOSE} - {programs.LOOKUP_SLOPE})
+)
 def test_derivatives_are_those_of_differences(operation: int) -> None:
     """First and second ones along a direction, so of the rules' own operations, too."""
     graph, count = Graph(), 3 if operation == programs.CHOOSE else len(RULES.get(operation, (0, 0)))
     names = "abc"[:count]
     symbols = [graph.symbol(name) for name in names]
     # the arguments are functions themselves, for the rule of the chain
-    parts = [graph.node(programs.MULTIPLY, one, graph.node(programs.ADD, one, graph.constant(0.1))) for one in symbols]
+    parts = [
+        graph.node(programs.MULTIPLY, one, graph.node(programs.ADD, one, graph.constant(0.1)))
+        for one in symbols
+    ]
     curve = operation in (programs.LOOKUP, programs.BEYOND)
     f = graph.add(operation, parts[0], 0, len(CURVE)) if curve else graph.node(operation, *parts)
-    along = {one: graph.constant(value) for one, value in zip(symbols, (1.0, -0.7, 0.4), strict=False)}
+    along = {
+        one: graph.constant(value) for one, value in zip(symbols, (1.0, -0.7, 0.4), strict=False)
+    }
     first = graph.derivatives([f], along)
     second = graph.derivatives(first, along)
     program = graph.program([f, *first, *second])
@@ -73,9 +102,11 @@ def test_derivatives_are_those_of_differences(operation: int) -> None:
     h, direction = 1e-4, np.array([1.0, -0.7, 0.4])[:count]
     for a in np.random.default_rng(operation).uniform(low, low + 0.4, (5, count)):
         found = at(a)
-        slopes = (8 * (at(a + h * direction) - at(a - h * direction)) - at(a + 2 * h * direction) + at(a - 2 * h * direction)) / (
-            12 * h
-        )
+        slopes = (
+            8 * (at(a + h * direction) - at(a - h * direction))
+            - at(a + 2 * h * direction)
+            + at(a - 2 * h * direction)
+        ) / (12 * h)
         assert_allclose(found[1], slopes[0], rtol=1e-7, atol=1e-7)
         if not curve:
             assert_allclose(found[2], slopes[1], rtol=1e-7, atol=1e-7)
@@ -91,12 +122,16 @@ def test_operations_are_there_once_and_zeros_not_at_all() -> None:
     assert graph.node(programs.NEGATE, graph.node(programs.NEGATE, a)) == a
     assert graph.value(graph.node(programs.MULTIPLY, product, zero)) == 0.0
     assert graph.node(programs.CHOOSE, b, a, a) == a
-    assert graph.program([product]) == GraphProgram((), ("a", "b"), ((programs.MULTIPLY, 0, 1, 0),), (2,))
+    assert graph.program([product]) == GraphProgram(
+        (), ("a", "b"), ((programs.MULTIPLY, 0, 1, 0),), (2,)
+    )
     long = graph.sum([graph.node(programs.SIN, graph.symbol(k)) for k in range(5000)])
     (slope,) = graph.derivatives([long], {graph.symbol(4999): one})
     assert graph.nodes[slope][0] == programs.COS
 
 
 def test_functions_that_no_program_has_are_named() -> None:
-    with pytest.raises(InputError, match=r"expected functions among sin, .*, got besselj in besselj\(0, x\)"):
+    with pytest.raises(
+        InputError, match=r"expected functions among sin, .*, got besselj in besselj\(0, x\)"
+    ):
         Drawing({x: "x"}).node(sympy.besselj(0, x))

@@ -46,8 +46,12 @@ def test_stamp_sees_every_change_of_a_text_and_nothing_else(package: Path) -> No
     assert len({first, other, moved}) == 3
 
 
-def test_code_of_a_text_that_changed_while_a_process_runs_is_its_own(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It may have imported the text before: under the hash of the new one, its code would be found by all later processes."""
+def test_code_of_a_text_that_changed_while_a_process_runs_is_its_own(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may have imported the text before: under the hash of the new one, its code would be found
+    by all later processes.
+    """
     inner, first = package / "inner" / "b.py", stamp(package, INNER)
     monkeypatch.setattr(module, "BEGIN", time.time() - 1.0)
     os.utime(inner)
@@ -57,11 +61,18 @@ def test_code_of_a_text_that_changed_while_a_process_runs_is_its_own(package: Pa
 
 
 def test_the_list_of_modules_with_compiled_functions_is_complete() -> None:
-    """The stamp reads these alone, since all of the package would take longer than a small model does."""
+    """The stamp reads these alone, since all of the package would take longer than a small model
+    does.
+    """
     marks = ("jit import", "structs import", "import numba", "from numba")
     package = Path(module.__file__).parents[2]
-    texts = {path.relative_to(package).as_posix(): path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
-    assert sorted(name for name, text in texts.items() if any(mark in text for mark in marks)) == list(MODULES)
+    texts = {
+        path.relative_to(package).as_posix(): path.read_text(encoding="utf-8")
+        for path in package.rglob("*.py")
+    }
+    assert sorted(
+        name for name, text in texts.items() if any(mark in text for mark in marks)
+    ) == list(MODULES)
 
 
 def test_stamp_depends_on_the_numba_version(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,7 +98,9 @@ def test_folders_without_use_for_30_days_are_removed(tmp_path: Path) -> None:
     assert time.time() - folder.stat().st_mtime < 3600.0
 
 
-def test_without_a_writable_folder_code_is_compiled_without_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_writable_folder_code_is_compiled_without_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     blocked = tmp_path / "file"
     blocked.touch()
     with pytest.warns(Notice, match="not cached"):
@@ -120,7 +133,9 @@ def test_the_cache_of_other_packages_is_left_alone() -> None:
 
 
 def test_only_what_python_calls_becomes_a_function_of_its_own() -> None:
-    """A function that another one calls is part of it: no code of its own, nothing on disk; Python may call it, too."""
+    """A function that another one calls is part of it: no code of its own, nothing on disk; Python
+    may call it, too.
+    """
 
     @jit
     def part(x: float) -> float:
@@ -133,8 +148,12 @@ def test_only_what_python_calls_becomes_a_function_of_its_own() -> None:
     assert caller(1.5) == 4.0
     assert "whole" not in part.__dict__
     overloads = part.contained.overloads.values()
-    compiled = [0] if caller.whole.stats.cache_misses else []  # what an earlier run of the tests has compiled is loaded without it
-    assert [found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in overloads] == compiled
+    compiled = (
+        [0] if caller.whole.stats.cache_misses else []
+    )  # what an earlier run of the tests has compiled is loaded without it
+    assert [
+        found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in overloads
+    ] == compiled
     assert part(1.5) == 3.0
     assert part(2) == 4
 

@@ -1,4 +1,6 @@
-"""Multigrid against the direct solver: membranes and plates whose iterations do not grow with the mesh."""
+"""Multigrid against the direct solver: membranes and plates whose iterations do not grow with the
+mesh.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array, eye_array
-from skfem import Basis, BilinearForm, ElementQuad1, ElementQuad2, ElementQuadBFS, ElementVector, MeshQuad
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementQuad1,
+    ElementQuad2,
+    ElementQuadBFS,
+    ElementVector,
+    MeshQuad,
+)
 from skfem.element import Element
 from skfem.helpers import dd, ddot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -25,8 +35,13 @@ def clamped(matrix: object, motions: np.ndarray, held: np.ndarray) -> tuple[csr_
 
 
 def membrane(n: int, element: Element) -> tuple[csr_array, np.ndarray]:
-    """Plane strain, E = 1, nu = 0.3, a strip of 4 x 1 with 4n x n cells clamped at x = 0; two translations and a rotation."""
-    basis = Basis(MeshQuad.init_tensor(np.linspace(0, 4, 4 * n + 1), np.linspace(0, 1, n + 1)), ElementVector(element))
+    """Plane strain, E = 1, nu = 0.3, a strip of 4 x 1 with 4n x n cells clamped at x = 0; two
+    translations and a rotation.
+    """
+    basis = Basis(
+        MeshQuad.init_tensor(np.linspace(0, 4, 4 * n + 1), np.linspace(0, 1, n + 1)),
+        ElementVector(element),
+    )
     stiffness = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis)
     (x, y), along_y = basis.doflocs, np.zeros(basis.N, bool)
     for unknowns in (basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs):
@@ -37,12 +52,18 @@ def membrane(n: int, element: Element) -> tuple[csr_array, np.ndarray]:
 
 
 def plate(n: int) -> tuple[csr_array, np.ndarray]:
-    """A unit square that bends, nu = 0, n x n cells clamped at x = 0, four unknowns of unequal units (w, w_x, w_y, w_xy) a node."""
+    """A unit square that bends, nu = 0, n x n cells clamped at x = 0, four unknowns of unequal
+    units (w, w_x, w_y, w_xy) a node.
+    """
     line = np.linspace(0, 1, n + 1)
     basis = Basis(MeshQuad.init_tensor(line, line), ElementQuadBFS())
     stiffness = BilinearForm(lambda u, v, _: ddot(dd(u), dd(v))).assemble(basis)
     (w, w_x, w_y, _), (x, y), motions = basis.nodal_dofs, basis.mesh.p, np.zeros((basis.N, 3))
-    motions[w], motions[w_x, 1], motions[w_y, 2] = np.stack([np.ones_like(x), x, y], axis=1), 1.0, 1.0
+    motions[w], motions[w_x, 1], motions[w_y, 2] = (
+        np.stack([np.ones_like(x), x, y], axis=1),
+        1.0,
+        1.0,
+    )
     return clamped(stiffness, motions, basis.nodal_dofs[:, x == 0.0].ravel())
 
 
@@ -57,7 +78,9 @@ CASES = {
 
 
 @pytest.mark.parametrize(("build", "block"), CASES.values(), ids=CASES.keys())
-def test_iterations_do_not_grow_with_the_mesh(build: Callable[[], tuple[csr_array, np.ndarray]], block: int) -> None:
+def test_iterations_do_not_grow_with_the_mesh(
+    build: Callable[[], tuple[csr_array, np.ndarray]], block: int
+) -> None:
     """Fewer than 30 at two sizes, to 1e-8 of the direct solution."""
     matrix, motions = build()
     preconditioned = krylov.multigrid(matrix, motions, block)
@@ -83,20 +106,26 @@ def test_a_good_start_saves_iterations() -> None:
 
 
 def test_units_of_the_unknowns_do_not_matter() -> None:
-    """Diagonal scaling gives the same iterations when every second unknown is counted in thousandths."""
+    """Diagonal scaling gives the same iterations when every second unknown is counted in
+    thousandths.
+    """
     matrix, motions = membrane(10, ElementQuad1())
     units = np.where(np.arange(matrix.shape[0]) % 2, 1.0, 1e3)
     scaled = csr_array(diags_array(units) @ matrix @ diags_array(units))
     b = np.random.default_rng(2).normal(size=matrix.shape[0])
     x, iterations = krylov.solve(krylov.multigrid(matrix, motions, 2), b, 1e-10)
-    y, others = krylov.solve(krylov.multigrid(scaled, motions / units[:, None], 2), units * b, 1e-10)
+    y, others = krylov.solve(
+        krylov.multigrid(scaled, motions / units[:, None], 2), units * b, 1e-10
+    )
     assert others == iterations
     np.testing.assert_allclose(units * y, x, rtol=0, atol=1e-9 * abs(x).max())
 
 
 def test_no_load_no_motion() -> None:
     matrix, motions = membrane(4, ElementQuad1())
-    x, iterations = krylov.solve(krylov.multigrid(matrix, motions, 2), np.zeros(matrix.shape[0]), 1e-10)
+    x, iterations = krylov.solve(
+        krylov.multigrid(matrix, motions, 2), np.zeros(matrix.shape[0]), 1e-10
+    )
     assert iterations == 0
     assert not x.any()
 
@@ -112,12 +141,19 @@ BAD = {
     "columns": (eye_array(6, format="csc"), np.ones((6, 1)), 1, "square csr_array"),
     "motions": (eye_array(6, format="csr"), np.ones((5, 1)), 1, r"finite columns \(6, k\)"),
     "block": (eye_array(6, format="csr"), np.ones((6, 1)), 4, "a divisor of 6"),
-    "sign": (diags_array([1.0, -2.0, 1.0], format="csr"), np.ones((3, 1)), 1, r"-2.0 on the diagonal, row 1"),
+    "sign": (
+        diags_array([1.0, -2.0, 1.0], format="csr"),
+        np.ones((3, 1)),
+        1,
+        r"-2.0 on the diagonal, row 1",
+    ),
 }
 
 
 @pytest.mark.parametrize(("matrix", "motions", "block", "message"), BAD.values(), ids=BAD.keys())
-def test_wrong_input_is_refused(matrix: csr_array, motions: np.ndarray, block: int, message: str) -> None:
+def test_wrong_input_is_refused(
+    matrix: csr_array, motions: np.ndarray, block: int, message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         krylov.multigrid(csr_array(matrix) if matrix.format == "csr" else matrix, motions, block)
 

@@ -49,7 +49,9 @@ def test_symmetric_band(n: int, d: int) -> None:
     matrix = root @ root.T
     band = lower_band(matrix, d)
     assert lapack.pbtrf(A, band) == 0
-    np.testing.assert_allclose(band, linalg.cholesky_banded(lower_band(matrix, d).T, lower=True).T, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        band, linalg.cholesky_banded(lower_band(matrix, d).T, lower=True).T, rtol=0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize(("n", "lower", "upper"), [(1, 0, 0), (30, 2, 5), (30, 4, 1), (25, 24, 24)])
@@ -65,7 +67,10 @@ def test_general_band(n: int, lower: int, upper: int) -> None:
 
 def test_dense() -> None:
     n = 20
-    stored, rhs = np.random.default_rng(4).normal(size=(n, n)), np.random.default_rng(5).normal(size=(4, n))
+    stored, rhs = (
+        np.random.default_rng(4).normal(size=(n, n)),
+        np.random.default_rng(5).normal(size=(4, n)),
+    )
     matrix, pivots = stored.copy(), np.zeros(n, np.int32)
     assert lapack.getrf(A, matrix, pivots) == 0
     factor, exchanged = linalg.lu_factor(stored.T)
@@ -96,7 +101,11 @@ def test_nothing_to_solve() -> None:
     assert lapack.getrs(A, np.eye(3), np.arange(1, 4, dtype=np.int32), np.zeros((0, 3))) == 0
 
 
-WRONG = {"columns": np.ones((4, 4)).T, "strided": np.ones((4, 8))[:, ::2], "single": np.ones((4, 4), np.float32)}
+WRONG = {
+    "columns": np.ones((4, 4)).T,
+    "strided": np.ones((4, 8))[:, ::2],
+    "single": np.ones((4, 4), np.float32),
+}
 
 
 @pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG.keys())
@@ -150,6 +159,8 @@ def test_a_second_process_loads_from_the_cache(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 
     def run() -> str:
-        return subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True).stdout.strip()
+        return subprocess.run(
+            [sys.executable, script], env=environment, capture_output=True, text=True, check=True
+        ).stdout.strip()
 
     assert [run(), run()] == ["0 1", "1 0"]

@@ -32,9 +32,16 @@ def test_alike_is_the_product_with_the_identity(count: int) -> None:
 
 
 def test_blocks_along_a_diagonal_of_sparse_arrays() -> None:
-    blocks = [csr_array(np.array([[1.0, 2.0]])), csr_array((2, 0)), csr_array((0, 1)), csr_array(np.array([[3.0], [4.0]]))]
+    blocks = [
+        csr_array(np.array([[1.0, 2.0]])),
+        csr_array((2, 0)),
+        csr_array((0, 1)),
+        csr_array(np.array([[3.0], [4.0]])),
+    ]
     found = linalg.diagonal(blocks).toarray()
-    np.testing.assert_array_equal(found, [[1, 2, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3], [0, 0, 0, 4]])
+    np.testing.assert_array_equal(
+        found, [[1, 2, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3], [0, 0, 0, 4]]
+    )
 
 
 def test_short_ways_to_entries_and_rows_give_what_scipy_gives() -> None:
@@ -51,7 +58,9 @@ def test_short_ways_to_entries_and_rows_give_what_scipy_gives() -> None:
     numbers = np.array([6, 0, 3, 3, 1])
     np.testing.assert_array_equal(linalg.rows_at(A, numbers).toarray(), A.toarray()[numbers])
     np.testing.assert_array_equal(linalg.rows_at(A, numbers[:0]).toarray(), np.zeros((0, 5)))
-    np.testing.assert_array_equal(linalg.stacked([A, A[:0], A[2:3]]).toarray(), np.vstack([A.toarray(), A.toarray()[2:3]]))
+    np.testing.assert_array_equal(
+        linalg.stacked([A, A[:0], A[2:3]]).toarray(), np.vstack([A.toarray(), A.toarray()[2:3]])
+    )
     np.testing.assert_array_equal(linalg.others(6, np.array([5, 0, 0, 2])), [1, 3, 4])
     assert linalg.as_csr(A) is A
     np.testing.assert_array_equal(linalg.as_csr(A.toarray()).toarray(), A.toarray())

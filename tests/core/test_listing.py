@@ -30,7 +30,21 @@ def test_a_floor_lists_what_it_exports(name: str) -> None:
 def test_a_module_lists_what_it_defines(name: str) -> None:
     module = importlib.import_module(f"fmbs_skfem.{name}")
     found = {key: getattr(module, key) for key in dir(module)}
-    assert not {"np", "annotations", "Any", "dataclass", "say", "InputError", "TYPE_CHECKING"} & set(found)
-    assert not [key for key, value in found.items() if key.startswith("_") or isinstance(value, ModuleType)]
-    own = {key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__ and key[0] != "_"}
+    assert not {
+        "np",
+        "annotations",
+        "Any",
+        "dataclass",
+        "say",
+        "InputError",
+        "TYPE_CHECKING",
+    } & set(found)
+    assert not [
+        key for key, value in found.items() if key.startswith("_") or isinstance(value, ModuleType)
+    ]
+    own = {
+        key
+        for key, value in vars(module).items()
+        if getattr(value, "__module__", "") == module.__name__ and key[0] != "_"
+    }
     assert own <= set(found)

@@ -1,4 +1,6 @@
-"""Locks of files: held until the file is closed, and on Windows by one byte, of which the machine here has a stand-in."""
+"""Locks of files: held until the file is closed, and on Windows by one byte, of which the machine
+here has a stand-in.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,12 @@ def test_a_lock_is_held_by_one_file_until_it_is_closed(tmp_path: Path) -> None:
         locks.take(other)
 
 
-def test_on_windows_a_byte_beyond_the_text_is_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first call of those that wait gives up after some seconds there, as if the byte were taken: it is tried again."""
+def test_on_windows_a_byte_beyond_the_text_is_locked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first call of those that wait gives up after some seconds there, as if the byte were
+    taken: it is tried again.
+    """
     calls: list[tuple[int, str]] = []
 
     def locking(number: int, mode: str, count: int) -> None:

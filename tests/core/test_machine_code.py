@@ -1,4 +1,6 @@
-"""Machine code on disk: another process loads it without numba, and only what was compiled for the same."""
+"""Machine code on disk: another process loads it without numba, and only what was compiled for the
+same.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,9 @@ def test_another_process_loads_it_without_numba(folder: Path) -> None:
     """Code that allocates arrays and raises errors; what is compiled there later works as well."""
     jit.addressed(SIGNATURE, summed)
     (file,) = folder.glob("test_machine_code.summed-*.code")
-    ended = subprocess.run([sys.executable, "-c", LOAD, str(file)], capture_output=True, text=True, check=False)
+    ended = subprocess.run(
+        [sys.executable, "-c", LOAD, str(file)], capture_output=True, text=True, check=False
+    )
     assert ended.returncode == 0, ended.stderr
     assert "ValueError: nothing to add up" in ended.stderr
 
@@ -109,13 +113,20 @@ def test_code_is_found_by_what_the_functions_enclose_that_it_encloses(folder: Pa
 
         return shifted
 
-    numbers, call = (ctypes.c_int64 * 2)(1, 2), ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
+    numbers, call = (
+        (ctypes.c_int64 * 2)(1, 2),
+        ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64),
+    )
     kept = [jit.addressed(SIGNATURE, adding(offset)) for offset in (7, 8)]
     assert [call(one.address)(ctypes.addressof(numbers), 1) for one in kept] == [9, 10]
 
 
-def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The signature, what the function encloses, its file, the processor and the settings that change code make different names."""
+def test_code_is_found_only_for_what_it_was_compiled_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The signature, what the function encloses, its file, the processor and the settings that
+    change code make different names.
+    """
 
     def name(function: Callable[..., int], *given: object) -> Path | None:
         machine_code.machine.cache_clear()
@@ -133,7 +144,9 @@ def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeyp
     written.write_text("def f(x):\n    return x  #\n")
     names.add(name(space["f"], SIGNATURE, False))
     last = name(space["f"], SIGNATURE, False)
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")  # as in the processes of a sweep, which load what was compiled before
+    monkeypatch.setenv(
+        "NUMBA_NUM_THREADS", "1"
+    )  # as in the processes of a sweep, which load what was compiled before
     assert name(space["f"], SIGNATURE, False) == last
     monkeypatch.setenv("NUMBA_OPT", "1")
     names.add(name(space["f"], SIGNATURE, False))
@@ -145,11 +158,15 @@ def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeyp
     machine_code.machine.cache_clear()
 
 
-def test_code_of_own_modules_is_found_by_the_texts_of_all_that_they_import(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_code_of_own_modules_is_found_by_the_texts_of_all_that_they_import(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """An extension may call functions and use constants of another file of its author's."""
     monkeypatch.syspath_prepend(tmp_path)
     first, second = tmp_path / "my_kernel.py", tmp_path / "my_numbers.py"
-    first.write_text("from my_numbers import OFFSET, TABLE, shift\n\ndef kernel(x):\n    return shift(x) + OFFSET + TABLE[0]\n")
+    first.write_text(
+        "from my_numbers import OFFSET, TABLE, shift\n\ndef kernel(x):\n    return shift(x) + OFFSET + TABLE[0]\n"
+    )
 
     def name(numbers: str) -> Path | None:
         second.write_text(numbers)
@@ -159,7 +176,11 @@ def test_code_of_own_modules_is_found_by_the_texts_of_all_that_they_import(tmp_p
         return machine_code.place(tmp_path, "f", importlib.import_module("my_kernel").kernel, ())
 
     texts = ["import numpy as np\nOFFSET = 1\nTABLE = np.ones(2)\ndef shift(x): return x\n"]
-    texts += [texts[0].replace("OFFSET = 1", "OFFSET = 20"), texts[0].replace("ones", "zeros"), texts[0] + "\n\n"]
+    texts += [
+        texts[0].replace("OFFSET = 1", "OFFSET = 20"),
+        texts[0].replace("ones", "zeros"),
+        texts[0] + "\n\n",
+    ]
     assert len({name(text) for text in texts}) == 4
     assert name(texts[0]) == name(texts[0])
     for imported in ("my_kernel", "my_numbers"):

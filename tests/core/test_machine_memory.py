@@ -16,7 +16,9 @@ def test_memory_of_this_machine() -> None:
 
 
 def test_windows_fills_a_struct_of_64_bytes() -> None:
-    """MEMORYSTATUSEX of its documentation: two numbers of 4 bytes and seven of 8; the caller writes the size of it."""
+    """MEMORYSTATUSEX of its documentation: two numbers of 4 bytes and seven of 8; the caller writes
+    the size of it.
+    """
 
     def answer(pointer: Any) -> int:
         filled = ctypes.cast(pointer, ctypes.POINTER(ctypes.c_uint64 * 8)).contents

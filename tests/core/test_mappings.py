@@ -1,4 +1,6 @@
-"""What annotations of dataclasses say: reading, problems with their places, JSON schema, and the way back."""
+"""What annotations of dataclasses say: reading, problems with their places, JSON schema, and the
+way back.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,12 @@ class Whole:
 
 
 BALL = {"type": "sphere", "radius": "10 mm"}
-GIVEN = {"shapes": {"a": BALL}, "kind": "coarse", "points": [{"x": 1}, {"x": 2, "y": 3}], "flag": True}
+GIVEN = {
+    "shapes": {"a": BALL},
+    "kind": "coarse",
+    "points": [{"x": 1}, {"x": 2, "y": 3}],
+    "flag": True,
+}
 
 
 def read(**changed: object) -> Whole:
@@ -72,14 +79,26 @@ def test_a_mapping_becomes_a_dataclass_and_plain_data_again() -> None:
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"shapes": {"a": {"type": "bal"}}}, "shapes.a.type: expected one of ball, sphere, got 'bal'; did you mean 'ball'"),
-        ({"shapes": {"a": {"radius": 1}}}, "shapes.a: expected the key 'type', got no such key; write one of ball, sphere"),
+        (
+            {"shapes": {"a": {"type": "bal"}}},
+            "shapes.a.type: expected one of ball, sphere, got 'bal'; did you mean 'ball'",
+        ),
+        (
+            {"shapes": {"a": {"radius": 1}}},
+            "shapes.a: expected the key 'type', got no such key; write one of ball, sphere",
+        ),
         (
             {"shapes": {"a": {"type": "ball"}}},
             r"shapes.a.radius: expected the key 'radius', .* add of the ball: a length",
         ),
-        ({"shapes": {"a": {"type": "ball", "radius": 0}}}, r"shapes.a.radius: expected a length \[m\] > 0, got 0"),
-        ({"shapes": {"1a": {"type": "ball", "radius": 1}}}, "shapes.1a: expected a name of letters"),
+        (
+            {"shapes": {"a": {"type": "ball", "radius": 0}}},
+            r"shapes.a.radius: expected a length \[m\] > 0, got 0",
+        ),
+        (
+            {"shapes": {"1a": {"type": "ball", "radius": 1}}},
+            "shapes.1a: expected a name of letters",
+        ),
         ({"shapes": 3}, "shapes: expected a mapping of names, got 3"),
         ({"kind": "finer"}, "kind: expected 'fine' or 'coarse', got 'finer'; did you mean 'fine'"),
         ({"count": 10}, "count: expected a number <= 9, got 10"),
@@ -87,7 +106,10 @@ def test_a_mapping_becomes_a_dataclass_and_plain_data_again() -> None:
         ({"points": [{"x": 1}, {"y": "1 m"}]}, "points.1.x: expected the key 'x'"),
         ({"points": {}}, "points: expected a list, got a mapping"),
         ({"flag": 1}, "flag: expected true or false, got 1"),
-        ({"hidden": 1}, "hidden: expected one of the keys count, flag, kind, points, shapes, got 'hidden'"),
+        (
+            {"hidden": 1},
+            "hidden: expected one of the keys count, flag, kind, points, shapes, got 'hidden'",
+        ),
     ],
 )
 def test_problems_stand_with_their_keys(changed: dict[str, object], message: str) -> None:
@@ -98,7 +120,12 @@ def test_problems_stand_with_their_keys(changed: dict[str, object], message: str
 def test_all_problems_at_once() -> None:
     with pytest.raises(Problems) as caught:
         read(count=0, flag=1, shapes={"a": {"type": "ball", "radius": "1 s"}, "b": {}})
-    assert [keys for keys, _ in caught.value.found] == [("shapes", "a", "radius"), ("shapes", "b"), ("count",), ("flag",)]
+    assert [keys for keys, _ in caught.value.found] == [
+        ("shapes", "a", "radius"),
+        ("shapes", "b"),
+        ("count",),
+        ("flag",),
+    ]
 
 
 def test_the_schema_names_all_it_refers_to() -> None:
@@ -106,8 +133,16 @@ def test_the_schema_names_all_it_refers_to() -> None:
     assert set(schema["$defs"]) == {"Ball", "Point"}
     assert schema["required"] == ["shapes"]
     assert "hidden" not in schema["properties"]
-    assert schema["properties"]["count"] == {"type": "integer", "minimum": 1, "maximum": 9, "default": 3}
-    assert schema["properties"]["shapes"]["additionalProperties"]["discriminator"]["mapping"]["sphere"] == "#/$defs/Ball"
+    assert schema["properties"]["count"] == {
+        "type": "integer",
+        "minimum": 1,
+        "maximum": 9,
+        "default": 3,
+    }
+    assert (
+        schema["properties"]["shapes"]["additionalProperties"]["discriminator"]["mapping"]["sphere"]
+        == "#/$defs/Ball"
+    )
     ball = schema["$defs"]["Ball"]
     assert ball["properties"]["type"]["enum"] == ["ball", "sphere"]
     assert ball["required"] == ["type", "radius"]

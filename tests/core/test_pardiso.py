@@ -23,7 +23,9 @@ needed = pytest.mark.skipif(not HERE, reason="the extra pardiso is not installed
 
 def grid(n: int, shift: float = 0.0) -> csr_array:
     """The five-point Laplacian on n x n points, less a shift."""
-    line = diags_array([np.full(n - 1, -1.0), np.full(n, 2.0), np.full(n - 1, -1.0)], offsets=[-1, 0, 1])
+    line = diags_array(
+        [np.full(n - 1, -1.0), np.full(n, 2.0), np.full(n - 1, -1.0)], offsets=[-1, 0, 1]
+    )
     one = diags_array(np.ones(n))
     return csr_array(kron(line, one) + kron(one, line) - shift * diags_array(np.ones(n * n)))
 
@@ -33,7 +35,9 @@ def grid(n: int, shift: float = 0.0) -> csr_array:
 def test_solutions_of_definite_and_indefinite_matrices(shift: float) -> None:
     A, b = grid(30, shift), np.random.default_rng(0).normal(size=(3, 900))
     factors = pardiso.factor(A)
-    assert_allclose(pardiso.solve(factors, b), direct.solve(direct.factor(A), b.copy()), rtol=1e-9, atol=1e-11)
+    assert_allclose(
+        pardiso.solve(factors, b), direct.solve(direct.factor(A), b.copy()), rtol=1e-9, atol=1e-11
+    )
     assert factors.numbers > A.nnz / 2
 
 
@@ -60,14 +64,20 @@ def test_factors_are_freed_and_others_stay() -> None:
 def test_a_large_model_moves_as_with_own_factors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
     system, scheme = hanging(), GeneralizedAlpha(2e-4)
-    own, other = (integrate(system, scheme, 4e-3, Newton(tolerance=1e-12, solver=name)) for name in ("own", "pardiso"))
+    own, other = (
+        integrate(system, scheme, 4e-3, Newton(tolerance=1e-12, solver=name))
+        for name in ("own", "pardiso")
+    )
     assert other.statistics.solver.startswith("PARDISO LDL^T")
     assert_allclose(other.x, own.x, atol=1e-10 * system.scale)
 
 
 @pytest.mark.skipif(HERE, reason="the extra pardiso is installed")
 def test_the_missing_package_is_named() -> None:
-    with pytest.raises(MissingFeature, match=r"the package pypardiso, got none; pip install 'fmbs_skfem\[pardiso\]'") as caught:
+    with pytest.raises(
+        MissingFeature,
+        match=r"the package pypardiso, got none; pip install 'fmbs_skfem\[pardiso\]'",
+    ) as caught:
         Newton(solver="pardiso")
     assert caught.value.exit_code == 7
 

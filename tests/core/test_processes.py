@@ -73,7 +73,10 @@ def test_a_process_has_one_thread_and_nothing_of_the_current_folder(worker: Proc
     assert worker.submit(eval, "__import__('sys').flags.safe_path").result(timeout=60)
     assert dict(os.environ) == before
     if sys.platform == "linux":
-        assert worker.submit(eval, "int(open('/proc/self/oom_score_adj').read())").result(timeout=60) == processes.FIRST_TO_GO
+        assert (
+            worker.submit(eval, "int(open('/proc/self/oom_score_adj').read())").result(timeout=60)
+            == processes.FIRST_TO_GO
+        )
 
 
 @pytest.mark.parametrize("word", consents.WORDS)
@@ -101,8 +104,13 @@ def test_functions_without_a_name_go_by_value(worker: Processes) -> None:
     assert worker.submit(lambda value: factor * value, 4).result(timeout=60) == 12
 
 
-@pytest.mark.parametrize("text", ["import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "import os; os._exit(1)", CUT])
-def test_a_process_that_ends_loses_its_own_call_and_is_replaced(worker: Processes, text: str) -> None:
+@pytest.mark.parametrize(
+    "text",
+    ["import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "import os; os._exit(1)", CUT],
+)
+def test_a_process_that_ends_loses_its_own_call_and_is_replaced(
+    worker: Processes, text: str
+) -> None:
     """Also one that ends while it sends, for which a ProcessPoolExecutor waits for ever."""
     before = pid(worker)
     lost, waiting = worker.submit(exec, text, {}), worker.submit(pow, 3, 2)
@@ -120,7 +128,9 @@ def test_a_process_that_ends_while_nothing_is_asked_of_it_is_replaced(worker: Pr
 
 
 def test_others_go_on_where_a_process_ends() -> None:
-    """Two calls that wait for each other, so that two processes have them; one ends, and two are there again."""
+    """Two calls that wait for each other, so that two processes have them; one ends, and two are
+    there again.
+    """
     with Processes(2) as workers:
         long, lost = workers.submit(time.sleep, 0.2), workers.submit(os._exit, 1)
         with pytest.raises(BrokenExecutor):
@@ -179,10 +189,18 @@ def test_a_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
     """Whatever it does, and however that one ends."""
     script = tmp_path / "script.py"
     lines = ("import os, signal, time", "if __name__ == '__main__':", "    worker = Processes(1)")
-    lines += ("    print(worker.submit(os.getpid).result(), flush=True)", "    long = worker.submit(time.sleep, 3600.0)")
-    lines += ("    while not long.running(): time.sleep(0.001)", "    os.kill(os.getpid(), signal.SIGKILL)")
+    lines += (
+        "    print(worker.submit(os.getpid).result(), flush=True)",
+        "    long = worker.submit(time.sleep, 3600.0)",
+    )
+    lines += (
+        "    while not long.running(): time.sleep(0.001)",
+        "    os.kill(os.getpid(), signal.SIGKILL)",
+    )
     script.write_text(START + "\n".join(lines))
-    done = subprocess.run([sys.executable, str(script)], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, timeout=60, check=False
+    )
     assert done.returncode == -signal.SIGKILL
     until = time.monotonic() + 60.0
     while alive(int(done.stdout)) and time.monotonic() < until:
@@ -193,21 +211,38 @@ def test_a_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
 def test_a_script_that_its_processes_would_run_again_is_told(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(f"{START}print(Processes(1).submit(pow, 3, 2).result())\n")
-    found = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False)
+    found = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False
+    )
     assert found.returncode == 1
     assert found.stderr.count("__main__") >= 2
-    assert found.stderr.splitlines()[-1].endswith("run the whole script again; put what the script does below that line")
+    assert found.stderr.splitlines()[-1].endswith(
+        "run the whole script again; put what the script does below that line"
+    )
 
 
 def test_what_lies_in_the_current_folder_is_not_imported(tmp_path: Path) -> None:
     """Neither by a process nor by the one of Python that watches over them."""
     script, folder = tmp_path / "script.py", tmp_path / "folder"
-    script.write_text(f"{START}if __name__ == '__main__':\n    print(Processes(1).submit(pow, 3, 2).result())\n")
+    script.write_text(
+        f"{START}if __name__ == '__main__':\n    print(Processes(1).submit(pow, 3, 2).result())\n"
+    )
     folder.mkdir()
     for name in ("multiprocessing", "pickle", "signal", "numpy", "fmbs_skfem"):
         (folder / f"{name}.py").write_text("open('imported', 'w').close()\n")
-    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONSAFEPATH", "PYTHONPATH")}
-    done = subprocess.run([sys.executable, str(script)], cwd=folder, env=kept, capture_output=True, text=True, check=False)
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("PYTHONSAFEPATH", "PYTHONPATH")
+    }
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=folder,
+        env=kept,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.stdout, done.stderr) == ("9\n", "")
     assert not (folder / "imported").exists()
 
@@ -255,17 +290,30 @@ verify --list
 
 
 def plant(folder: Path) -> set[str]:
-    """Files with the names of all modules that there are, which leave a mark and fail where they are run; their names."""
-    names = {*sys.stdlib_module_names, *(one.name for one in pkgutil.iter_modules())} - {"antigravity", "this"}
+    """Files with the names of all modules that there are, which leave a mark and fail where they
+    are run; their names.
+    """
+    names = {*sys.stdlib_module_names, *(one.name for one in pkgutil.iter_modules())} - {
+        "antigravity",
+        "this",
+    }
     for name in names:
-        (folder / f"{name}.py").write_text(f"open('{name}.imported', 'w').close()\nraise ImportError\n")
+        (folder / f"{name}.py").write_text(
+            f"open('{name}.imported', 'w').close()\nraise ImportError\n"
+        )
     return names
 
 
 def call_beside(folder: Path, *start: str) -> tuple[int, set[str]]:
-    """The exit code of a process that starts in a folder, and the modules that are imported from there."""
-    kept = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"} | {"PYTHONPATH": str(SOURCE)}
-    done = subprocess.run([sys.executable, *start], cwd=folder, env=kept, capture_output=True, text=True, check=False)
+    """The exit code of a process that starts in a folder, and the modules that are imported from
+    there.
+    """
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"} | {
+        "PYTHONPATH": str(SOURCE)
+    }
+    done = subprocess.run(
+        [sys.executable, *start], cwd=folder, env=kept, capture_output=True, text=True, check=False
+    )
     return done.returncode, {one.stem for one in folder.glob("*.imported")}
 
 
@@ -273,7 +321,9 @@ def script_of(folder: Path) -> str:
     """The program `fmbs` as it is installed: in a folder of its own."""
     script = folder / "bin" / "fmbs"
     script.parent.mkdir(parents=True, exist_ok=True)
-    script.write_text("from fmbs_skfem.cli.main import main\nif __name__ == '__main__':\n    main(prog_name='fmbs')\n")
+    script.write_text(
+        "from fmbs_skfem.cli.main import main\nif __name__ == '__main__':\n    main(prog_name='fmbs')\n"
+    )
     return str(script)
 
 
@@ -298,12 +348,17 @@ def test_no_command_imports_modules_beside_a_scene(tmp_path: Path) -> None:
     ranged = ranged.replace("  clamp: {type: reaction, joint: clamp}\n", "")
     path.write_text(f"{ranged}reduction: {{snapshots: 1 ms}}\ntraining: {training}\n")
     plant(folder)
-    found = {line: call_beside(folder, script_of(tmp_path), *line.split()) for line in COMMANDS.strip().splitlines()}
+    found = {
+        line: call_beside(folder, script_of(tmp_path), *line.split())
+        for line in COMMANDS.strip().splitlines()
+    }
     assert {line: names for line, (_, names) in found.items() if names} == {}
     assert {line: code for line, (code, _) in found.items() if code not in (0, 7)} == {}
 
 
-def test_cores_are_those_of_affinity_and_quota(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cores_are_those_of_affinity_and_quota(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(8)), raising=False)
     assert processes.cores(tmp_path) == 8
     (tmp_path / "cpu").mkdir()

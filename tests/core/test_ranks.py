@@ -1,4 +1,6 @@
-"""Ranks: repeated rows are found whatever their lengths, units, order; what follows is said with its weights."""
+"""Ranks: repeated rows are found whatever their lengths, units, order; what follows is said with
+its weights.
+"""
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ from fmbs_skfem.core.algebra import ranks
 def test_rank_and_null_space_of_repeated_rows(independent: int, repeated: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     rows = np.eye(independent, 8) + 0.1 * random.normal(size=(independent, 8))
-    a = np.vstack([rows, random.normal(size=(repeated, independent)) @ rows])[random.permutation(independent + repeated)]
+    a = np.vstack([rows, random.normal(size=(repeated, independent)) @ rows])[
+        random.permutation(independent + repeated)
+    ]
     assert ranks.rank(a) == ranks.rank(csr_array(a)) == independent
     kept = a[ranks.independent_rows(a)]
     assert np.linalg.matrix_rank(kept) == len(kept) == independent
@@ -35,12 +39,14 @@ def test_nothing_constrains_nothing(a: np.ndarray) -> None:
 
 
 @given(st.integers(2, 5), st.integers(1, 4), st.integers(0, 1000))
-def test_rows_are_parted_whatever_their_order_and_lengths(independent: int, repeated: int, seed: int) -> None:
+def test_rows_are_parted_whatever_their_order_and_lengths(
+    independent: int, repeated: int, seed: int
+) -> None:
     random = np.random.default_rng(seed)
     rows = np.eye(independent, 7) + 0.1 * random.normal(size=(independent, 7))
-    a = np.vstack([rows, random.normal(size=(repeated, independent)) @ rows]) * 10.0 ** random.integers(
-        -6, 7, (independent + repeated, 1)
-    )
+    a = np.vstack(
+        [rows, random.normal(size=(repeated, independent)) @ rows]
+    ) * 10.0 ** random.integers(-6, 7, (independent + repeated, 1))
     first = np.zeros(len(a), dtype=bool)
     first[independent : independent + 2] = True
     order = random.permutation(len(a))

@@ -13,8 +13,23 @@ import pytest
 
 from fmbs_skfem.core.storage import records
 
-OPTIONS = [{}, {"frozen": True}, {"frozen": True, "eq": False}, {"frozen": True, "repr": False, "kw_only": True}, {"init": False}]
-MADE = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__", "__match_args__", "__dataclass_fields__")
+OPTIONS = [
+    {},
+    {"frozen": True},
+    {"frozen": True, "eq": False},
+    {"frozen": True, "repr": False, "kw_only": True},
+    {"init": False},
+]
+MADE = (
+    "__init__",
+    "__repr__",
+    "__eq__",
+    "__hash__",
+    "__setattr__",
+    "__delattr__",
+    "__match_args__",
+    "__dataclass_fields__",
+)
 
 
 def declared(decorate: Callable[[type], type]) -> type:
@@ -32,7 +47,10 @@ def declared(decorate: Callable[[type], type]) -> type:
 
 def pending(kind: type) -> bool:
     """Whether something waits but for texts, comparisons and hashes."""
-    return any(isinstance(value, records.Pending) and name not in records.LATER for name, value in vars(kind).items())
+    return any(
+        isinstance(value, records.Pending) and name not in records.LATER
+        for name, value in vars(kind).items()
+    )
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
@@ -65,16 +83,32 @@ def test_any_of_its_attributes_makes_a_class(name: str) -> None:
 
 
 @pytest.mark.parametrize("options", [{"frozen": True}, {}, {"frozen": True, "eq": False}], ids=str)
-@pytest.mark.parametrize("own", [(), ("__eq__",), ("__hash__",), ("__eq__", "__hash__", "__repr__")], ids=str)
+@pytest.mark.parametrize(
+    "own", [(), ("__eq__",), ("__hash__",), ("__eq__", "__hash__", "__repr__")], ids=str
+)
 def test_what_a_class_says_itself_stays(options: dict[str, bool], own: tuple[str, ...]) -> None:
     """Its text, and how it compares; its hash follows as Python's do."""
-    said = {"__eq__": lambda one, other: True, "__hash__": lambda one: 7, "__repr__": lambda one: "own"}
+    said = {
+        "__eq__": lambda one, other: True,
+        "__hash__": lambda one: 7,
+        "__repr__": lambda one: "own",
+    }
     found = []
     for decorator in (records.dataclass, dataclasses.dataclass):
         names = {"__annotations__": {"x": float}, "__qualname__": "One"}
-        kind: Any = decorator(**options)(type("One", (), names | {name: said[name] for name in own}))
-        hashed = "none" if kind.__hash__ is None else "own" if "__hash__" in own else kind.__hash__ is object.__hash__
-        found.append((repr(kind(1.0)) if options.get("eq", True) or "__repr__" in own else "", hashed))
+        kind: Any = decorator(**options)(
+            type("One", (), names | {name: said[name] for name in own})
+        )
+        hashed = (
+            "none"
+            if kind.__hash__ is None
+            else "own"
+            if "__hash__" in own
+            else kind.__hash__ is object.__hash__
+        )
+        found.append(
+            (repr(kind(1.0)) if options.get("eq", True) or "__repr__" in own else "", hashed)
+        )
         found[-1] += (kind(1.0) == kind(1.0), kind(1.0) == kind(2.0), kind(1.0) == 1.0)
         if hashed is False:
             found[-1] += (hash(kind(1.0)),)
@@ -102,7 +136,11 @@ def without_init(kind: type, **values: Any) -> Any:
 def test_instances_that_nothing_has_called(use: Callable[[Any], object]) -> None:
     found = []
     for decorator in (records.dataclass, dataclasses.dataclass):
-        kind = decorator(frozen=True)(type("Point", (), {"__annotations__": {"x": float, "y": float}, "__qualname__": "Point"}))
+        kind = decorator(frozen=True)(
+            type(
+                "Point", (), {"__annotations__": {"x": float, "y": float}, "__qualname__": "Point"}
+            )
+        )
         found.append(use(without_init(kind, x=1.0, y=3.0)))
     assert found[0] == found[1]
 
@@ -153,7 +191,9 @@ def test_threads_make_a_class_once() -> None:
         kind, found = declared(records.dataclass(frozen=True)), list[Any]()
         start = threading.Barrier(4)
 
-        def make(kind: Any = kind, found: list[Any] = found, start: threading.Barrier = start) -> None:
+        def make(
+            kind: Any = kind, found: list[Any] = found, start: threading.Barrier = start
+        ) -> None:
             start.wait()
             found.append(kind(3))
 

@@ -1,4 +1,6 @@
-"""Files that do not change are read once, changed ones anew, and what reading says is said each time."""
+"""Files that do not change are read once, changed ones anew, and what reading says is said each
+time.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +103,10 @@ def test_lines_are_cut_as_those_of_meshes_that_were_read(tmp_path: Path) -> None
     for length in (1.0, 2.0):
         mesh = meshes.read(LINE, unit=length)
         meshes.write(mesh, path)
-        known, anew = curves.cut(curves.read(path, None), 7), curves.cut(curves.follow(mesh, None), 7)
+        known, anew = (
+            curves.cut(curves.read(path, None), 7),
+            curves.cut(curves.follow(mesh, None), 7),
+        )
         np.testing.assert_array_equal(known.breaks, anew.breaks)
         np.testing.assert_array_equal(known.curve(known.breaks), anew.curve(anew.breaks))
         assert known.names == anew.names

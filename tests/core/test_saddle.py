@@ -60,7 +60,13 @@ def test_small_matrices_are_dense_and_solved_alike(monkeypatch: pytest.MonkeyPat
         factors = saddle.factor(A)
         assert factors is not None
         assert factors.regular
-        found.append([saddle.solve(factors, b), factors.factors.solve(b, trans="T"), as_dense(factors.balanced) @ b])
+        found.append(
+            [
+                saddle.solve(factors, b),
+                factors.factors.solve(b, trans="T"),
+                as_dense(factors.balanced) @ b,
+            ]
+        )
         assert saddle.factor(saddle.matrix(csr_array(K), np.zeros((1, 12)))) is None
     for dense, sparse in zip(*found, strict=True):
         np.testing.assert_allclose(dense, sparse, rtol=1e-9)

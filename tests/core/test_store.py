@@ -40,7 +40,9 @@ class Step:
     next: int | None = None
 
 
-STEP = Step(State.BEGUN, (Inner(np.asfortranarray(np.arange(6.0).reshape(2, 3))),), {7: 1 / 3, 11: np.inf})
+STEP = Step(
+    State.BEGUN, (Inner(np.asfortranarray(np.arange(6.0).reshape(2, 3))),), {7: 1 / 3, 11: np.inf}
+)
 
 
 def test_structs_and_plain_arrays_come_back(tmp_path: Path) -> None:
@@ -52,7 +54,11 @@ def test_structs_and_plain_arrays_come_back(tmp_path: Path) -> None:
     assert (found.state, found.values, found.next) == (STEP.state, STEP.values, None)
     assert found.inner[0].matrix.flags.f_contiguous
     np.testing.assert_array_equal(found.inner[0].matrix, STEP.inner[0].matrix)
-    assert (store.path("step", None).name, store.there("step", None), store.numbers("step")) == ("step.h5", True, [])
+    assert (store.path("step", None).name, store.there("step", None), store.numbers("step")) == (
+        "step.h5",
+        True,
+        [],
+    )
     assert store.path("rows-", 12) == tmp_path / "work" / "rows-012.h5"
     with h5py.File(store.path("rows-", 12)) as file:
         np.testing.assert_array_equal(file["x"], np.arange(3.0))
@@ -80,16 +86,23 @@ def test_files_are_numbered_replaced_and_forgotten(tmp_path: Path) -> None:
 def test_what_is_missing_or_damaged_is_named(tmp_path: Path) -> None:
     store = Store(tmp_path, KIND)
     assert store.read("step-", 1, Step) is None
-    with pytest.raises(CorruptFile, match=r"step-00001\.h5: expected the file, got none; make it again"):
+    with pytest.raises(
+        CorruptFile, match=r"step-00001\.h5: expected the file, got none; make it again"
+    ):
         store.read("step-", 1, Step, needed=True)
     store.append("step-", 1, STEP)
-    with pytest.raises(CorruptFile, match=r"step-00001\.h5: content\.matrix: expected a value, got none; make it again"):
+    with pytest.raises(
+        CorruptFile,
+        match=r"step-00001\.h5: content\.matrix: expected a value, got none; make it again",
+    ):
         store.read("step-", 1, Inner)
     path = store.path("step-", 1)
     data = path.read_bytes()
     for k in (len(data) - 1, 500):  # of the last array, and of the spaces behind the first lines
         path.write_bytes(data[:k] + bytes([data[k] ^ 1]) + data[k + 1 :])
-        with pytest.raises(CorruptFile, match=r"step-00001\.h5: expected (sha256|spaces behind its first lines)"):
+        with pytest.raises(
+            CorruptFile, match=r"step-00001\.h5: expected (sha256|spaces behind its first lines)"
+        ):
             store.read("step-", 1, Step)
 
 

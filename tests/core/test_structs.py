@@ -8,7 +8,18 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from fmbs_skfem.core.compiling.structs import Callback, Integers, Matrix, Shorts, Vector, invoke, opener, packed, routine, unpacked
+from fmbs_skfem.core.compiling.structs import (
+    Callback,
+    Integers,
+    Matrix,
+    Shorts,
+    Vector,
+    invoke,
+    opener,
+    packed,
+    routine,
+    unpacked,
+)
 
 
 class Inner(NamedTuple):

@@ -67,7 +67,8 @@ def test_values(text: str | float, dimension: Dimension, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "unit", "value"), [("0.3", "mm", 0.3e-3), ("7", "mm", 0.007), ("90", "deg", math.pi / 2), ("1.1", "GPa", 1.1e9)]
+    ("number", "unit", "value"),
+    [("0.3", "mm", 0.3e-3), ("7", "mm", 0.007), ("90", "deg", math.pi / 2), ("1.1", "GPa", 1.1e9)],
 )
 def test_round_numbers_stay_round(number: str, unit: str, value: float) -> None:
     assert quantities.read(f"{number} {unit}").value == value
@@ -85,7 +86,11 @@ def test_round_numbers_stay_round(number: str, unit: str, value: float) -> None:
         ("3 mmm", units.LENGTH, r"did you mean 'mm'\?"),
         ("90°", units.ANGLE, r"known unit .* got '°'; did you mean 'deg'\?"),
         ("3 inch", units.LENGTH, r"known unit .* did you mean 'in'\?"),
-        ("3000 1/min", units.ANGULAR_VELOCITY, "which counts turns in 1/min or hertz; .* 1 1/min is 1 rpm"),
+        (
+            "3000 1/min",
+            units.ANGULAR_VELOCITY,
+            "which counts turns in 1/min or hertz; .* 1 1/min is 1 rpm",
+        ),
         ("1 g", units.ACCELERATION, "g is a gram"),
         ("10 mm + 2", units.LENGTH, "not part of a unit"),
         ("1e999 m", units.LENGTH, "finite"),
@@ -103,7 +108,12 @@ def test_refused(text: object, dimension: Dimension, message: str) -> None:
         quantities.convert(text, dimension)
 
 
-PARAMETERS = {"E": quantities.read("1 GPa"), "d": quantities.read("10 mm"), "n": quantities.read(3), "T": quantities.read("2 s")}
+PARAMETERS = {
+    "E": quantities.read("1 GPa"),
+    "d": quantities.read("10 mm"),
+    "n": quantities.read(3),
+    "T": quantities.read("2 s"),
+}
 
 
 @pytest.mark.parametrize(
@@ -168,7 +178,9 @@ def test_the_message_about_an_unknown_unit_lists_all_that_there_are() -> None:
         quantities.read("3 inch")
     named = set(re.findall(r"[A-Za-z]+", str(caught.value)))
     alone = {name for name in units.UNITS if name.isalpha() and name.isascii()}
-    known = alone - {prefix + name for prefix in units._PREFIXES if prefix for name in units._SCALED}
+    known = alone - {
+        prefix + name for prefix in units._PREFIXES if prefix for name in units._SCALED
+    }
     assert known <= named
     assert {"n", "u", "m", "k", "M", "G"} <= named
 
@@ -192,8 +204,12 @@ def test_numbers_with_units_stand_in_every_expression(text: str, value: float) -
     values = {name: one.value for name, one in PARAMETERS.items()}
     assert expressions.of_time(text, values)(0.0) == pytest.approx(value, rel=1e-14)
     found = of_state(text, parameters=PARAMETERS)
-    names = values | {step: one.value for step, one in expressions.quantities(found.program).items()}
-    assert expressions.evaluate(found.program, names, expressions.SCALAR) == pytest.approx(value, rel=1e-14)
+    names = values | {
+        step: one.value for step, one in expressions.quantities(found.program).items()
+    }
+    assert expressions.evaluate(found.program, names, expressions.SCALAR) == pytest.approx(
+        value, rel=1e-14
+    )
 
 
 def test_radians_of_an_expression_are_numbers() -> None:
@@ -211,7 +227,9 @@ def test_dimensions_of_numbers_with_units_are_checked_in_functions_of_time() -> 
 
 
 def test_a_name_that_may_be_a_unit_or_a_parameter_is_refused() -> None:
-    """3 m / s is 15 m/s where s is 0.2 s, and 3 m/s; what follows a number directly is its unit, and t is the time."""
+    """3 m / s is 15 m/s where s is 0.2 s, and 3 m/s; what follows a number directly is its unit,
+    and t is the time.
+    """
     known = PARAMETERS | {"s": quantities.read("0.2 s"), "m": quantities.read("3 kg")}
     for text in ("2 * 3 m/s", "3 m / s", "3 m/s"):
         with pytest.raises(Problem, match="which is both; rename"):
@@ -224,11 +242,16 @@ def test_a_name_that_may_be_a_unit_or_a_parameter_is_refused() -> None:
     with pytest.raises(Problem, match="'m' is a unit, and cannot be the name"):
         of_state("-3 N/m * (m - 0.2 m)")
     require(of_state("1 N - 3 N/m * x"), {"x": "m", "s": "m"})
-    assert quantities.read("4 N/m", known) == units.Quantity(4.0, units.LINE_FORCE.exponents)  # m is a mass
+    assert quantities.read("4 N/m", known) == units.Quantity(
+        4.0, units.LINE_FORCE.exponents
+    )  # m is a mass
     assert quantities.read("3 m", known) == units.Quantity(3.0, units.LENGTH.exponents)
     assert expressions.of_time("2 m/s * t", {})(3.0) == 6.0
 
 
-@pytest.mark.parametrize("text", ["N s/m", "N s", "1/m", "N/m^3", "kg/m^4", "rad/m", "kg m", "m s^2/kg", "kg^2/s", "N s/m^2"])
+@pytest.mark.parametrize(
+    "text",
+    ["N s/m", "N s", "1/m", "N/m^3", "kg/m^4", "rad/m", "kg m", "m s^2/kg", "kg^2/s", "N s/m^2"],
+)
 def test_units_without_a_name_are_written_as_people_write_them(text: str) -> None:
     assert units.unit(units.measure(f"1 {text}").exponents) == text

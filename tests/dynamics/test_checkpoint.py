@@ -28,7 +28,9 @@ class Enough(Exception):
     """Raised by a record that has what it wants."""
 
 
-def stopped(system: System, after: int, scheme: GeneralizedAlpha = SCHEME, steps: int = STEPS, **more: Any) -> Resumed:
+def stopped(
+    system: System, after: int, scheme: GeneralizedAlpha = SCHEME, steps: int = STEPS, **more: Any
+) -> Resumed:
     """What is known of a run at the first look at it after so many steps; the run ends there."""
     found: list[tuple[Rows, Checkpoint]] = []
 
@@ -49,7 +51,15 @@ def assert_same(one: Trajectory, other: Trajectory) -> None:
     """The same bits in all states, and the same work for them."""
     for name in ("times", "x", "v", "a", "multipliers", "work"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    counts = [(t.statistics.steps, t.statistics.iterations, t.statistics.factorisations, t.statistics.halved) for t in (one, other)]
+    counts = [
+        (
+            t.statistics.steps,
+            t.statistics.iterations,
+            t.statistics.factorisations,
+            t.statistics.halved,
+        )
+        for t in (one, other)
+    ]
     assert counts[0] == counts[1]
     assert one.statistics.solver == other.statistics.solver
 
@@ -72,7 +82,9 @@ SYSTEMS: dict[str, Callable[[], System]] = {
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_split_run_has_the_bits_of_an_unbroken_one(name: str) -> None:
-    """Two splits, one of them in the second part of the other; the unbroken run is not watched at all."""
+    """Two splits, one of them in the second part of the other; the unbroken run is not watched at
+    all.
+    """
     system = SYSTEMS[name]()
     whole = integrate(system, SCHEME, STEPS * SCHEME.step, every=3)
     first = stopped(system, 1, every=3)
@@ -82,29 +94,48 @@ def test_a_split_run_has_the_bits_of_an_unbroken_one(name: str) -> None:
     assert_same(integrate(system, SCHEME, STEPS * SCHEME.step, every=3, resume=second), whole)
 
 
-@pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
+@pytest.mark.parametrize(
+    "form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"]
+)
 def test_a_split_between_re_used_factors_keeps_them(form: Callable[[System], System]) -> None:
-    """Factors of example 2 serve several steps: they are kept, and no new ones are made because of a split."""
+    """Factors of example 2 serve several steps: they are kept, and no new ones are made because of
+    a split.
+    """
     system = form(models.double_pendulum(12, all_multipliers=True))
     whole = integrate(system, SCHEME, STEPS * SCHEME.step)
     assert whole.statistics.factorisations < STEPS / 2
     part = stopped(system, 60)
     assert part.checkpoint.arrays["kind"][0] in (1, 2)
-    bare = {name: array for name, array in part.checkpoint.arrays.items() if not name.startswith("factors")}
+    bare = {
+        name: array
+        for name, array in part.checkpoint.arrays.items()
+        if not name.startswith("factors")
+    }
     bare["kind"] = np.zeros_like(bare["kind"])
     assert_same(integrate(system, SCHEME, STEPS * SCHEME.step, resume=part), whole)
-    fresh = integrate(system, SCHEME, STEPS * SCHEME.step, resume=replace(part, checkpoint=replace(part.checkpoint, arrays=bare)))
+    fresh = integrate(
+        system,
+        SCHEME,
+        STEPS * SCHEME.step,
+        resume=replace(part, checkpoint=replace(part.checkpoint, arrays=bare)),
+    )
     assert not np.array_equal(fresh.x, whole.x)
 
 
 @pytest.mark.parametrize("memory", [1e12, 1e5], ids=["direct", "multigrid"])
-def test_large_models_make_their_factors_again(memory: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plate on two corners turns: its factors of an earlier configuration serve on both sides of the split."""
+def test_large_models_make_their_factors_again(
+    memory: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plate on two corners turns: its factors of an earlier configuration serve on both sides of
+    the split.
+    """
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
     monkeypatch.setattr(machine_memory, "free", lambda: memory)
     system, scheme, steps = hanging(), GeneralizedAlpha(1e-3), 40
     whole = integrate(system, scheme, steps * scheme.step)
-    assert whole.statistics.solver.startswith("sparse LDL^T" if memory > 1e6 else "conjugate gradients")
+    assert whole.statistics.solver.startswith(
+        "sparse LDL^T" if memory > 1e6 else "conjugate gradients"
+    )
     part = stopped(system, 9, scheme, steps)
     held = part.checkpoint.arrays
     assert np.abs(held["factored at"] - held["state x"]).max() > 1e-3
@@ -112,8 +143,12 @@ def test_large_models_make_their_factors_again(memory: float, monkeypatch: pytes
 
 
 @pytest.mark.parametrize("large", [False, True], ids=["band", "large"])
-def test_halved_steps_before_and_after_a_split(large: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Eighty times the step of example 2, and a plate with a large step: some steps need halving, wherever they are looked at."""
+def test_halved_steps_before_and_after_a_split(
+    large: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Eighty times the step of example 2, and a plate with a large step: some steps need halving,
+    wherever they are looked at.
+    """
     system, scheme, steps = models.double_pendulum(8), GeneralizedAlpha(0.04), 50
     if large:
         monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
@@ -122,11 +157,18 @@ def test_halved_steps_before_and_after_a_split(large: bool, monkeypatch: pytest.
     assert whole.statistics.halved > 0
     assert_same(integrate(system, scheme, steps * scheme.step, record=lambda moment: None), whole)
     for after in (1, 9):
-        assert_same(integrate(system, scheme, steps * scheme.step, resume=stopped(system, after, scheme, steps)), whole)
+        assert_same(
+            integrate(
+                system, scheme, steps * scheme.step, resume=stopped(system, after, scheme, steps)
+            ),
+            whole,
+        )
 
 
 def test_looking_at_a_run_changes_nothing() -> None:
-    """Same input, same numbers: how often a run is looked at depends on the clock, what it finds does not."""
+    """Same input, same numbers: how often a run is looked at depends on the clock, what it finds
+    does not.
+    """
     system, seen = models.double_pendulum(12), list[int]()
 
     def record(moment: RunState) -> None:
@@ -154,7 +196,11 @@ def test_a_run_that_is_done_is_only_read() -> None:
 
 def test_a_resumed_run_that_fails_has_its_whole_motion() -> None:
     """The load is no number from 0.1505 s on."""
-    push = [loads.PointForce("push", At("beam", "right"), (0.0, 1.0), lambda t: np.where(t > 0.1505, np.nan, 1.0))]
+    push = [
+        loads.PointForce(
+            "push", At("beam", "right"), (0.0, 1.0), lambda t: np.where(t > 0.1505, np.nan, 1.0)
+        )
+    ]
     system = models.cantilever(8, lambda tip: push)
     with pytest.raises(SolverError) as whole:
         integrate(system, SCHEME, STEPS * SCHEME.step)
@@ -169,7 +215,10 @@ def test_a_resumed_run_that_fails_has_its_whole_motion() -> None:
     "changed,named",
     [
         ({"system": models.double_pendulum(11)}, "unknowns: 150 then, 138 now"),
-        ({"system": models.double_pendulum(12, all_multipliers=True)}, "multipliers: 0 then, 6 now"),
+        (
+            {"system": models.double_pendulum(12, all_multipliers=True)},
+            "multipliers: 0 then, 6 now",
+        ),
         ({"scheme": GeneralizedAlpha(2e-3)}, "step: 0.001 then, 0.002 now"),
         ({"scheme": GeneralizedAlpha(1e-3, 0.5)}, "rho_inf"),
         ({"newton": Newton(tolerance=1e-9)}, "tolerance"),
@@ -192,7 +241,10 @@ def test_one_other_number_of_the_model_is_refused() -> None:
     part = stopped(models.spin_up(4), 1)
     with pytest.raises(CorruptFile, match="arrays of the model"):
         integrate(thicker(), SCHEME, STEPS * SCHEME.step, resume=part)
-    slower = replace(models.spin_up(4), signals=tuple(lambda t, f=f: f(0.99 * t) for f in models.spin_up(4).signals))
+    slower = replace(
+        models.spin_up(4),
+        signals=tuple(lambda t, f=f: f(0.99 * t) for f in models.spin_up(4).signals),
+    )
     with pytest.raises(CorruptFile, match="signals"):
         integrate(slower, SCHEME, STEPS * SCHEME.step, resume=part)
 
@@ -206,6 +258,14 @@ def test_arrays_of_another_shape_are_refused() -> None:
     system = models.spin_up(4)
     part = stopped(system, 1)
     arrays = part.checkpoint.arrays
-    for bad in (arrays | {"state v": arrays["state v"][:-1]}, {k: a for k, a in arrays.items() if k != "state a"}):
+    for bad in (
+        arrays | {"state v": arrays["state v"][:-1]},
+        {k: a for k, a in arrays.items() if k != "state a"},
+    ):
         with pytest.raises(CorruptFile, match="checkpoint: state"):
-            integrate(system, SCHEME, STEPS * SCHEME.step, resume=replace(part, checkpoint=replace(part.checkpoint, arrays=bad)))
+            integrate(
+                system,
+                SCHEME,
+                STEPS * SCHEME.step,
+                resume=replace(part, checkpoint=replace(part.checkpoint, arrays=bad)),
+            )

@@ -1,4 +1,6 @@
-"""A failed solve says why: ten ways to fail, each with the cause that was built in and the facts that show it."""
+"""A failed solve says why: ten ways to fail, each with the cause that was built in and the facts
+that show it.
+"""
 
 from __future__ import annotations
 
@@ -66,12 +68,16 @@ def signal() -> object:
 
 def contradiction() -> object:
     """A drive that turns a clamped end."""
-    held: list[joints.Joint] = [joints.Clamp("clamp", END), joints.DrivenAngle("drive", END, lambda t: t)]
+    held: list[joints.Joint] = [
+        joints.Clamp("clamp", END),
+        joints.DrivenAngle("drive", END, lambda t: t),
+    ]
     return integrate(eliminate(assemble([beam()], held)), STEP, 0.01)
 
 
 def locked() -> object:
-    """Two rigid links of 1 m, whose far end is pulled outwards at 1 m/s: stretched out after 0.99963 s, within a step.
+    """Two rigid links of 1 m, whose far end is pulled outwards at 1 m/s: stretched out after
+    0.99963 s, within a step.
 
     No part of a step ends there: whether one that does converges, its last digit decides.
     """
@@ -89,15 +95,23 @@ def locked() -> object:
 
 
 def stiff_spring() -> object:
-    """A wheel of 0.01 kg m^2 that turns at 2 10^5 rad/s against 4 10^8 N m/rad: omega = 2 10^5 rad/s, 200 in a step."""
+    """A wheel of 0.01 kg m^2 that turns at 2 10^5 rad/s against 4 10^8 N m/rad: omega = 2 10^5
+    rad/s, 200 in a step.
+    """
     wheel = rigid.rigid("wheel", 1.0, np.array(0.01), (0.0, 0.0), dim=2)
     spring = loads.TorsionSpring("spring", At("wheel", "frame"), stiffness=4e8)
     motion = {"wheel": Motion(angular_velocity=200_000.0)}
-    return integrate(assemble([wheel], [joints.Revolute("pin", At("wheel", "frame"))], [spring], initial=motion), STEP, 0.1)
+    return integrate(
+        assemble([wheel], [joints.Revolute("pin", At("wheel", "frame"))], [spring], initial=motion),
+        STEP,
+        0.1,
+    )
 
 
 def buckling() -> object:
-    """The truss of von Mises under load control with few iterations: the limit load is 0.475 of the load."""
+    """The truss of von Mises under load control with few iterations: the limit load is 0.475 of the
+    load.
+    """
     return solve_statics(truss(load=8.0), 20, Newton(iterations=2))
 
 
@@ -105,13 +119,17 @@ def buckling() -> object:
 def trained() -> System:
     """Example 2 over 1 s in the modes of its own motion."""
     full = models.double_pendulum(8, all_multipliers=True)
-    data = reduction.snapshots(integrate(eliminate(full), GeneralizedAlpha(1e-3), 1.0, Newton(1e-12), 5))
+    data = reduction.snapshots(
+        integrate(eliminate(full), GeneralizedAlpha(1e-3), 1.0, Newton(1e-12), 5)
+    )
     parts = reduction.body_level(full)
     return reduction.reduce_system(full, parts, reduction.bases(full, data, parts, 1e-10))
 
 
 def outside() -> object:
-    """Gravity turned round and 20 000 times as strong, and where it has bent the beams by then, few iterations."""
+    """Gravity turned round and 20 000 times as strong, and where it has bent the beams by then, few
+    iterations.
+    """
     model = trained()
     loaded = replace(model, loads=replace(model.loads, constant=-2e4 * model.loads.constant))
     bent = integrate(loaded, GeneralizedAlpha(1e-3), 0.01).x[-1]
@@ -125,14 +143,22 @@ def indefinite() -> object:
 
 
 def limp() -> object:
-    """A helix of two turns, pressed together by 100 N: nothing but tension would hold its curvature in its plane."""
+    """A helix of two turns, pressed together by 100 N: nothing but tension would hold its curvature
+    in its plane.
+    """
     s = np.linspace(0.0, 1.0, 25)
     helix = np.column_stack([0.05 * np.cos(4 * np.pi * s), 0.05 * np.sin(4 * np.pi * s), 0.5 * s])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
-        part = body.cable("beam", models.polyline(helix), sections.Circular(0.012), sections.Material(2e9, 1200.0))
+        part = body.cable(
+            "beam", models.polyline(helix), sections.Circular(0.012), sections.Material(2e9, 1200.0)
+        )
     push = loads.PointForce("push", At("beam", "right"), (0.0, 0.0, -100.0))
-    return integrate(eliminate(assemble([part], [joints.Clamp("clamp", END)], [push])), GeneralizedAlpha(5e-3), 0.1)
+    return integrate(
+        eliminate(assemble([part], [joints.Clamp("clamp", END)], [push])),
+        GeneralizedAlpha(5e-3),
+        0.1,
+    )
 
 
 def massless() -> object:
@@ -183,7 +209,9 @@ def cause(way: str) -> diagnosis.Cause:
 
 
 def test_a_step_that_is_large_from_rest_is_named() -> None:
-    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 157 m in a step."""
+    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 157 m
+    in a step.
+    """
     with pytest.raises(SolverError) as caught:
         integrate(models.double_pendulum(8), GeneralizedAlpha(4.0), 8.0)
     found = diagnosis.explain(caught.value)
@@ -203,7 +231,9 @@ def test_every_way_to_fail_is_told(way: str) -> None:
     assert (found.good is None) == (error.partial is None)
 
 
-@pytest.mark.parametrize("way", [way for way in WAYS if way not in ("outside training", "dead centre")])
+@pytest.mark.parametrize(
+    "way", [way for way in WAYS if way not in ("outside training", "dead centre")]
+)
 def test_the_first_cause_is_the_one_built_in(way: str) -> None:
     assert failed(way)[1].causes[0].name == way
 
@@ -214,7 +244,10 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
         ("huge load", ["loads on beam"]),
         ("jump", ["between t = 0.005 and 0.006 s", "a load on beam jumps from 1 to 1e+12"]),
         ("large step", ["II turns by 9.", "step of 1.25 s"]),
-        ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 200", "step of 0.001 s"]),
+        (
+            "stiff spring",
+            ["a torsion spring on wheel vibrates with h omega = 200", "step of 0.001 s"],
+        ),
         ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
         ("contradiction", ["drive.angle", "ask for different motions"]),
         ("dead centre", ["joint second", "joint first", "joint pull"]),
@@ -242,11 +275,20 @@ outputs: {ball: {type: position, at: ball}}
 """
 
 
-@pytest.mark.parametrize(("length", "last"), [("(ball.x - 1 m)", 0.0), ("max(ball.x - 0.5 m, 0)", 0.5 * np.sqrt(0.5 * np.pi))])
+@pytest.mark.parametrize(
+    ("length", "last"),
+    [("(ball.x - 1 m)", 0.0), ("max(ball.x - 0.5 m, 0)", 0.5 * np.sqrt(0.5 * np.pi))],
+)
 def test_an_expression_that_divides_by_zero_at_one_state_is_named(length: str, last: float) -> None:
-    """At the start, and where the ball comes to: d'' = -(1 m^2/s^2)/d ends from rest at d0 after d0 sqrt(pi/2) s/m."""
+    """At the start, and where the ball comes to: d'' = -(1 m^2/s^2)/d ends from rest at d0 after d0
+    sqrt(pi/2) s/m.
+    """
     with pytest.raises(SolverError) as caught:
-        integrate(build.system(scenes.loads(DIVIDING.replace("LENGTH", length))), GeneralizedAlpha(5e-3), 2.0)
+        integrate(
+            build.system(scenes.loads(DIVIDING.replace("LENGTH", length))),
+            GeneralizedAlpha(5e-3),
+            2.0,
+        )
     found = diagnosis.explain(caught.value)
     assert found.causes[0].name == "force"
     assert "a load on ball is no finite number near the state at t = " in found.causes[0].what
@@ -255,7 +297,9 @@ def test_an_expression_that_divides_by_zero_at_one_state_is_named(length: str, l
 
 
 def test_the_locked_links_stop_when_they_are_stretched_out() -> None:
-    """Unit rows (1, 0), (1, 0), (1, 0, -1, 0)/sqrt 2 depend on each other with weights 1 : 1 : sqrt 2."""
+    """Unit rows (1, 0), (1, 0), (1, 0, -1, 0)/sqrt 2 depend on each other with weights 1 : 1 : sqrt
+    2.
+    """
     found = failed("dead centre")[1]
     assert found.at == pytest.approx(1.0, abs=1e-3)
     assert found.singular is not None
@@ -263,20 +307,31 @@ def test_the_locked_links_stop_when_they_are_stretched_out() -> None:
     assert dict(found.null) == pytest.approx(
         {"joint second": 0.5, "joint first": 0.25, "joint pull": 0.25, "A": 0.0, "B": 0.0}, abs=1e-4
     )
-    assert {name for name, _ in found.multipliers} == {"joint second.length", "joint first.length", "joint pull.x", "joint pull.y"}
+    assert {name for name, _ in found.multipliers} == {
+        "joint second.length",
+        "joint first.length",
+        "joint pull.x",
+        "joint pull.y",
+    }
 
 
 def test_an_attempt_repeats_the_iteration() -> None:
-    """All step lengths; the last correction of an iteration that went too far is larger than one before it."""
+    """All step lengths; the last correction of an iteration that went too far is larger than one
+    before it.
+    """
     error, found = failed("large step")
     assert isinstance(error, FailedStep)
-    assert [attempt.step for attempt in found.attempts] == [1.25 / 2**k for k in range(HALVINGS + 1)]
+    assert [attempt.step for attempt in found.attempts] == [
+        1.25 / 2**k for k in range(HALVINGS + 1)
+    ]
     assert found.step == error.run.done + 1
     for attempt in found.attempts:
         assert len(attempt.corrections) == len(attempt.residuals)
         assert found.good is not None
         assert found.good < attempt.time <= found.good + 1.25 + 1e-12
-    diverged = [attempt.corrections for attempt in found.attempts if attempt.outcome is Reason.DIVERGED]
+    diverged = [
+        attempt.corrections for attempt in found.attempts if attempt.outcome is Reason.DIVERGED
+    ]
     assert diverged
     assert all(last > min(before) for *before, last in diverged)
     again = diagnosis.explain(error)
@@ -285,8 +340,13 @@ def test_an_attempt_repeats_the_iteration() -> None:
 
 
 def test_a_step_that_leaps_in_all_lengths_is_explained() -> None:
-    """A beam of 1 m inside of a circle of 1 mm: longer steps are refused since they go through it, although Newton converges."""
-    held, shape = joints.Pin("j", END), contacts.ContactSphere("k", body="beam", center=(0.5, 0.0), diameter=1e-3, inside=True)
+    """A beam of 1 m inside of a circle of 1 mm: longer steps are refused since they go through it,
+    although Newton converges.
+    """
+    held, shape = (
+        joints.Pin("j", END),
+        contacts.ContactSphere("k", body="beam", center=(0.5, 0.0), diameter=1e-3, inside=True),
+    )
     line = body.cable("beam", models.segment(5), models.SECTION, models.MATERIAL, dim=2)
     system = eliminate(assemble([line], [held], [loads.Gravity((0.0, -9.81)), shape]))
     with pytest.warns(Notice), pytest.raises(FailedStep) as caught:
@@ -300,19 +360,33 @@ def test_a_large_model_is_explained_too(monkeypatch: pytest.MonkeyPatch) -> None
     """Sparse factors: the same rules, and the first and the last of the step lengths."""
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
     shape = nurbs.surface(*nurbs.rectangle(1.0, 0.5, 6, 4, 2))
-    sheet = plate("sheet", replace(shape, points={"c": nurbs.place(shape, 1.0, 0.5)}), 1e-3, sections.Material(1e9, 1000.0, 0.3))
-    push = loads.PointForce("push", At("sheet", "c"), (0.0, 0.0, 1.0), lambda t: np.where(t < 0.0055, 0.0, 1e12))
+    sheet = plate(
+        "sheet",
+        replace(shape, points={"c": nurbs.place(shape, 1.0, 0.5)}),
+        1e-3,
+        sections.Material(1e9, 1000.0, 0.3),
+    )
+    push = loads.PointForce(
+        "push", At("sheet", "c"), (0.0, 0.0, 1.0), lambda t: np.where(t < 0.0055, 0.0, 1e12)
+    )
     with pytest.raises(SolverError) as caught:
         integrate(assemble([sheet], [], [push]), STEP, 0.01)
     found = diagnosis.explain(caught.value)
     assert caught.value.partial.statistics.solver.startswith("sparse")
-    assert found.causes[0].what == "between t = 0.005 and 0.006 s a load on sheet jumps from 0 to 1e+12"
-    assert [attempt.step for attempt in found.attempts] == pytest.approx([5e-4, 5e-4 / 2**HALVINGS])  # from the jump on
+    assert (
+        found.causes[0].what
+        == "between t = 0.005 and 0.006 s a load on sheet jumps from 0 to 1e+12"
+    )
+    assert [attempt.step for attempt in found.attempts] == pytest.approx(
+        [5e-4, 5e-4 / 2**HALVINGS]
+    )  # from the jump on
     assert all(attempt.corrections for attempt in found.attempts)
 
 
 def test_residuals_are_forces_in_newtons() -> None:
-    """Multipliers count in full: the largest residual by name is that of the message, in both lists."""
+    """Multipliers count in full: the largest residual by name is that of the message, in both
+    lists.
+    """
     error, found = failed("dead centre")
     assert found.residuals[0][0] == error.worst[0][0]
     assert found.residuals[0][1] == pytest.approx(error.worst[0][1], rel=1e-6)
@@ -336,15 +410,23 @@ def test_the_stiffest_wave_is_bounded_by_the_longest_cell() -> None:
     model = compile_system(pushed(lambda t: 0.0 * t))
     n, none = model.system.size, np.zeros(0)
     x = model.system.x0
-    stop = stopped.StoppedSolve(model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0))
-    squares = eigh(compilation.tangent(model, x, none).toarray(), model.system.mass.toarray(), eigvals_only=True)
+    stop = stopped.StoppedSolve(
+        model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0)
+    )
+    squares = eigh(
+        compilation.tangent(model, x, none).toarray(),
+        model.system.mass.toarray(),
+        eigvals_only=True,
+    )
     assert 0.1 * np.sqrt(squares[-1]) < stopped.stiffest(stop) <= np.sqrt(squares[-1])
 
 
 def test_a_smooth_signal_is_no_jump() -> None:
     model = compile_system(pushed(lambda t: np.exp(60 * t)))
     x, none = model.system.x0, np.zeros(0)
-    stop = stopped.StoppedSolve(model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0))
+    stop = stopped.StoppedSolve(
+        model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0)
+    )
     assert stopped.jumps(stop) == []
 
 

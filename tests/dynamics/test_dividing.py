@@ -20,7 +20,9 @@ from .. import models
 
 
 class Divide(Observer):
-    """Every so many steps the next one is taken in 2^k parts; `known` has the accelerations known behind each step."""
+    """Every so many steps the next one is taken in 2^k parts; `known` has the accelerations known
+    behind each step.
+    """
 
     looks = "step"
     reads_states = False
@@ -36,15 +38,18 @@ class Divide(Observer):
 
 def motion(system: System, steps: int, duration: float, *observers: Observer) -> Trajectory:
     """The motion of a run, at ten instants."""
-    return integrate(system, GeneralizedAlpha(duration / steps), duration, every=steps // 10, observers=observers)
+    return integrate(
+        system, GeneralizedAlpha(duration / steps), duration, every=steps // 10, observers=observers
+    )
 
 
 @pytest.mark.parametrize("every,halvings", [(10, 1), (2, 1), (10, 4)])
 def test_divided_steps_are_of_second_order(every: int, halvings: int) -> None:
-    """A pendulum of one mass: errors are below those of whole steps, positions and velocities of second order.
+    """A pendulum of one mass: errors are below those of whole steps, positions and velocities of
+    second order.
 
-    Without the shift of the algorithmic acceleration the orders are 1.97, 1.41 and 1.71 of positions, 2.05, 1.28 and 1.61 of
-    velocities.
+    Without the shift of the algorithmic acceleration the orders are 1.97, 1.41 and 1.71 of
+    positions, 2.05, 1.28 and 1.61 of velocities.
     """
     system, counts = models.mass_pendulum((0.6, -0.8)), (500, 1000, 2000)
     exact = motion(system, 16_000, 2.0)
@@ -70,7 +75,9 @@ def test_known_values_at_another_distance(ratio: float) -> None:
     """A parabola is met, with two values the line through them, and one stays alone."""
     times = -np.arange(3.0)[:, None]
     values = 1.0 + times * np.array([2.0, -3.0]) + times**2 * np.array([0.5, 4.0])
-    wanted = 1.0 + ratio * times * np.array([2.0, -3.0]) + (ratio * times) ** 2 * np.array([0.5, 4.0])
+    wanted = (
+        1.0 + ratio * times * np.array([2.0, -3.0]) + (ratio * times) ** 2 * np.array([0.5, 4.0])
+    )
     rows = values.copy()
     parts.resample(rows, 3, ratio)
     np.testing.assert_allclose(rows, wanted, rtol=1e-14, atol=1e-14)
@@ -85,7 +92,10 @@ def test_known_values_at_another_distance(ratio: float) -> None:
 def test_a_step_that_fails_in_all_lengths_leaves_the_state_before_it() -> None:
     """Every array of it, bit for bit, and the next run of the same step fails alike."""
     system = models.double_pendulum(4)
-    run = begun(RunSetting(system, GeneralizedAlpha(0.4), Newton(iterations=1), 10, system), kept_steps(1, 10))
+    run = begun(
+        RunSetting(system, GeneralizedAlpha(0.4), Newton(iterations=1), 10, system),
+        kept_steps(1, 10),
+    )
     random = np.random.default_rng(5)
     for array in (run.step.state.work, run.step.state.signals, run.step.state.memory):
         array[:] = random.normal(size=array.shape)
@@ -113,7 +123,9 @@ def test_a_step_that_fails_in_all_lengths_leaves_the_state_before_it() -> None:
 def test_only_a_start_that_diverged_is_tried_again(
     begin: float, status: int, filtered: bool, again: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From filtered accelerations, where there are some: in all other cases the status stays, and nothing is taken."""
+    """From filtered accelerations, where there are some: in all other cases the status stays, and
+    nothing is taken.
+    """
     taken, state = list[int](), [np.zeros(2)]
     start = object() if filtered else None
 
@@ -122,9 +134,15 @@ def test_only_a_start_that_diverged_is_tried_again(
         return 99
 
     monkeypatch.setattr(dividing, "filtered_start", lambda model, scheme: start)
-    monkeypatch.setattr(dividing, "first_state", lambda model, one, c: [np.array([1.0, 2.0])] if one is start else [])
+    monkeypatch.setattr(
+        dividing,
+        "first_state",
+        lambda model, one, c: [np.array([1.0, 2.0])] if one is start else [],
+    )
     step = SimpleNamespace(state=state, method=SimpleNamespace(c=1.0))
-    run: Any = SimpleNamespace(model=None, scheme=None, step=step, packed=SimpleNamespace(divide=divide))
+    run: Any = SimpleNamespace(
+        model=None, scheme=None, step=step, packed=SimpleNamespace(divide=divide)
+    )
     assert dividing.retry_filtered(run, status, begin) == (99 if again else status)
     assert taken == ([status] if again else [])
     assert state[0].tolist() == ([1.0, 2.0] if again else [0.0, 0.0])
@@ -151,19 +169,27 @@ def test_a_divided_step_ends_no_chunk() -> None:
     """A hundred times the step of example 2: some failures in every chunk."""
     looks = list[int]()
     run = integrate(
-        models.double_pendulum(4), GeneralizedAlpha(0.05), 2.0, observers=[PauseCall(lambda run: looks.append(run.done))]
+        models.double_pendulum(4),
+        GeneralizedAlpha(0.05),
+        2.0,
+        observers=[PauseCall(lambda run: looks.append(run.done))],
     )
     assert run.statistics.halved > 20
     assert len(looks) <= 1 + 40 // 8
 
 
 def test_large_steps_are_taken_whole() -> None:
-    """A beam that turns by 0.16 rad a step, 40 steps a turn: none of 800 is divided, where half of them were.
+    """A beam that turns by 0.16 rad a step, 40 steps a turn: none of 800 is divided, where half of
+    them were.
 
-    Errors then fall with the square of the step, 4.0 and 3.9 a halving; in 300 to 500 steps nothing comes to another solution.
+    Errors then fall with the square of the step, 4.0 and 3.9 a halving; in 300 to 500 steps nothing
+    comes to another solution.
     """
     system = models.spin_up(8, continuity=2)
-    runs = [integrate(system, GeneralizedAlpha(20.0 / steps), 20.0, every=steps // 50) for steps in (800, 1600, 3200, 25_600)]
+    runs = [
+        integrate(system, GeneralizedAlpha(20.0 / steps), 20.0, every=steps // 50)
+        for steps in (800, 1600, 3200, 25_600)
+    ]
     columns = [np.stack([outputs(run)["tip_x"], outputs(run)["tip_y"]]) for run in runs]
     errors = [np.abs(one - columns[-1]).max() for one in columns[:-1]]
     assert [run.statistics.halved for run in runs[:3]] == [0, 0, 0]
@@ -173,14 +199,21 @@ def test_large_steps_are_taken_whole() -> None:
 
 @pytest.mark.parametrize("steps", [360, 400, 439, 540])
 def test_no_large_step_comes_to_another_solution(steps: int) -> None:
-    """A cell that turns over costs 274 J, or 822 J; the strains of the motion have 0.09 J at most. Each of these ended so once."""
+    """A cell that turns over costs 274 J, or 822 J; the strains of the motion have 0.09 J at most.
+    Each of these ended so once.
+    """
     motion = integrate(models.spin_up(8, continuity=2), GeneralizedAlpha(20.0 / steps), 20.0)
     assert energies(motion)[:, 1].max() < 0.1
 
 
-@pytest.mark.parametrize("system,settles", [(models.double_pendulum(4), False), (models.mass_pendulum((0.6, -0.8)), True)])
+@pytest.mark.parametrize(
+    "system,settles",
+    [(models.double_pendulum(4), False), (models.mass_pendulum((0.6, -0.8)), True)],
+)
 def test_a_run_compiles_what_it_needs(system: System, settles: bool) -> None:
-    """What divides steps with the first one that is divided, what puts velocities onto joints where these are not steady."""
+    """What divides steps with the first one that is divided, what puts velocities onto joints where
+    these are not steady.
+    """
     divides = list[bool]()
     for every in (100, 2):
         seen = list[OpenRun]()

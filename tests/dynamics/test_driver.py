@@ -1,4 +1,6 @@
-"""The driver and the assembly name no feature: what a run meets comes to it as an observer, or as an addition."""
+"""The driver and the assembly name no feature: what a run meets comes to it as an observer, or as
+an addition.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,13 @@ WORDS = re.compile(r"contact|controller|departure|wheel|feed|gear|latch", re.IGN
 
 
 @pytest.mark.parametrize(
-    "module", ["dynamics/integration.py", "dynamics/run.py", "dynamics/equilibria/statics.py", "systems/assembly.py"]
+    "module",
+    [
+        "dynamics/integration.py",
+        "dynamics/run.py",
+        "dynamics/equilibria/statics.py",
+        "systems/assembly.py",
+    ],
 )
 def test_no_feature_is_named(module: str) -> None:
     lines = (SOURCE / module).read_text(encoding="utf-8").splitlines()

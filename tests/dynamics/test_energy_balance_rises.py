@@ -1,4 +1,6 @@
-"""A motion whose energy balance rises tenfold is an error with its sound part; work of loads and drives is no error."""
+"""A motion whose energy balance rises tenfold is an error with its sound part; work of loads and
+drives is no error.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +21,18 @@ STEP = 1e-2
 
 
 def wheel(*extra: object, speed: float = 3.0, every: int = 1) -> Trajectory:
-    """A wheel of 0.2 kg m2 on a pin beside its centre, under gravity and what else there is, over 2 s."""
+    """A wheel of 0.2 kg m2 on a pin beside its centre, under gravity and what else there is, over 2
+    s.
+    """
     part = rigid("wheel", 1.0, 0.1, (0.3, 0.0), dim=2, places={"hub": (0.0, 0.0)})
-    held = [joints.Revolute("hub", At("wheel", "hub")), *(one for one in extra if isinstance(one, joints.DrivenAngle))]
-    pushes = [loads.Gravity((0.0, -9.81)), *(one for one in extra if not isinstance(one, joints.DrivenAngle))]
+    held = [
+        joints.Revolute("hub", At("wheel", "hub")),
+        *(one for one in extra if isinstance(one, joints.DrivenAngle)),
+    ]
+    pushes = [
+        loads.Gravity((0.0, -9.81)),
+        *(one for one in extra if not isinstance(one, joints.DrivenAngle)),
+    ]
     initial = {"wheel": Motion(angular_velocity=speed)} if speed else {}
     system: System = eliminate(assemble([part], held, pushes, initial=initial))  # type: ignore[arg-type]
     return integrate(system, GeneralizedAlpha(STEP), 2.0, every=every)
@@ -36,7 +46,9 @@ def grown(motion: Trajectory, factor: float) -> Trajectory:
 
 @pytest.mark.parametrize("every", [1, 10])
 def test_a_tenfold_rise_is_an_error_with_the_sound_part(every: int) -> None:
-    """Velocities that grow by ten have a hundred times the energy; the part up to 1.1 s, where it begins, is kept."""
+    """Velocities that grow by ten have a hundred times the energy; the part up to 1.1 s, where it
+    begins, is kept.
+    """
     motion = wheel(every=every)
     assert unstable(motion, STEP) is None
     error = unstable(grown(motion, 10.0), STEP)
@@ -58,13 +70,20 @@ def test_a_tenfold_rise_is_an_error_with_the_sound_part(every: int) -> None:
     "work",
     [
         loads.Moment("motor", At("wheel", "frame"), 5.0),
-        loads.Moment("hammer", At("wheel", "frame"), 500.0, lambda t: np.where(np.abs(t - 0.505) < 0.012, 1.0, 0.0)),
+        loads.Moment(
+            "hammer",
+            At("wheel", "frame"),
+            500.0,
+            lambda t: np.where(np.abs(t - 0.505) < 0.012, 1.0, 0.0),
+        ),
         joints.DrivenAngle("drive", At("wheel", "frame"), lambda t: 4.0 * t**3),
     ],
     ids=["torque", "blow", "drive"],
 )
 def test_work_of_loads_and_drives_is_no_rise(work: object, every: int) -> None:
-    """A torque, a blow between two stored states and a drive, from rest, with up to a hundred times the energy of the swing."""
+    """A torque, a blow between two stored states and a drive, from rest, with up to a hundred times
+    the energy of the swing.
+    """
     motion = wheel(work, speed=0.0, every=every)
     assert 0.5 * np.einsum("sn,sn->s", motion.v, (motion.system.mass @ motion.v.T).T).max() > 100.0
     assert unstable(motion, STEP) is None
@@ -72,7 +91,9 @@ def test_work_of_loads_and_drives_is_no_rise(work: object, every: int) -> None:
 
 
 def test_the_turn_that_is_advised_is_that_of_a_good_state() -> None:
-    """A failed run reads its turns before the energy rose, so that the step advised is not that of the explosion."""
+    """A failed run reads its turns before the energy rose, so that the step advised is not that of
+    the explosion.
+    """
     motion = wheel()
     error = unstable(grown(motion, 100.0), STEP)
     assert error is not None

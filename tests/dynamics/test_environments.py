@@ -43,7 +43,15 @@ def system() -> System:
 
 def plant(duration: float = 0.2, far: float = np.inf) -> Plant:
     reward = lambda outputs, inputs: outputs["cart"] - 0.1 * inputs["u"] ** 2  # noqa: E731
-    return Plant(system(), GeneralizedAlpha(H), ["cart", "bob"], reward, duration, 5, lambda now: now["cart"] > far)
+    return Plant(
+        system(),
+        GeneralizedAlpha(H),
+        ["cart", "bob"],
+        reward,
+        duration,
+        5,
+        lambda now: now["cart"] > far,
+    )
 
 
 def test_boxes_follow_from_ranges() -> None:
@@ -84,7 +92,10 @@ def test_episodes_are_the_same_to_the_bit_after_a_reset() -> None:
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_plants_side_by_side_move_as_alone(threads: int) -> None:
     """To the bit; one that has ended begins anew with its next action, whatever that is."""
-    many, alone = Plants(lambda: plant(0.1, 0.003), 5, threads), [plant(0.1, 0.003) for _ in range(5)]
+    many, alone = (
+        Plants(lambda: plant(0.1, 0.003), 5, threads),
+        [plant(0.1, 0.003) for _ in range(5)],
+    )
     random, ways = np.random.default_rng(1), set[tuple[bool, bool]]()
     seen, _ = many.reset()
     for one in alone:
@@ -103,12 +114,18 @@ def test_plants_side_by_side_move_as_alone(threads: int) -> None:
     assert ways >= {(False, False), (True, False), (False, True)}  # plants have ended in both ways
 
 
-MODELS = {"histories": lambda: eliminate(fed()), "drives": lambda: eliminate(driven()), "inputs": system}
+MODELS = {
+    "histories": lambda: eliminate(fed()),
+    "drives": lambda: eliminate(driven()),
+    "inputs": system,
+}
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_several_steps_at_once_are_those_one_by_one(model: str) -> None:
-    """The bits of states and of all that the next step reads, where they are one call and where they are not."""
+    """The bits of states and of all that the next step reads, where they are one call and where
+    they are not.
+    """
     one, other = (start(MODELS[model](), GeneralizedAlpha(H)) for _ in range(2))
     name = next(iter(one.inputs))
     for k in range(12):
@@ -134,11 +151,15 @@ def test_what_ends_an_episode() -> None:
 
 
 def test_wrong_plants_are_refused() -> None:
-    with pytest.raises(InputError, match=r"Plant: expected inputs that have ranges, as actions, got none of u"):
+    with pytest.raises(
+        InputError, match=r"Plant: expected inputs that have ranges, as actions, got none of u"
+    ):
         Plant(eliminate(fed()), GeneralizedAlpha(H), ["tip"], lambda outputs, inputs: 0.0, 1.0)
     with pytest.raises(InputError, match=r"run.outputs: expected one of the outputs"):
         Plant(system(), GeneralizedAlpha(H), ["tip"], lambda outputs, inputs: 0.0, 1.0)
-    with pytest.raises(InputError, match=r"Plant: every: expected a whole number of steps, 1 or more, got 0"):
+    with pytest.raises(
+        InputError, match=r"Plant: every: expected a whole number of steps, 1 or more, got 0"
+    ):
         Plant(system(), GeneralizedAlpha(H), ["cart"], lambda outputs, inputs: 0.0, 1.0, 0)
 
 
@@ -187,23 +208,42 @@ def test_boxes_without_gymnasium() -> None:
 
 
 @pytest.mark.parametrize(
-    "given", [{"duration": np.nan}, {"duration": np.inf}, {"duration": 0.0}, {"every": 0}, {"every": 1.5}, {"reward": None}]
+    "given",
+    [
+        {"duration": np.nan},
+        {"duration": np.inf},
+        {"duration": 0.0},
+        {"every": 0},
+        {"every": 1.5},
+        {"reward": None},
+    ],
 )
 def test_plants_without_an_end_or_a_reward_are_refused(given: dict[str, Any]) -> None:
     options = {"duration": 0.2, "every": 5, "reward": lambda outputs, inputs: 0.0} | given
     with pytest.raises(InputError, match=f"Plant: {next(iter(given))}"):
-        Plant(system(), GeneralizedAlpha(H), ["cart"], options["reward"], options["duration"], options["every"])
+        Plant(
+            system(),
+            GeneralizedAlpha(H),
+            ["cart"],
+            options["reward"],
+            options["duration"],
+            options["every"],
+        )
 
 
 def test_steps_and_actions_that_are_none_are_refused() -> None:
     one, run = plant(), start(system(), GeneralizedAlpha(H))
     for action in ([1.0], [1.0, np.nan], 1.0):
-        with pytest.raises(InputError, match=r"Plant.step: expected an action of 2 finite numbers, u, w"):
+        with pytest.raises(
+            InputError, match=r"Plant.step: expected an action of 2 finite numbers, u, w"
+        ):
             one.step(np.array(action))
     for count in (-1, 0, 1.5, None):
         with pytest.raises(InputError, match=r"run.step: count: expected a whole number of steps"):
             run.step({}, count)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"run.step: inputs: expected numbers by the names of inputs"):
+    with pytest.raises(
+        InputError, match=r"run.step: inputs: expected numbers by the names of inputs"
+    ):
         run.step(5.0)  # type: ignore[arg-type]
     run.step({}, np.int64(2))
     assert run.time == 2 * H

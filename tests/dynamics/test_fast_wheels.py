@@ -16,25 +16,46 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
-SMALL, LARGE, TORQUE = 0.01, 0.09, 0.5  #: moments of inertia [kg m2] of wheels of 12 and 36 teeth, torque on the small one [N m]
+SMALL, LARGE, TORQUE = (
+    0.01,
+    0.09,
+    0.5,
+)  #: moments of inertia [kg m2] of wheels of 12 and 36 teeth, torque on the small one [N m]
 
 
 def spun(step: float, speed: float, dim: int = 2) -> Trajectory:
-    """Two hundred steps from a speed [rad/s] on: the large wheel has J w' / 3 = 0.5 N m / 2 from the small one."""
+    """Two hundred steps from a speed [rad/s] on: the large wheel has J w' / 3 = 0.5 N m / 2 from
+    the small one.
+    """
     a, b = At("small", "frame"), At("large", "frame")
     spin, back, moment, axis = speed, -speed / 3, TORQUE, {}
     inertias = (SMALL, LARGE)
     if dim == 3:
-        spin, back, moment, axis = (0.0, 0.0, speed), (0.0, 0.0, -speed / 3), (0.0, 0.0, TORQUE), {"axis": (0, 0, 1)}
+        spin, back, moment, axis = (
+            (0.0, 0.0, speed),
+            (0.0, 0.0, -speed / 3),
+            (0.0, 0.0, TORQUE),
+            {"axis": (0, 0, 1)},
+        )
         inertias = tuple(np.diag([J, J, J]) for J in inertias)
     parts = [
-        rigid.rigid(at.body, 1.0, J, np.eye(dim)[0] * k, dim=dim) for k, (at, J) in enumerate(zip((a, b), inertias, strict=True))
+        rigid.rigid(at.body, 1.0, J, np.eye(dim)[0] * k, dim=dim)
+        for k, (at, J) in enumerate(zip((a, b), inertias, strict=True))
     ]
-    held = [joints.Revolute("A", a, **axis), joints.Revolute("B", b, **axis), joints.Gear("teeth", a, b, (12, 36), **axis)]
-    begin = {"small": Motion(angular_velocity=spin), "large": Motion(angular_velocity=back, center=tuple(np.eye(dim)[0]))}
+    held = [
+        joints.Revolute("A", a, **axis),
+        joints.Revolute("B", b, **axis),
+        joints.Gear("teeth", a, b, (12, 36), **axis),
+    ]
+    begin = {
+        "small": Motion(angular_velocity=spin),
+        "large": Motion(angular_velocity=back, center=tuple(np.eye(dim)[0])),
+    }
     seen = {"moment": probes.Reaction("teeth")}
     system = assemble(parts, held, [loads.Torque("motor", a, moment)], outputs=seen, initial=begin)
-    return integrate(eliminate(system), GeneralizedAlpha(step, 0.8), 200 * step, Newton(tolerance=1e-11))
+    return integrate(
+        eliminate(system), GeneralizedAlpha(step, 0.8), 200 * step, Newton(tolerance=1e-11)
+    )
 
 
 def missed(motion: Trajectory) -> float:
@@ -46,7 +67,9 @@ def missed(motion: Trajectory) -> float:
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(("speed", "step"), [(200.0, 1e-3), (2000.0, 5e-5), (2000.0, 2.5e-5)])
 def test_moments_of_gears_that_err_are_told(dim: int, speed: float, step: float) -> None:
-    with pytest.warns(Notice, match="the step is too large for gear 'teeth': its moment is wrong by about") as told:
+    with pytest.warns(
+        Notice, match="the step is too large for gear 'teeth': its moment is wrong by about"
+    ) as told:
         motion = spun(step, speed, dim)
     text = next(str(one.message) for one in told if "gear 'teeth'" in str(one.message))
     found = float(re.search(r"wrong by about (\S+) N m", text)[1])  # type: ignore[index]

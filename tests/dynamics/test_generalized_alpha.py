@@ -1,4 +1,6 @@
-"""Controls of the time integrator and what it stores; its accuracy is in `verification.integrator` and `verification.rigid`."""
+"""Controls of the time integrator and what it stores; its accuracy is in `verification.integrator`
+and `verification.rigid`.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ def test_stored_states_are_every_kth_step() -> None:
     scheme, duration = GeneralizedAlpha(1e-3), 0.1
     seen: list[float] = []
     every = integrate(models.mass_pendulum((-1, 0)), scheme, duration)
-    tenth = integrate(models.mass_pendulum((-1, 0)), scheme, duration, every=10, progress=seen.append)
+    tenth = integrate(
+        models.mass_pendulum((-1, 0)), scheme, duration, every=10, progress=seen.append
+    )
     np.testing.assert_array_equal(tenth.times, every.times[::10])
     np.testing.assert_array_equal(tenth.x, every.x[::10])
     np.testing.assert_array_equal(tenth.multipliers, every.multipliers[::10])
@@ -25,7 +29,8 @@ def test_stored_states_are_every_kth_step() -> None:
 
 
 @pytest.mark.parametrize(
-    "step,rho_inf,place", [(0.0, 0.8, "step"), (np.nan, 0.8, "step"), (1e-3, 1.2, "rho_inf"), (1e-3, -0.1, "rho_inf")]
+    "step,rho_inf,place",
+    [(0.0, 0.8, "step"), (np.nan, 0.8, "step"), (1e-3, 1.2, "rho_inf"), (1e-3, -0.1, "rho_inf")],
 )
 def test_bad_schemes_are_refused(step: float, rho_inf: float, place: str) -> None:
     with pytest.raises(InputError, match=place):

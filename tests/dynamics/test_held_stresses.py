@@ -1,4 +1,6 @@
-"""Tangents with the axial forces of the accepted state: coarse steps of slender beams that turn far need no parts."""
+"""Tangents with the axial forces of the accepted state: coarse steps of slender beams that turn far
+need no parts.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,14 @@ from .. import models
 def swing(dim: int, steps: int) -> tuple[Trajectory, np.ndarray]:
     """A double pendulum of two beams of a metre that falls for 1.5 s, and its free end (s, c) [m]."""
     beams = [
-        cable(f"b{k}", models.segment(6, (k, 0, 0), (k + 1, 0, 0)), models.SECTION, models.MATERIAL, dim=dim) for k in range(2)
+        cable(
+            f"b{k}",
+            models.segment(6, (k, 0, 0), (k + 1, 0, 0)),
+            models.SECTION,
+            models.MATERIAL,
+            dim=dim,
+        )
+        for k in range(2)
     ]
     pins = [joints.Pin("O", At("b0", "left")), joints.Pin("A", At("b0", "right"), At("b1", "left"))]
     down = [0.0] * (dim - 1) + [-9.81]
@@ -28,7 +37,9 @@ def swing(dim: int, steps: int) -> tuple[Trajectory, np.ndarray]:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_coarse_steps_need_no_parts(dim: int) -> None:
-    """With the stresses of its guesses the motion in space is divided some 80 times, and takes 2300 corrections."""
+    """With the stresses of its guesses the motion in space is divided some 80 times, and takes 2300
+    corrections.
+    """
     coarse, tip = swing(dim, 60)
     _, fine = swing(dim, 1920)
 

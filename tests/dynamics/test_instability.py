@@ -49,15 +49,24 @@ def warned(text: str) -> list[str]:
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("part", [0.99, 1.01, 2.5])
 def test_columns_beyond_the_load_of_euler(part: float, dim: int) -> None:
-    """P = pi^2 EI / (4 l^2); in space two motions pass zero at once: a small load to the side shows where the stable path goes."""
+    """P = pi^2 EI / (4 l^2); in space two motions pass zero at once: a small load to the side shows
+    where the stable path goes.
+    """
     load = part * np.pi**2 / 4 * 1e9 * np.pi * 0.01**4 / 64
     force = [-load, 0.0] if dim == 2 else [-load, 1e-7, 0.0]
-    assert len(warned(COLUMN.replace("FORCE", str(force)).replace("DIM", str(dim)))) == (part > 1 and dim == 2)
+    assert len(warned(COLUMN.replace("FORCE", str(force)).replace("DIM", str(dim)))) == (
+        part > 1 and dim == 2
+    )
 
 
 def test_a_mast_on_its_spring() -> None:
-    """Standing on a hinge it falls at sqrt((m g / l - k) / m) unless its spring is stiffer than m g / l; hanging it never does."""
+    """Standing on a hinge it falls at sqrt((m g / l - k) / m) unless its spring is stiffer than m g
+    / l; hanging it never does.
+    """
     load = 2 * 9.81 / 0.5
-    assert f"{np.sqrt(0.3 * load / 2):.3g} 1/s" in warned(MAST.replace("HEIGHT", "0.5").replace("STAY", f"{0.7 * load}"))[0]
+    assert (
+        f"{np.sqrt(0.3 * load / 2):.3g} 1/s"
+        in warned(MAST.replace("HEIGHT", "0.5").replace("STAY", f"{0.7 * load}"))[0]
+    )
     assert not warned(MAST.replace("HEIGHT", "0.5").replace("STAY", f"{1.1 * load}"))
     assert not warned(MAST.replace("HEIGHT", "-0.5").replace("STAY", f"{0.1 * load}"))

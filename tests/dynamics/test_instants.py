@@ -1,4 +1,6 @@
-"""States between the steps of a run: of the order of the method, not across what jumps, and the same where steps end there."""
+"""States between the steps of a run: of the order of the method, not across what jumps, and the
+same where steps end there.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,16 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energy_drift, instants, integrate, outputs, reactions
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    energy_drift,
+    instants,
+    integrate,
+    outputs,
+    reactions,
+)
 from fmbs_skfem.dynamics.instants import Instants
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems.compiled import compile_system, gaps
@@ -34,7 +45,12 @@ def test_orders_of_what_is_interpolated(name: str, expected: int) -> None:
     """Of a motion that is exact at its steps."""
     errors = []
     times = np.linspace(0.0, 2.0, 301)
-    exact = {"x": np.sin(3 * times), "v": 3 * np.cos(3 * times), "a": -9 * np.sin(3 * times), "multipliers": np.cos(5 * times)}
+    exact = {
+        "x": np.sin(3 * times),
+        "v": 3 * np.cos(3 * times),
+        "a": -9 * np.sin(3 * times),
+        "multipliers": np.cos(5 * times),
+    }
     for steps in (20, 40):
         t = np.linspace(0.0, 2.0, steps + 1)
         parts = [np.sin(3 * t), 3 * np.cos(3 * t), -9 * np.sin(3 * t), np.cos(5 * t)]
@@ -45,7 +61,9 @@ def test_orders_of_what_is_interpolated(name: str, expected: int) -> None:
 
 
 def synthetic(times: np.ndarray, late: float = np.inf) -> dict[str, np.ndarray]:
-    """x, v, a and multipliers (s, 1) of q'' = 6 t + 1 up to `late` [s], and of another motion behind it."""
+    """x, v, a and multipliers (s, 1) of q'' = 6 t + 1 up to `late` [s], and of another motion
+    behind it.
+    """
     t = times[:, None]
     before = {"x": t**3 + t**2 / 2, "v": 3 * t**2 + t, "a": 6 * t + 1, "multipliers": 2 - 5 * t}
     behind = {"x": 7 - 2 * t**3, "v": -6 * t**2, "a": -12 * t, "multipliers": 40 * t}
@@ -53,12 +71,26 @@ def synthetic(times: np.ndarray, late: float = np.inf) -> dict[str, np.ndarray]:
 
 
 def test_instants_that_are_ends_of_steps_have_all_of_these_states() -> None:
-    """To the bit, of states that no polynomial meets; memory is that of the end of the step, work lies on the line."""
+    """To the bit, of states that no polynomial meets; memory is that of the end of the step, work
+    lies on the line.
+    """
     random, near = np.random.default_rng(3), 1e-3
     t = np.arange(6.0)
     states = {name: random.normal(size=(6, 2)) for name in ("x", "v", "a", "multipliers", "memory")}
     motion = Trajectory(models.double_pendulum(2), t, **states, work=random.normal(size=6))
-    asked = np.array([0.0, 0.5 * near, 1.25, 2.0 - 0.5 * near, 2.0 + 0.9 * near, 2.5, 4.75, 5.0 - 0.9 * near, 5.0])
+    asked = np.array(
+        [
+            0.0,
+            0.5 * near,
+            1.25,
+            2.0 - 0.5 * near,
+            2.0 + 0.9 * near,
+            2.5,
+            4.75,
+            5.0 - 0.9 * near,
+            5.0,
+        ]
+    )
     state = np.array([0, 0, -1, 2, 2, -1, -1, 5, 5])
     for rough in (False, True):
         found = instants.at(motion, asked, np.arange(6), np.zeros(0), rough, near)
@@ -75,7 +107,9 @@ def test_instants_that_are_ends_of_steps_have_all_of_these_states() -> None:
 
 @pytest.mark.parametrize("cut", [0.0, 0.35, 0.55])
 def test_both_sides_of_a_cut_are_those_of_their_own_steps(cut: float) -> None:
-    """Exact for accelerations that are linear on either side; the instant of the cut is before it, one right behind it is not."""
+    """Exact for accelerations that are linear on either side; the instant of the cut is before it,
+    one right behind it is not.
+    """
     t = np.linspace(0.0, 1.0, 11)
     motion = Trajectory(models.double_pendulum(2), t, **synthetic(t, cut))
     asked = np.sort(np.append(np.linspace(0.013, 0.987, 21), [cut, cut + 1e-6, cut + 0.04]))
@@ -102,7 +136,9 @@ def test_instants_at_ends_of_steps_have_their_states() -> None:
 
 
 def test_errors_within_steps_are_those_of_the_method() -> None:
-    """A rigid pendulum: of second order in positions, speeds and reactions, and hardly larger than at the ends of steps."""
+    """A rigid pendulum: of second order in positions, speeds and reactions, and hardly larger than
+    at the ends of steps.
+    """
     system, duration = build.system(scenes.loads(PENDULUM)), 1.0
     times = np.append(np.arange(0.0, duration, 7.3e-3), duration)
     truth = motion_at(system, 6400, duration, times)
@@ -110,9 +146,14 @@ def test_errors_within_steps_are_those_of_the_method() -> None:
     errors: dict[str, list[float]] = {}
     for steps in (200, 400):
         found = motion_at(system, steps, duration, times)
-        ends = integrate(system, GeneralizedAlpha(duration / steps), duration, TIGHT, every=steps // 200)
+        ends = integrate(
+            system, GeneralizedAlpha(duration / steps), duration, TIGHT, every=steps // 200
+        )
         for name in ("x", "v", "a", "multipliers"):
-            within, late = (np.abs(getattr(a, name) - getattr(b, name)).max() for a, b in ((found, truth), (ends, true_ends)))
+            within, late = (
+                np.abs(getattr(a, name) - getattr(b, name)).max()
+                for a, b in ((found, truth), (ends, true_ends))
+            )
             errors.setdefault(name, []).append(float(within))
             assert within < 1.2 * late, name
     for name, some in errors.items():
@@ -120,7 +161,9 @@ def test_errors_within_steps_are_those_of_the_method() -> None:
 
 
 def test_joints_hold_within_steps() -> None:
-    """A rigid pendulum and a driven beam: what joints and rigid bodies gape between steps is small, and falls with h^4 at least."""
+    """A rigid pendulum and a driven beam: what joints and rigid bodies gape between steps is small,
+    and falls with h^4 at least.
+    """
     for system, duration, coarse in (
         (build.system(scenes.loads(PENDULUM)), 1.0, 40),
         (models.spin_up(4, all_multipliers=True), 1.0, 100),
@@ -134,7 +177,9 @@ def test_joints_hold_within_steps() -> None:
 
 
 def exact(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Place, speed and acceleration of a mass of 2 kg under a force of 4 N t up to the instant OFF, and of - 4 N behind it."""
+    """Place, speed and acceleration of a mass of 2 kg under a force of 4 N t up to the instant OFF,
+    and of - 4 N behind it.
+    """
     late = np.maximum(t - OFF, 0.0)
     soon = np.minimum(t, OFF)
     return soon**3 / 3 + OFF**2 * late - late**2, soon**2 - 2 * late, np.where(t < OFF, 2 * t, -2.0)
@@ -186,12 +231,16 @@ def test_a_scene_asks_for_instants_within_steps() -> None:
     motion = analysis.solve_for_outputs(system)
     np.testing.assert_allclose(motion.times, [*np.arange(0.0, 1.0, 0.0305), 1.0], atol=1e-12)
     finer = replace(analysis, step=1e-3, every=10).solve(system)
-    error = np.abs(outputs(motion)["tip_x"] - np.interp(motion.times, finer.times, outputs(finer)["tip_x"]))
+    error = np.abs(
+        outputs(motion)["tip_x"] - np.interp(motion.times, finer.times, outputs(finer)["tip_x"])
+    )
     assert error.max() < 2e-3
 
 
 def test_energies_balance_within_steps() -> None:
-    """A driven beam: the work at instants between steps is that of the motion there, and feigns no energy."""
+    """A driven beam: the work at instants between steps is that of the motion there, and feigns no
+    energy.
+    """
     system, duration = models.spin_up(4), 1.5
     within = motion_at(system, 150, duration, np.append(np.arange(0.0, duration, 2.3e-3), duration))
     ends = integrate(system, GeneralizedAlpha(duration / 150), duration, TIGHT)

@@ -51,16 +51,27 @@ def turned(dim: int) -> Model:
 
 
 def tied(dim: int) -> Model:
-    return [first(dim), second(dim)], pinned(dim, joints.RigidLink("link", At("I", 0.5), At("II", 0.5)))
+    return [first(dim), second(dim)], pinned(
+        dim, joints.RigidLink("link", At("I", 0.5), At("II", 0.5))
+    )
 
 
 MODELS: dict[str, Callable[[int], Model]] = {
     "pin": lambda dim: ([first(dim)], pinned(dim)),
     "pin inside": lambda dim: ([first(dim)], [joints.Pin("pin", At("I", 0.37))]),
-    "pin of two": lambda dim: ([first(dim), second(dim)], pinned(dim, joints.Pin("q", At(*J), At("II", "left")))),
+    "pin of two": lambda dim: (
+        [first(dim), second(dim)],
+        pinned(dim, joints.Pin("q", At(*J), At("II", "left"))),
+    ),
     "clamp": lambda dim: ([first(dim)], [joints.Clamp("clamp", At(*I))]),
-    "weld": lambda dim: ([first(dim), second(dim, (2, 0, 0))], pinned(dim, joints.Weld("weld", At(*J), At("II", "left")))),
-    "link to ground": lambda dim: ([first(dim)], [joints.RigidLink("link", At(*I), padded(dim, 0.0, 1.0))]),
+    "weld": lambda dim: (
+        [first(dim), second(dim, (2, 0, 0))],
+        pinned(dim, joints.Weld("weld", At(*J), At("II", "left"))),
+    ),
+    "link to ground": lambda dim: (
+        [first(dim)],
+        [joints.RigidLink("link", At(*I), padded(dim, 0.0, 1.0))],
+    ),
     "link of two": tied,
     "slider": lambda dim: ([first(dim)], [joints.Slider("slider", At(*I), padded(dim, 1.0, 1.0))]),
     "driven position": shaken,
@@ -77,10 +88,15 @@ def largest_gap(found: Trajectory) -> float:
     full = found.system.full or found.system
     model = compile_system(full)
     assert len(full.constraints.names) > 0
-    return max(float(np.abs(gap(model, found.system.lift(x), t)[0]).max()) for x, t in zip(found.x, found.times, strict=True))
+    return max(
+        float(np.abs(gap(model, found.system.lift(x), t)[0]).max())
+        for x, t in zip(found.x, found.times, strict=True)
+    )
 
 
-FORMS = pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
+FORMS = pytest.mark.parametrize(
+    "form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"]
+)
 
 
 def held(model: Model, dim: int, form: Callable[[System], System]) -> None:
@@ -110,7 +126,9 @@ def angle(slopes: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", [joints.Pin, joints.Weld])
 def test_closed_loop_of_three_bars(kind: type[joints.Pin] | type[joints.Weld]) -> None:
-    """Four-bar linkage, pinned or with one welded corner: closed over half a second of large motion."""
+    """Four-bar linkage, pinned or with one welded corner: closed over half a second of large
+    motion.
+    """
     crank = body.cable("crank", models.segment(6, (0, 0, 0), (0, 0.5, 0)), SECTION, dim=2)
     coupler = body.cable("coupler", models.segment(6, (0, 0.5, 0), (1, 0.5, 0)), SECTION, dim=2)
     rocker = body.cable("rocker", models.segment(6, (1, 0.5, 0), (1, 0, 0)), SECTION, dim=2)

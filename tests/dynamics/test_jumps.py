@@ -1,4 +1,6 @@
-"""Loads that jump, on and off the ends of steps: these end there, and motions keep their second order."""
+"""Loads that jump, on and off the ends of steps: these end there, and motions keep their second
+order.
+"""
 
 from __future__ import annotations
 
@@ -26,12 +28,23 @@ ENDS = 20  #: instants at which motions are compared
 
 def rod(*pushes: Any, **more: Any) -> System:
     """A mass on a rod under its weight and other loads."""
-    mass, rod = point_mass("m", 1.0, np.array([0.6, -0.8])), joints.RigidLink("rod", At("m"), (0.0, 0.0))
-    return assemble([mass], [rod], [loads.Gravity((0.0, -9.81)), *pushes], outputs={"m": probes.Position(At("m"))}, **more)
+    mass, rod = (
+        point_mass("m", 1.0, np.array([0.6, -0.8])),
+        joints.RigidLink("rod", At("m"), (0.0, 0.0)),
+    )
+    return assemble(
+        [mass],
+        [rod],
+        [loads.Gravity((0.0, -9.81)), *pushes],
+        outputs={"m": probes.Position(At("m"))},
+        **more,
+    )
 
 
 def pushed(history: str | Callable[[np.ndarray], np.ndarray]) -> loads.Load:
-    return loads.PointForce("push", At("m"), (3.0, 1.0), of_time(history) if isinstance(history, str) else history)
+    return loads.PointForce(
+        "push", At("m"), (3.0, 1.0), of_time(history) if isinstance(history, str) else history
+    )
 
 
 def controlled(history: str) -> loads.Load:
@@ -41,10 +54,15 @@ def controlled(history: str) -> loads.Load:
 
 def errors(system: System, counts: tuple[int, ...] = (200, 400)) -> np.ndarray:
     """Largest errors of x, v and multipliers (c, 3) of some numbers of steps over 0.8 s."""
-    found = [integrate(system, GeneralizedAlpha(0.8 / steps), 0.8, every=steps // ENDS) for steps in (*counts, 12_800)]
+    found = [
+        integrate(system, GeneralizedAlpha(0.8 / steps), 0.8, every=steps // ENDS)
+        for steps in (*counts, 12_800)
+    ]
     # waves in the multipliers behind a short piece of a step die out by rho_inf a step
     parts = [(one.x, one.v, one.multipliers[3 * ENDS // 4 :]) for one in found]
-    return np.array([[np.abs(a - b).max() for a, b in zip(one, parts[-1], strict=True)] for one in parts[:-1]])
+    return np.array(
+        [[np.abs(a - b).max() for a, b in zip(one, parts[-1], strict=True)] for one in parts[:-1]]
+    )
 
 
 @pytest.mark.parametrize(
@@ -77,13 +95,24 @@ def test_without_ends_at_jumps_the_order_is_one(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    "history", ["where(t < 0.31237, 2, 0)", "where(t < 0.3, 2, 0)", "where(t > 0, 2, -1) * where(t < 0.5, 1, 3)"]
+    "history",
+    [
+        "where(t < 0.31237, 2, 0)",
+        "where(t < 0.3, 2, 0)",
+        "where(t > 0, 2, -1) * where(t < 0.5, 1, 3)",
+    ],
 )
 def test_a_free_mass_takes_up_the_impulse(history: str) -> None:
     """v = S / m at the end, to round-off, where the load is constant between its jumps."""
-    motion = integrate(assemble([point_mass("m", 2.0, np.zeros(2))], [], [pushed(history)]), GeneralizedAlpha(0.01), 1.0)
+    motion = integrate(
+        assemble([point_mass("m", 2.0, np.zeros(2))], [], [pushed(history)]),
+        GeneralizedAlpha(0.01),
+        1.0,
+    )
     fine = (np.arange(1_000_000) + 0.5) / 1_000_000
-    assert motion.v[-1] == pytest.approx(np.array([3.0, 1.0]) / 2.0 * of_time(history)(fine).mean(), rel=1e-9)
+    assert motion.v[-1] == pytest.approx(
+        np.array([3.0, 1.0]) / 2.0 * of_time(history)(fine).mean(), rel=1e-9
+    )
 
 
 def test_accelerations_behind_a_jump_are_those_of_its_loads() -> None:
@@ -123,7 +152,9 @@ def test_noise_has_too_many_jumps() -> None:
 
 def test_instants_are_found_to_round_off() -> None:
     """At the end of a step, of the one before; at the start, of the first; places within a step."""
-    found = jumps.jumps_of_loads(rod(pushed("where(t > 0, 1, 0) + floor(t / 0.2) + where(t < 0.317, 1, 0)")), 0.01, 80)
+    found = jumps.jumps_of_loads(
+        rod(pushed("where(t > 0, 1, 0) + floor(t / 0.2) + where(t < 0.317, 1, 0)")), 0.01, 80
+    )
     assert [(number, round(place, 9)) for number, here in found.items() for place, _, _ in here] == [
         (0, 0.0), (19, 1.0), (31, 0.7), (39, 1.0), (59, 1.0), (79, 1.0)
     ]  # fmt: skip
@@ -133,7 +164,10 @@ def test_instants_are_found_to_round_off() -> None:
 
 def test_a_table_does_not_jump() -> None:
     load = Table("load", "N", (0.0, 0.3, 0.31, 0.8), (0.0, 0.0, 1.0, 1.0))
-    assert jumps.jumps_of_loads(rod(pushed(of_time("load(t)", inputs={load.name: load}))), 0.01, 80) == {}
+    assert (
+        jumps.jumps_of_loads(rod(pushed(of_time("load(t)", inputs={load.name: load}))), 0.01, 80)
+        == {}
+    )
 
 
 class Kept:
@@ -162,7 +196,12 @@ def test_a_run_that_is_resumed_has_the_same_bits(done: int) -> None:
 @pytest.mark.parametrize("steps", [100, 400])
 def test_a_pulse_that_no_step_sees_gives_its_impulse(width: float, steps: int) -> None:
     """F of 1 / (2 w) N for 2 w = 20 us and less: m v = 1 N s."""
-    pulse = loads.PointForce("push", At("m"), (1.0, 0.0), of_time(f"where(abs(t - 0.3333) < {width}, {0.5 / width!r}, 0)"))
+    pulse = loads.PointForce(
+        "push",
+        At("m"),
+        (1.0, 0.0),
+        of_time(f"where(abs(t - 0.3333) < {width}, {0.5 / width!r}, 0)"),
+    )
     free = assemble([point_mass("m", 2.0, np.zeros(2))], [], [pulse])
     motion = integrate(free, GeneralizedAlpha(1.0 / steps), 1.0)
     assert motion.v[-1, 0] == pytest.approx(0.5, rel=1e-4)
@@ -170,7 +209,9 @@ def test_a_pulse_that_no_step_sees_gives_its_impulse(width: float, steps: int) -
 
 
 def test_a_load_that_jumps_at_the_start_and_too_often_starts_right() -> None:
-    """A square wave of 16 jumps in 100 steps: what its first value at t = 0 alone says is not taken for the first step."""
+    """A square wave of 16 jumps in 100 steps: what its first value at t = 0 alone says is not taken
+    for the first step.
+    """
     square = loads.PointForce("push", At("m"), (1.0, 0.0), of_time("where(sin(50 * t) > 0, 1, -1)"))
     free = assemble([point_mass("m", 2.0, np.zeros(2))], [], [square])
     assert list(jumps.jumps_of_loads(free, 0.01, 100)) == [0]

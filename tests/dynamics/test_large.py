@@ -1,4 +1,6 @@
-"""Large models: the sparse step, direct or with multigrid, gives what the band gives; massless axes are no obstacle."""
+"""Large models: the sparse step, direct or with multigrid, gives what the band gives; massless axes
+are no obstacle.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,19 @@ SCHEME, TIGHT = GeneralizedAlpha(2e-4), Newton(tolerance=1e-14)
 
 
 def hanging(cells: int = 6) -> System:
-    """A plate in space that hangs on two corners and falls under gravity and a follower force of its third corner."""
+    """A plate in space that hangs on two corners and falls under gravity and a follower force of
+    its third corner.
+    """
     body = plate("plate", rectangle("ancf", cells, cells), 0.01, Material(2e9, 1000.0, 0.3))
     pins = [joints.Pin(name, At("plate", name)) for name in ("a", "b")]
-    return assemble([body], pins, [loads.Gravity((0.0, 0.0, -9.81)), loads.PointForce("push", At("plate", "c"), (0.0, 0.0, 5.0))])
+    return assemble(
+        [body],
+        pins,
+        [
+            loads.Gravity((0.0, 0.0, -9.81)),
+            loads.PointForce("push", At("plate", "c"), (0.0, 0.0, 5.0)),
+        ],
+    )
 
 
 def run(system: System, steps: int = 40) -> Trajectory:
@@ -58,8 +69,18 @@ def test_sparse_and_band_agree(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_points_that_touch_and_such_as_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """A plate that falls on a ball under one of its nodes, with friction, and turns about it."""
     body = plate("plate", rectangle("ancf", 3, 3), 0.01, Material(2e9, 1000.0, 0.3))
-    under = ContactSphere("ball", body="plate", points=5, center=(0.66, 0.67, -0.11), diameter=0.2, stiffness=1e4, friction=0.3)
-    system = assemble([body], [joints.Pin("a", At("plate", "a"))], [loads.Gravity((0.0, 0.0, -9.81)), under])
+    under = ContactSphere(
+        "ball",
+        body="plate",
+        points=5,
+        center=(0.66, 0.67, -0.11),
+        diameter=0.2,
+        stiffness=1e4,
+        friction=0.3,
+    )
+    system = assemble(
+        [body], [joints.Pin("a", At("plate", "a"))], [loads.Gravity((0.0, 0.0, -9.81)), under]
+    )
     found = []
     for width in (10_000, 20):
         monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", width)
@@ -103,7 +124,15 @@ def test_a_straight_line_has_no_rigid_motion_about_itself() -> None:
 
 def test_rigid_motions_cost_no_energy() -> None:
     system = assemble(
-        [plate("plate", rectangle("ancf", 3, 3), 0.01, Material(2e9, 1000.0, 0.3), origin=np.array([3.0, 1.0, -2.0]))]
+        [
+            plate(
+                "plate",
+                rectangle("ancf", 3, 3),
+                0.01,
+                Material(2e9, 1000.0, 0.3),
+                origin=np.array([3.0, 1.0, -2.0]),
+            )
+        ]
     )
     model = compile_system(system)
     B, K = large.rigid_motions(model), compiled.tangent(model, system.x0, np.zeros(0))
@@ -120,11 +149,16 @@ def lamina(name: str, k: int) -> Body:
 
 @pytest.mark.parametrize("count", [3, 40])
 def test_chain_of_laminae(count: int) -> None:
-    """Massless axes are determined by joints alone; a chain of hinges about y falls and stays in its plane, energy is kept."""
+    """Massless axes are determined by joints alone; a chain of hinges about y falls and stays in
+    its plane, energy is kept.
+    """
     bodies = [lamina(f"p{k}", k) for k in range(count)]
     hinges = [joints.Revolute("h0", At("p0", "left"), axis=(0.0, 1.0, 0.0))]
     hinges += [
-        joints.Revolute(f"h{k}", At(f"p{k}", "left"), At(f"p{k - 1}", "right"), axis=(0.0, 1.0, 0.0)) for k in range(1, count)
+        joints.Revolute(
+            f"h{k}", At(f"p{k}", "left"), At(f"p{k - 1}", "right"), axis=(0.0, 1.0, 0.0)
+        )
+        for k in range(1, count)
     ]
     system = assemble(bodies, hinges, [loads.Gravity((0.0, 0.0, -9.81))])
     found = integrate(system, GeneralizedAlpha(1e-3, 1.0), 0.05, TIGHT)
@@ -140,12 +174,18 @@ def carried(cells: int, corners: str, turn: float, thickness: float) -> Trajecto
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     J = R @ np.diag([0.02, 0.02, 0.04 * (1 - thickness)]) @ R.T
-    return integrate(eliminate(models.platform(cells, J, corners=corners)), GeneralizedAlpha(5e-4), 0.05)
+    return integrate(
+        eliminate(models.platform(cells, J, corners=corners)), GeneralizedAlpha(5e-4), 0.05
+    )
 
 
-@pytest.mark.parametrize("cells,corners,turn", [(8, "abc", 0.0), (40, "abc", 0.0), (40, "abc", 0.5), (40, "a", 0.5)])
+@pytest.mark.parametrize(
+    "cells,corners,turn", [(8, "abc", 0.0), (40, "abc", 0.0), (40, "abc", 0.5), (40, "a", 0.5)]
+)
 def test_a_lamina_on_cables(cells: int, corners: str, turn: float) -> None:
-    """An axis without mass beside coordinates that are slaved to cables: the motion is that with almost none there."""
+    """An axis without mass beside coordinates that are slaved to cables: the motion is that with
+    almost none there.
+    """
     thin, thick = (outputs(carried(cells, corners, turn, thickness)) for thickness in (0.0, 1e-6))
     assert thin["place_z"].min() < -1e-4
     for name in ("place_x", "place_y", "place_z"):
@@ -153,10 +193,14 @@ def test_a_lamina_on_cables(cells: int, corners: str, turn: float) -> None:
 
 
 def test_constant_operators_of_sparse_systems_act(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Damping in proportion to mass and constant springs between the functions of a body: the same motion as with a band."""
+    """Damping in proportion to mass and constant springs between the functions of a body: the same
+    motion as with a band.
+    """
     body = plate("plate", rectangle("ancf", 6, 6), 0.01, Material(2e9, 1000.0, 0.3))
     sprung = replace(body, stiffness=csr_array(50.0 * body.mass))
-    free = assemble([sprung], [joints.Pin("a", At("plate", "a"))], [loads.Gravity((0.0, 0.0, -9.81))])
+    free = assemble(
+        [sprung], [joints.Pin("a", At("plate", "a"))], [loads.Gravity((0.0, 0.0, -9.81))]
+    )
     damped = replace(free, damping=csr_array(30.0 * csr_array(free.mass)))
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 10_000)
     band, still = run(damped), run(replace(damped, damping=0.0 * csr_array(free.mass)))
@@ -170,7 +214,9 @@ def test_constant_operators_of_sparse_systems_act(monkeypatch: pytest.MonkeyPatc
 @pytest.mark.usefixtures("sparse")
 @pytest.mark.parametrize("name", ["factorise", "solve"])
 def test_errors_behind_the_doors_come_through(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """What goes wrong in Python inside the compiled step is raised as it is; only without factors the step is halved."""
+    """What goes wrong in Python inside the compiled step is raised as it is; only without factors
+    the step is halved.
+    """
 
     def fail(self: large.Large, step: object, table: int = 0) -> None:
         raise error
@@ -188,10 +234,17 @@ def test_the_analysis_of_a_matrix_serves_others_of_its_pattern() -> None:
     """Not those of another pattern; both are solved."""
     n, none = 40, np.zeros((40, 0))
     b = np.ones((1, n))
-    one = csr_array(diags_array([np.full(n - 1, -1.0), np.full(n, 3.0), np.full(n - 1, -1.0)], offsets=(-1, 0, 1)))
+    one = csr_array(
+        diags_array(
+            [np.full(n - 1, -1.0), np.full(n, 3.0), np.full(n - 1, -1.0)], offsets=(-1, 0, 1)
+        )
+    )
     wide = csr_array(one + diags_array([np.full(n - 5, 0.1)] * 2, offsets=(-5, 5)))
     first = large.inverse(one, none)
-    again, other = large.inverse(csr_array(2.0 * one), none, before=first), large.inverse(wide, none, before=first)
+    again, other = (
+        large.inverse(csr_array(2.0 * one), none, before=first),
+        large.inverse(wide, none, before=first),
+    )
     assert again.tree is first.tree
     assert other.tree is not first.tree
     for found, matrix in ((again, 2.0 * one), (other, wide)):

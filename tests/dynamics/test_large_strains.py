@@ -1,4 +1,6 @@
-"""Strains beyond what the laws mean are told, with body, size and place: beams, plates, statics, motions, full, reduced."""
+"""Strains beyond what the laws mean are told, with body, size and place: beams, plates, statics,
+motions, full, reduced.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,12 @@ EA = 1e7 * np.pi * 0.01**2 / 4.0
 def said(text: str, force: float, analysis: str = "{type: static, load_steps: 5}") -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
-        studies.run(scenes.loads(text.replace("FORCE", f"{force:.9g}").replace("ANALYSIS", analysis), MESHES), plots=False)
+        studies.run(
+            scenes.loads(
+                text.replace("FORCE", f"{force:.9g}").replace("ANALYSIS", analysis), MESHES
+            ),
+            plots=False,
+        )
     return [str(one.message) for one in caught if "is strained by" in str(one.message)]
 
 
@@ -58,7 +65,9 @@ def stretch(part: float) -> float:
     return float(brentq(lambda s: 0.5 * s * (s * s - 1.0) - part, 0.6, 4.0))
 
 
-@pytest.mark.parametrize(("part", "told"), [(1.0, True), (0.15, True), (-0.12, True), (0.08, False), (-0.05, False)])
+@pytest.mark.parametrize(
+    ("part", "told"), [(1.0, True), (0.15, True), (-0.12, True), (0.08, False), (-0.05, False)]
+)
 def test_a_bar_that_is_stretched_or_pressed(part: float, told: bool) -> None:
     found = said(BEAM, part * EA)
     assert len(found) == told
@@ -91,8 +100,12 @@ def test_plates(force: float, told: bool) -> None:
         ((0.0, 0.0, 0.03), None, None),
     ],
 )
-def test_beams_with_torsion(force: tuple[float, ...], strain: float | None, shear: float | None) -> None:
-    """What is stretched, or sheared, by more than 10 %, with its place; one so stiff in bending that it shears alone."""
+def test_beams_with_torsion(
+    force: tuple[float, ...], strain: float | None, shear: float | None
+) -> None:
+    """What is stretched, or sheared, by more than 10 %, with its place; one so stiff in bending
+    that it shears alone.
+    """
     section = sections.BeamSection(np.diag([1.0, 0.2, 0.2, 1e3, 1e3, 1e3]), np.eye(3))
     bar = beam("b", segment(3), section, origin=np.array([0.0, 5.0, 0.0]))
     held, load = joints.Clamp("c", At("b", "left")), loads.PointForce("P", At("b", "right"), force)
@@ -118,7 +131,10 @@ def test_reduced_models_know_where() -> None:
     path = solve_statics(eliminate(raw), 10)
     data = galerkin.snapshots(path)
     level = component.body_level(raw)
-    bases = {name: pod.basis(data.q[:, component.rows_of(raw, rows)].T, 1e-10) for name, rows in level.items()}
+    bases = {
+        name: pod.basis(data.q[:, component.rows_of(raw, rows)].T, 1e-10)
+        for name, rows in level.items()
+    }
     reduced = solve_statics(galerkin.reduce_system(raw, level, bases, configurations=data.q), 10)
     (full,), (found,) = large_strains.find(path), large_strains.find(reduced)
     s = stretch(1.0)

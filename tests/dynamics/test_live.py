@@ -1,4 +1,6 @@
-"""Runs that are taken step by step: the bits of `integrate`, states that are put back, inputs in scenes and files."""
+"""Runs that are taken step by step: the bits of `integrate`, states that are put back, inputs in
+scenes and files.
+"""
 
 from __future__ import annotations
 
@@ -36,14 +38,24 @@ U, W = Input("u", "N", 0.5), Input("w", "rad", 0.0)
 
 def fed(dim: int = 2) -> System:
     """Beams with an input in an expression of the state, beside functions of time."""
-    push = ControlForce("f", A1, (0.0, 1.0, 0.0)[:dim], of_state("u - k*stretch + sin(9 * t)", "", {"k": 3.0}))
-    return assemble(beams(dim), [joints.Clamp("clamp", A0)], [push], outputs={"tip": probes.Position(A1)}, inputs=[U])
+    push = ControlForce(
+        "f", A1, (0.0, 1.0, 0.0)[:dim], of_state("u - k*stretch + sin(9 * t)", "", {"k": 3.0})
+    )
+    return assemble(
+        beams(dim),
+        [joints.Clamp("clamp", A0)],
+        [push],
+        outputs={"tip": probes.Position(A1)},
+        inputs=[U],
+    )
 
 
 def driven() -> System:
     """A hinge driven by an input and a function of time, and a force that both scale."""
     turn = expressions.of_time("w + 0.1 * t**3", inputs={"w": W})
-    force = loads.PointForce("p", B1, (0.0, 1.0), expressions.of_time("u * cos(t)", inputs={"u": U}))
+    force = loads.PointForce(
+        "p", B1, (0.0, 1.0), expressions.of_time("u * cos(t)", inputs={"u": U})
+    )
     parts = [joints.Pin("pin", A0), joints.DrivenAngle("drive", A0, turn)]
     return assemble(beams(2), parts, [force], outputs={"root": probes.Angle(A0)}, inputs=[U, W])
 
@@ -57,7 +69,9 @@ def values(count: int = COUNT) -> dict[str, np.ndarray]:
 MODELS = {
     "full": lambda: eliminate(fed()),
     "space": lambda: eliminate(fed(3)),
-    "reduced": lambda: change_coordinates(one := eliminate(fed()), np.eye(one.size), np.zeros(one.size)),
+    "reduced": lambda: change_coordinates(
+        one := eliminate(fed()), np.eye(one.size), np.zeros(one.size)
+    ),
     "driven": lambda: eliminate(driven()),
 }
 
@@ -126,9 +140,14 @@ def test_scenes_and_files(tmp_path: Path) -> None:
     assert inputs_of(system) == {"u": Input("u", "N", 10.0), "w": Input("w", "", 1.0)}
     scheme = GeneralizedAlpha(1e-3)
     motion = integrate(system, scheme, 1.0)
-    np.testing.assert_allclose(outputs(motion)["tip_x"], 10 / 18 * (1 - np.cos(3 * motion.times)), atol=1e-5)
+    np.testing.assert_allclose(
+        outputs(motion)["tip_x"], 10 / 18 * (1 - np.cos(3 * motion.times)), atol=1e-5
+    )
     np.testing.assert_allclose(outputs(motion)["tip_y"], 1.5 * motion.times**2, atol=1e-6)
-    one, other = start(system, scheme), start(files.load(files.save(eliminate(system), tmp_path / "model.h5")), scheme)
+    one, other = (
+        start(system, scheme),
+        start(files.load(files.save(eliminate(system), tmp_path / "model.h5")), scheme),
+    )
     for run in (one, other):
         for k in range(50):
             run.step({"u": 0.1 * k, "w": -1.0})
@@ -141,7 +160,11 @@ def test_scenes_and_files(tmp_path: Path) -> None:
     [
         ("u - k", "v - k", r"force: expected one of .* got 'v'"),
         ("unit: kN", "unit: kg", r"inputs.u.start: expected a mass .* got '10 N'"),
-        ("unit: kN, start: 10 N", "unit: m", r"loads.f.force: expected all parts of '-' of one dimension, got length and force"),
+        (
+            "unit: kN, start: 10 N",
+            "unit: m",
+            r"loads.f.force: expected all parts of '-' of one dimension, got length and force",
+        ),
         ("w * 2", "u * 2", r"loads.p.history: expected a number as a function of t, got .*force"),
         ("w: {", "k: {", r"inputs.k: expected a name"),
         ("w: {", "tip: {}, w: {", r"inputs.tip: expected another name"),
@@ -164,7 +187,9 @@ def test_errors() -> None:
 
 
 def test_outputs_that_read_inputs_are_those_of_the_present_however_seldom_they_are_read() -> None:
-    """Forces of inputs that change, after every 20 steps, and energies over states that were put back."""
+    """Forces of inputs that change, after every 20 steps, and energies over states that were put
+    back.
+    """
     text = (
         SCENE.replace("0 N, 3 N", "1 N, 0 N")
         .replace("18 N/m", "0 N/m")
@@ -226,13 +251,28 @@ def arm() -> System:
 
 
 def test_outputs_by_name_are_those_of_all_outputs() -> None:
-    """Each by formulas of its rows, or where it has none as all of them are found: turns and energies count alike."""
-    run, names = start(arm(), GeneralizedAlpha(H)), ["turn", "against", "spin", "place", "height", "speed"]
+    """Each by formulas of its rows, or where it has none as all of them are found: turns and
+    energies count alike.
+    """
+    run, names = (
+        start(arm(), GeneralizedAlpha(H)),
+        ["turn", "against", "spin", "place", "height", "speed"],
+    )
     for k in range(400):
         run.step({"u": 40.0})
         some, more = run.outputs(names), run.outputs(["E", "pull", "apart"])
         expected = run.outputs()
-        assert list(some) == ["turn", "against", "against_rate", "spin", "place_x", "place_y", "height", "speed_x", "speed_y"]
+        assert list(some) == [
+            "turn",
+            "against",
+            "against_rate",
+            "spin",
+            "place_x",
+            "place_y",
+            "height",
+            "speed_x",
+            "speed_y",
+        ]
         for column, value in (some | more).items():
             assert value == pytest.approx(expected[column], rel=1e-12, abs=1e-12), (k, column)
         assert run.outputs("height") == {"height": some["height"]}
@@ -256,12 +296,17 @@ def test_outputs_by_name_after_a_state_was_put_back() -> None:
 
 
 def test_outputs_of_no_name() -> None:
-    with pytest.raises(InputError, match=r"run.outputs: expected one of the outputs .*, got 'turns'; did you mean 'turn'"):
+    with pytest.raises(
+        InputError,
+        match=r"run.outputs: expected one of the outputs .*, got 'turns'; did you mean 'turn'",
+    ):
         start(arm(), GeneralizedAlpha(H)).outputs(["turns"])
 
 
 def test_a_class_of_its_own_that_evaluates_otherwise_has_no_formula() -> None:
-    """Accelerations are points whose rows are evaluated in another way: a formula that they inherit is not theirs."""
+    """Accelerations are points whose rows are evaluated in another way: a formula that they inherit
+    is not theirs.
+    """
     outputs = arm().outputs
     assert probes.formula_of(outputs["pull"], 2) is None
     assert probes.formula_of(outputs["apart"], 2) is None
@@ -280,13 +325,18 @@ def closed(gain: float, steps: int, most: float = np.inf) -> None:
 
 
 def test_an_unstable_loop_is_told_once() -> None:
-    with pytest.warns(Notice, match=r"'u' rose from .* N m in \d+ steps, ever faster: the loop that sets it is unstable") as told:
+    with pytest.warns(
+        Notice,
+        match=r"'u' rose from .* N m in \d+ steps, ever faster: the loop that sets it is unstable",
+    ) as told:
         closed(30.0, 900)
     assert len([one for one in told if "ever faster" in str(one.message)]) == 1
 
 
 def test_a_step_that_fails_names_the_unstable_loop() -> None:
-    """A derivative at a light end, held for a step: it turns from step to step, eight times as large."""
+    """A derivative at a light end, held for a step: it turns from step to step, eight times as
+    large.
+    """
     scene = reading.loads(PLANT.read_text(), PLANT.parent)
     run = start(build.chosen_form(scene, build.system(scene)), GeneralizedAlpha(H))
 
@@ -295,7 +345,9 @@ def test_a_step_that_fails_names_the_unstable_loop() -> None:
             now = run.outputs(["hinge", "spin"])
             run.step({"u": 20.0 * (0.02 - now["hinge"]) - 3.0 * now["spin"]})
 
-    with pytest.raises(SolverError, match=r"'u' rose from .* ever faster: the loop that sets it is unstable") as told:
+    with pytest.raises(
+        SolverError, match=r"'u' rose from .* ever faster: the loop that sets it is unstable"
+    ) as told:
         go_on()
     assert told.value.reason is Reason.GROWING
 
@@ -316,8 +368,12 @@ def test_stable_loops_and_signals_that_rise_are_not() -> None:
                 run.step({"u": float(signal(k * H))})
 
 
-def driven_by_a_sine(step: float, accuracy: float | None = None, wanted: float = 0.5) -> tuple[np.ndarray, list[str]]:
-    """The height of the load of the arm at multiples of 2 ms, under a torque that changes, and what the run says."""
+def driven_by_a_sine(
+    step: float, accuracy: float | None = None, wanted: float = 0.5
+) -> tuple[np.ndarray, list[str]]:
+    """The height of the load of the arm at multiples of 2 ms, under a torque that changes, and what
+    the run says.
+    """
     said = list[str]()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
@@ -331,14 +387,19 @@ def driven_by_a_sine(step: float, accuracy: float | None = None, wanted: float =
 
 
 def test_a_step_is_watched_by_steps_twice_as_long() -> None:
-    """What is said of the step is its error against a fourth of it, and nothing is said of an error that is wanted."""
+    """What is said of the step is its error against a fourth of it, and nothing is said of an error
+    that is wanted.
+    """
     fine, _ = driven_by_a_sine(2.5e-4)
     rough, said = driven_by_a_sine(1e-3, 1e-7)
     plain, silent = driven_by_a_sine(1e-3, 0.5)
     np.testing.assert_array_equal(rough, plain)
     assert silent == []
     assert len(said) == 1
-    found = re.fullmatch(r"the step of 0.001 s errs by (\S+) of the range of (\S+) so far, (\S+) times what is wanted; .*", said[0])
+    found = re.fullmatch(
+        r"the step of 0.001 s errs by (\S+) of the range of (\S+) so far, (\S+) times what is wanted; .*",
+        said[0],
+    )
     assert found
     assert float(found[3]) == pytest.approx(float(found[1]) / 1e-7, rel=0.1)
     only, said = driven_by_a_sine_of("height")
@@ -361,16 +422,24 @@ def driven_by_a_sine_of(name: str) -> tuple[int, float]:
 
 
 def test_a_step_without_inputs_is_of_second_order() -> None:
-    """The error of what is told is that against a fourth of the step, of a force that is a function of time and the state."""
+    """The error of what is told is that against a fourth of the step, of a force that is a function
+    of time and the state.
+    """
     system, ends = eliminate(fed()), {}
     for step in (H, H / 4):
-        ends[step] = outputs(integrate(system, GeneralizedAlpha(step), 0.4, every=round(2 * H / step)))
+        ends[step] = outputs(
+            integrate(system, GeneralizedAlpha(step), 0.4, every=round(2 * H / step))
+        )
     run, said = start(system, GeneralizedAlpha(H), accuracy={"tip": 1e-12}), None
     for _ in range(400):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", Notice)
             run.step()
-        said = said or (re.search(r"errs by (\S+) of the range of (\S+)", str(caught[0].message)) if caught else None)
+        said = said or (
+            re.search(r"errs by (\S+) of the range of (\S+)", str(caught[0].message))
+            if caught
+            else None
+        )
     assert said
     rough, fine = (ends[step][said[2]] for step in (H, H / 4))
     true = np.abs(rough - fine).max() / np.ptp(rough)
@@ -392,7 +461,9 @@ def test_an_accuracy_is_of_outputs_and_below_one(accuracy: Any, said: str) -> No
 
 
 def test_turns_are_those_of_the_motion_whoever_reads_them_and_how_often() -> None:
-    """Of an arm that turns often: read in every step, by all outputs, at the end alone, and after many steps in one call."""
+    """Of an arm that turns often: read in every step, by all outputs, at the end alone, and after
+    many steps in one call.
+    """
     torque = [60.0 if k % 100 < 60 else -30.0 for k in range(1500)]
     every, seldom, late = (start(arm(), GeneralizedAlpha(H)) for _ in range(3))
     for k, u in enumerate(torque):

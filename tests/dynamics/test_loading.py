@@ -1,4 +1,6 @@
-"""Histories, drives and prescribed displacements over the load factor of statics, and the levels at which equilibria are found."""
+"""Histories, drives and prescribed displacements over the load factor of statics, and the levels at
+which equilibria are found.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,14 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.dynamics import ArcLength, Newton, follow_path, outputs, solve_equilibria, solve_statics
+from fmbs_skfem.dynamics import (
+    ArcLength,
+    Newton,
+    follow_path,
+    outputs,
+    solve_equilibria,
+    solve_statics,
+)
 from fmbs_skfem.dynamics.equilibria import statics
 from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, System, assemble, eliminate
@@ -29,7 +38,14 @@ def bar(history: Function | None = None, force: float = 2.0) -> System:
     end = At("bar", "right")
     pull = loads.PointForce("P", end, (force, 0.0), history)
     held = [joints.Clamp("clamp", At("bar", "left"))]
-    return eliminate(assemble([beam], held, [pull], outputs={"end": probes.Position(end), "clamp": probes.Reaction("clamp")}))
+    return eliminate(
+        assemble(
+            [beam],
+            held,
+            [pull],
+            outputs={"end": probes.Position(end), "clamp": probes.Reaction("clamp")},
+        )
+    )
 
 
 def pressed(displacement: Function) -> System:
@@ -38,14 +54,27 @@ def pressed(displacement: Function) -> System:
     end = At("bar", "right")
     drive = joints.DrivenPosition("drive", end, (displacement, np.zeros_like))
     held = [joints.Clamp("clamp", At("bar", "left")), drive]
-    return eliminate(assemble([beam], held, outputs={"end": probes.Position(end), "drive": probes.Reaction("drive")}))
+    return eliminate(
+        assemble(
+            [beam], held, outputs={"end": probes.Position(end), "drive": probes.Reaction("drive")}
+        )
+    )
 
 
 def turned(angle: Function) -> System:
     """A beam on a pin whose root is turned."""
-    beam, root = body.cable("bar", segment(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2), At("bar", "left")
+    beam, root = (
+        body.cable("bar", segment(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2),
+        At("bar", "left"),
+    )
     held = [joints.Pin("pin", root), joints.DrivenAngle("drive", root, angle)]
-    return eliminate(assemble([beam], held, outputs={"end": probes.Position(At("bar", "right")), "angle": probes.Angle(root)}))
+    return eliminate(
+        assemble(
+            [beam],
+            held,
+            outputs={"end": probes.Position(At("bar", "right")), "angle": probes.Angle(root)},
+        )
+    )
 
 
 def squared(t: np.ndarray) -> np.ndarray:
@@ -63,10 +92,16 @@ def test_what_is_constant_grows() -> None:
     """A load without a history, and one whose history is a constant."""
     expected = outputs(solve_statics(bar(), 5, TIGHT))["end_x"]
     assert expected[-1] > 1.01
-    assert_allclose(outputs(solve_statics(bar(lambda t: 0.5 + 0.0 * t, 4.0), 5, TIGHT))["end_x"], expected, atol=1e-12)
+    assert_allclose(
+        outputs(solve_statics(bar(lambda t: 0.5 + 0.0 * t, 4.0), 5, TIGHT))["end_x"],
+        expected,
+        atol=1e-12,
+    )
 
 
-@pytest.mark.parametrize("displacement", [lambda t: 0.04 * t, lambda t: 0.04 + 0.0 * t], ids=["ramp", "constant"])
+@pytest.mark.parametrize(
+    "displacement", [lambda t: 0.04 * t, lambda t: 0.04 + 0.0 * t], ids=["ramp", "constant"]
+)
 def test_prescribed_displacements(displacement: Function) -> None:
     path = solve_statics(pressed(displacement), 4, TIGHT)
     found = outputs(path)
@@ -76,9 +111,13 @@ def test_prescribed_displacements(displacement: Function) -> None:
 
 
 @pytest.mark.parametrize("steps", [1, 4])
-@pytest.mark.parametrize("angle", [lambda t: 7.0 * t, lambda t: 7.0 + 0.0 * t], ids=["ramp", "constant"])
+@pytest.mark.parametrize(
+    "angle", [lambda t: 7.0 * t, lambda t: 7.0 + 0.0 * t], ids=["ramp", "constant"]
+)
 def test_driven_angles_of_more_than_a_turn(steps: int, angle: Function) -> None:
-    """The sine of the angle alone is driven: long load steps are taken in parts, so that no half turn is lost."""
+    """The sine of the angle alone is driven: long load steps are taken in parts, so that no half
+    turn is lost.
+    """
     path = solve_statics(turned(angle), steps, TIGHT)
     found = outputs(path)
     assert len(path.times) == steps + 1
@@ -98,12 +137,19 @@ def test_an_arc_length_follows_histories() -> None:
 
 
 def test_load_levels_stay_on_the_grid_after_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every second equilibrium is refused once: shorter steps come between, and the levels are those asked for."""
+    """Every second equilibrium is refused once: shorter steps come between, and the levels are
+    those asked for.
+    """
     asked: list[float] = []
     solve = statics.newton_statics
 
     def stubborn(
-        model: object, start: statics.Equilibrium, newton: Newton, factor: float, unit: str, few: int | None
+        model: object,
+        start: statics.Equilibrium,
+        newton: Newton,
+        factor: float,
+        unit: str,
+        few: int | None,
     ) -> statics.Equilibrium:
         asked.append(factor)
         if factor - start.at > 0.15:
@@ -118,11 +164,18 @@ def test_load_levels_stay_on_the_grid_after_a_cut(monkeypatch: pytest.MonkeyPatc
     assert_allclose(outputs(path)["end_x"], expected["end_x"], atol=1e-12)
 
 
-def test_a_cut_step_that_ends_in_failure_keeps_the_last_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cut_step_that_ends_in_failure_keeps_the_last_equilibrium(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     solve = statics.newton_statics
 
     def up_to(
-        model: object, start: statics.Equilibrium, newton: Newton, factor: float, unit: str, few: int | None
+        model: object,
+        start: statics.Equilibrium,
+        newton: Newton,
+        factor: float,
+        unit: str,
+        few: int | None,
     ) -> statics.Equilibrium:
         if factor > 0.4:
             raise SolverError("no further", None, factor)

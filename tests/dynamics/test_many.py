@@ -1,4 +1,6 @@
-"""Runs in threads against single runs: the same motion bit by bit, and errors that stay with their member."""
+"""Runs in threads against single runs: the same motion bit by bit, and errors that stay with their
+member.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +22,15 @@ SCHEME = GeneralizedAlpha(5e-4)
 
 
 def driven(rate: float, growth: float = 0.0, end: float = np.inf) -> System:
-    """Planar beam on 4 cells, turned by a driven angle; the force at its tip may grow, and is no number after `end`."""
+    """Planar beam on 4 cells, turned by a driven angle; the force at its tip may grow, and is no
+    number after `end`.
+    """
     beam = body.cable("beam", models.segment(4), models.SECTION, models.MATERIAL, dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
-    held: list[joints.Joint] = [joints.Pin("pin", root), joints.DrivenAngle("drive", root, lambda t: rate * t**3)]
+    held: list[joints.Joint] = [
+        joints.Pin("pin", root),
+        joints.DrivenAngle("drive", root, lambda t: rate * t**3),
+    ]
 
     def history(t: np.ndarray) -> np.ndarray:
         return np.where(t > end, np.nan, np.sin(rate * t) * np.exp(growth * t))
@@ -54,14 +61,20 @@ def test_members_move_as_if_they_were_alone(threads: int) -> None:
 
 
 def test_every_member_may_have_its_own_scheme() -> None:
-    schemes = [GeneralizedAlpha(1e-3, 0.8), GeneralizedAlpha(5e-4, 0.8), GeneralizedAlpha(1e-3, 0.2)]
+    schemes = [
+        GeneralizedAlpha(1e-3, 0.8),
+        GeneralizedAlpha(5e-4, 0.8),
+        GeneralizedAlpha(1e-3, 0.2),
+    ]
     found = integrate_many([driven(3.0)] * 3, schemes, 0.1, every=50, threads=2)
     for one, scheme in zip(found, schemes, strict=True):
         assert_equal(one, integrate(driven(3.0), scheme, 0.1, every=50))
 
 
 def test_a_member_that_fails_does_not_hurt_the_others() -> None:
-    """A force that grows e-fold every 0.5 ms ends its member with the error of a single run; the others do not notice."""
+    """A force that grows e-fold every 0.5 ms ends its member with the error of a single run; the
+    others do not notice.
+    """
     members = [driven(3.0), driven(3.0, 2000.0), driven(5.0)]
     found = integrate_many(members, GeneralizedAlpha(1e-3), 0.4, every=10, threads=2)
     with np.errstate(over="ignore"), pytest.raises(SolverError) as caught:
@@ -75,7 +88,9 @@ def test_a_member_that_fails_does_not_hurt_the_others() -> None:
 
 
 def test_a_history_that_is_no_number_ends_its_member() -> None:
-    """From a time on, where the motion up to there is kept, or from the beginning, where there is no start."""
+    """From a time on, where the motion up to there is kept, or from the beginning, where there is
+    no start.
+    """
     members = [driven(3.0), driven(3.0, end=0.0305), driven(5.0), driven(np.nan)]
     found = integrate_many(members, GeneralizedAlpha(1e-3), 0.05)
     assert [type(one) for one in found] == [Trajectory, SolverError, Trajectory, SolverError]

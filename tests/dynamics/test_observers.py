@@ -1,4 +1,6 @@
-"""Observers of runs: the monitor of docs/extensions.md from a scene and from Python, stops, shorter steps, resumed runs."""
+"""Observers of runs: the monitor of docs/extensions.md from a scene and from Python, stops, shorter
+steps, resumed runs.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ from fmbs_skfem.systems.measures import probes
 from .. import pages
 from ..forgotten import forget
 
-TEXT = next(block for block in pages.blocks("docs/extensions.md") if block.startswith("# my_fence.py"))
+TEXT = next(
+    block for block in pages.blocks("docs/extensions.md") if block.startswith("# my_fence.py")
+)
 H, G = 1e-2, 9.81
 SCENE = """schema: 1
 name: fall
@@ -119,17 +123,26 @@ def test_a_monitor_of_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     with pytest.warns(Notice, match="monitor 'fence': 'tip' leaves its box"):
         found = studies.run(tmp_path / "fall.yaml", out=tmp_path / "out", extensions="allow")
     assert found.report["end"] == pytest.approx(ENDS * H)
-    assert json.loads((tmp_path / "out" / "report.json").read_text())["events"][0]["name"] == "fence"
+    assert (
+        json.loads((tmp_path / "out" / "report.json").read_text())["events"][0]["name"] == "fence"
+    )
     (tmp_path / "fall.yaml").write_text(SCENE.replace("of: tip", "of: top"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"fall.yaml:\d+: monitors.fence: .*expected one of the outputs tip, got 'top'"):
+    with pytest.raises(
+        InputError,
+        match=r"fall.yaml:\d+: monitors.fence: .*expected one of the outputs tip, got 'top'",
+    ):
         studies.run(tmp_path / "fall.yaml", out=tmp_path / "other", extensions="allow")
-    (tmp_path / "none.yaml").write_text(SCENE.replace("extensions: [my_fence.py]\n", ""), encoding="utf-8")
+    (tmp_path / "none.yaml").write_text(
+        SCENE.replace("extensions: [my_fence.py]\n", ""), encoding="utf-8"
+    )
     expected = r"none.yaml:8: monitors.fence: expected a monitor of an extension, got none that is declared; name the Python file"
     with monkeypatch.context() as patch:
         patch.setattr(Monitor, "known", {})
         with pytest.raises(InputError, match=expected):
             scenes.read(tmp_path / "none.yaml")
-    (tmp_path / "fall.yaml").write_text(SCENE.replace("dynamic, duration: 1 s, step: 10 ms", "modes, count: 1"), encoding="utf-8")
+    (tmp_path / "fall.yaml").write_text(
+        SCENE.replace("dynamic, duration: 1 s, step: 10 ms", "modes, count: 1"), encoding="utf-8"
+    )
     with pytest.warns(Notice, match="monitors: do nothing in an analysis of modes"):
         scenes.read(tmp_path / "fall.yaml", extensions="allow")
 
@@ -159,7 +172,10 @@ def test_a_stop_without_a_name_is_that_of_its_class() -> None:
     motion = integrate(fall(), GeneralizedAlpha(H), 1.0, record=record, observers=[Enough()])
     assert [(one.name, one.time) for one in motion.events] == [("Enough", pytest.approx(3 * H))]
     rows, held = found[-1]
-    assert integrate(fall(), GeneralizedAlpha(H), 1.0, resume=Resumed(held, rows)).events == motion.events
+    assert (
+        integrate(fall(), GeneralizedAlpha(H), 1.0, resume=Resumed(held, rows)).events
+        == motion.events
+    )
 
 
 class Seen(Observer):
@@ -185,7 +201,9 @@ class Seen(Observer):
 def pendulum() -> System:
     """A point mass on a massless rod."""
     ball = point_mass("ball", 1.0, (1.0, 0.0))
-    return assemble([ball], [joints.RigidLink("rod", At("ball"), (0.0, 0.0))], [loads.Gravity((0.0, -G))])
+    return assemble(
+        [ball], [joints.RigidLink("rod", At("ball"), (0.0, 0.0))], [loads.Gravity((0.0, -G))]
+    )
 
 
 def test_an_observer_is_called_in_order_and_changes_nothing() -> None:
@@ -198,7 +216,12 @@ def test_an_observer_is_called_in_order_and_changes_nothing() -> None:
 def test_an_observer_asks_for_shorter_steps() -> None:
     """The error of the second half falls as that of steps of a quarter does."""
     exact = integrate(pendulum(), GeneralizedAlpha(H / 32), 10 * H, every=32).x
-    plain, shorter = (integrate(pendulum(), GeneralizedAlpha(H), 10 * H, observers=more).x for more in ([], [Shorter()]))
+    plain, shorter = (
+        integrate(pendulum(), GeneralizedAlpha(H), 10 * H, observers=more).x
+        for more in ([], [Shorter()])
+    )
     assert_array_equal(plain[:6], shorter[:6])
-    change = [np.abs((found[-1] - exact[-1]) - (found[5] - exact[5])).max() for found in (plain, shorter)]
+    change = [
+        np.abs((found[-1] - exact[-1]) - (found[5] - exact[5])).max() for found in (plain, shorter)
+    ]
     assert change[1] < 0.5 * change[0]

@@ -24,11 +24,15 @@ def example_1() -> System:
 
 
 def example_2() -> System:
-    """Damped a little: the axial waves of the sudden start die out, so that steps of this size resolve what is left."""
+    """Damped a little: the axial waves of the sudden start die out, so that steps of this size
+    resolve what is left.
+    """
     return models.double_pendulum(5, damping=Rayleigh(stiffness=1e-4), all_multipliers=True)
 
 
-def states(make: Callable[[], System], h: float, coarsest: float, duration: float) -> list[np.ndarray]:
+def states(
+    make: Callable[[], System], h: float, coarsest: float, duration: float
+) -> list[np.ndarray]:
     """x, v and multipliers after 0.2 s at the times of the coarsest run."""
     found = integrate(make(), GeneralizedAlpha(h), duration, Newton(tolerance=1e-12))
     every = round(coarsest / h)
@@ -37,7 +41,9 @@ def states(make: Callable[[], System], h: float, coarsest: float, duration: floa
 
 
 @pytest.mark.parametrize("make,h,duration", [(example_1, 2e-3, 1.0), (example_2, 5e-4, 0.5)])
-def test_second_order_in_position_velocity_and_multipliers(make: Callable[[], System], h: float, duration: float) -> None:
+def test_second_order_in_position_velocity_and_multipliers(
+    make: Callable[[], System], h: float, duration: float
+) -> None:
     coarse, fine, reference = (states(make, step, h, duration) for step in (h, h / 2, h / 16))
     for a, b, exact in zip(coarse, fine, reference, strict=True):
         order = np.log2(np.abs(a - exact).max() / np.abs(b - exact).max())
@@ -45,18 +51,24 @@ def test_second_order_in_position_velocity_and_multipliers(make: Callable[[], Sy
 
 
 def test_a_torque_that_starts_as_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Plates spun up by a torque that is there at once: accelerations of the step's own matrix beside a start without any.
+    """Plates spun up by a torque that is there at once: accelerations of the step's own matrix
+    beside a start without any.
 
-    The slider's place in the first 2 ms is 15 times as near and more to that of an eighth of the step.
+    The slider's place in the first 2 ms is 15 times as near and more to that of an eighth of the
+    step.
     """
     scene = scenes.read(EXAMPLES / "crank_slider_coarse.yaml")
     full = build.chosen_form(scene, build.system(scene))
 
     def place(h: float) -> np.ndarray:
-        motion = integrate(full, GeneralizedAlpha(h), 0.002, Newton(tolerance=1e-12), every=round(2e-5 / h))
+        motion = integrate(
+            full, GeneralizedAlpha(h), 0.002, Newton(tolerance=1e-12), every=round(2e-5 / h)
+        )
         return outputs(motion)["x_C"]
 
-    def at_rest(model: Compiled, scheme: GeneralizedAlpha, at: initial.Instant, filtered: bool | None) -> initial.Start:
+    def at_rest(
+        model: Compiled, scheme: GeneralizedAlpha, at: initial.Instant, filtered: bool | None
+    ) -> initial.Start:
         found = initial.consistent_start(model, scheme, at, filtered)
         return found._replace(a=0.0 * found.a)
 

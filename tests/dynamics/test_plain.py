@@ -1,4 +1,6 @@
-"""Time steps of kernels that are not compiled (FMBS_PLAIN=1): motions of all storages and factors are those of compiled ones."""
+"""Time steps of kernels that are not compiled (FMBS_PLAIN=1): motions of all storages and factors
+are those of compiled ones.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ from tests import models
 from verification.plates import rectangle
 
 STEP, STEPS = 4e-3, 3
-pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # abrupt starts move much
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::fmbs_skfem.core.notices.Notice"
+)  # abrupt starts move much
 TIMEOUT = 300  #: of the process that is not compiled, of some seconds [s]
 
 
@@ -55,7 +59,10 @@ def arms() -> System:
     random = np.random.default_rng(1).normal(size=(len(full.reference), 2))
     shapes = np.linalg.qr(np.column_stack([full.constant, full.reference[:, :1], random]))[0]
     one = reduced_body(full, shapes)
-    turns = [np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))]
+    turns = [
+        np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
+    ]
     bodies = [placed(one, f"arm{k}", rotation=R) for k, R in enumerate(turns)]
     held = [
         joints.Pin("hub", At("arm0", "left")),
@@ -68,17 +75,52 @@ def arms() -> System:
 def touching() -> System:
     """A beam that hangs at one end, is pulled, and lies on a ball with friction."""
     beam = cable("beam", models.segment(8), models.SECTION, models.MATERIAL, dim=2)
-    under = ContactSphere("ball", body="beam", points=33, center=(0.5, -0.1), diameter=0.2, stiffness=1e3, friction=0.3)
-    pull = loads.PointForce("pull", At("beam", "right"), (4.0, -8.0))  # so much that a step is divided
-    return eliminate(assemble([beam], [joints.Pin("a", At("beam", "left"))], [loads.Gravity((0.0, -9.81)), under, pull]))
+    under = ContactSphere(
+        "ball",
+        body="beam",
+        points=33,
+        center=(0.5, -0.1),
+        diameter=0.2,
+        stiffness=1e3,
+        friction=0.3,
+    )
+    pull = loads.PointForce(
+        "pull", At("beam", "right"), (4.0, -8.0)
+    )  # so much that a step is divided
+    return eliminate(
+        assemble(
+            [beam],
+            [joints.Pin("a", At("beam", "left"))],
+            [loads.Gravity((0.0, -9.81)), under, pull],
+        )
+    )
 
 
-#: functions that are called by name, by address from the step, from terms and from laws, and those of all factors
+#: functions that are called by name, by address from the step, from terms and from laws, and those
+#: of all factors
 ENTERED = {
-    *("stepping.advance", "stepping.iterate", "evaluation.evaluate", "settling.settle", "kernels.add_operator"),
+    *(
+        "stepping.advance",
+        "stepping.iterate",
+        "evaluation.evaluate",
+        "settling.settle",
+        "kernels.add_operator",
+    ),
     *("parts.divide", "parts.join"),
-    *("cable_law.stress", "membrane_law.stress_at", "quartic.add_tangent", "points.add_product", "lapack.pbtrf"),
-    *("factors.substitute", "factors.mirror_band", "factors.factor_cholesky", "factors.factor_lu", "factors.apply_blocks"),
+    *(
+        "cable_law.stress",
+        "membrane_law.stress_at",
+        "quartic.add_tangent",
+        "points.add_product",
+        "lapack.pbtrf",
+    ),
+    *(
+        "factors.substitute",
+        "factors.mirror_band",
+        "factors.factor_cholesky",
+        "factors.factor_lu",
+        "factors.apply_blocks",
+    ),
     *("direct.eliminate", "law.normal_force", "large.solve"),
 }
 
@@ -94,7 +136,9 @@ class Kind(NamedTuple):
 
 KINDS = {
     "band": Kind(lambda: models.spin_up(14), Storage.BAND, "Cells"),
-    "band in space": Kind(lambda: models.double_pendulum(6, all_multipliers=True), Storage.BAND, "Cells", {"DENSE": 1}),
+    "band in space": Kind(
+        lambda: models.double_pendulum(6, all_multipliers=True), Storage.BAND, "Cells", {"DENSE": 1}
+    ),
     "dense": Kind(lambda: models.double_pendulum(2, all_multipliers=True), Storage.DENSE, "Cells"),
     "dense modes": Kind(lambda: modes(models.double_pendulum(2), 24), Storage.DENSE, "Cells"),
     "sampled points": Kind(lambda: modes(models.double_pendulum(6), 5), Storage.DENSE, "Sampled"),
@@ -124,7 +168,14 @@ def results() -> dict[str, tuple[Any, ...]]:
     for name, kind in KINDS.items():
         motion = run(kind)[1]
         cost = motion.statistics
-        found[name] = motion.x, motion.v, motion.a, motion.multipliers, cost.iterations, cost.factorisations
+        found[name] = (
+            motion.x,
+            motion.v,
+            motion.a,
+            motion.multipliers,
+            cost.iterations,
+            cost.factorisations,
+        )
     return found
 
 
@@ -143,12 +194,22 @@ def main(path: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, tuple[Any, ...]], set[str], bool]:
+def plain(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[dict[str, tuple[Any, ...]], set[str], bool]:
     """What a process finds in which nothing is compiled."""
     path = tmp_path_factory.mktemp("plain") / "found"
-    command = [sys.executable, "-c", f"from tests.dynamics import test_plain; test_plain.main({str(path)!r})"]
+    command = [
+        sys.executable,
+        "-c",
+        f"from tests.dynamics import test_plain; test_plain.main({str(path)!r})",
+    ]
     root = Path(__file__).parents[2]
-    settings = {"env": os.environ | {"FMBS_PLAIN": "1", "PYTHONPATH": str(root)}, "cwd": root, "timeout": TIMEOUT}
+    settings = {
+        "env": os.environ | {"FMBS_PLAIN": "1", "PYTHONPATH": str(root)},
+        "cwd": root,
+        "timeout": TIMEOUT,
+    }
     done = subprocess.run(command, text=True, capture_output=True, **settings)
     assert done.returncode == 0, done.stderr
     found: tuple[dict[str, tuple[Any, ...]], set[str], bool] = pickle.loads(path.read_bytes())
@@ -157,7 +218,9 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, tuple[Any
 
 @pytest.mark.parametrize("name", KINDS)
 def test_steps_that_are_not_compiled_are_those_that_are(name: str, plain: Any) -> None:
-    """To 1e-12 m, of bodies of about a metre, q'' as a second difference of that; with as many corrections and factors."""
+    """To 1e-12 m, of bodies of about a metre, q'' as a second difference of that; with as many
+    corrections and factors.
+    """
     motion = run(KINDS[name])[1]
     x, v, a, multipliers, *counts = plain[0][name]
     assert counts == [motion.statistics.iterations, motion.statistics.factorisations]

@@ -1,4 +1,6 @@
-"""Motions that start in the equilibrium of their loads: they stay there, and forces are those of statics from the first instant."""
+"""Motions that start in the equilibrium of their loads: they stay there, and forces are those of
+statics from the first instant.
+"""
 
 from __future__ import annotations
 
@@ -48,8 +50,12 @@ Z = (0.0, 0.0, 1.0)
 
 
 def sagging(shape: Callable[[body.Body], body.Body] = lambda beam: beam) -> System:
-    """A cantilever of 1 kg, EI = 1 N m2, that bends by more than half of its length under 4 N at its end and its weight."""
-    beam = shape(body.cable("beam", models.segment(8), sections.Given(EA=1e6, EI=1.0, rhoA=1.0), dim=2))
+    """A cantilever of 1 kg, EI = 1 N m2, that bends by more than half of its length under 4 N at
+    its end and its weight.
+    """
+    beam = shape(
+        body.cable("beam", models.segment(8), sections.Given(EA=1e6, EI=1.0, rhoA=1.0), dim=2)
+    )
     tip, root = At("beam", "right"), At("beam", "left")
     down = [loads.PointForce("end", tip, (0.0, -4.0)), loads.Gravity((0.0, -G))]
     watched = {"tip": probes.Position(tip), "clamp": probes.Reaction("clamp")}
@@ -68,28 +74,43 @@ def by_modes() -> System:
 
 def by_part() -> System:
     states = drop().data.q.reshape(len(drop().data.q), -1, 2)
-    return eliminate(sagging(lambda beam: parts.reduced_body(beam, parts.shape_functions(beam, states, 1e-12))))
+    return eliminate(
+        sagging(lambda beam: parts.reduced_body(beam, parts.shape_functions(beam, states, 1e-12)))
+    )
 
 
 @pytest.mark.parametrize(
-    "make", [sagging, lambda: eliminate(sagging()), by_modes, by_part], ids=["full", "eliminated", "modes", "part"]
+    "make",
+    [sagging, lambda: eliminate(sagging()), by_modes, by_part],
+    ids=["full", "eliminated", "modes", "part"],
 )
 def test_a_cantilever_under_its_weight_stays(make: Callable[[], System]) -> None:
     """Over a second, where statics bends it; the clamp carries 1 kg and 4 N from the first instant."""
     system = make()
     motion, path = integrate(system, FROM_REST, 1.0, TIGHT), solve_statics(system, 10, TIGHT)
-    found, bent, energy = outputs(motion), outputs(solve_statics(sagging(), 10, TIGHT))["tip_y"][-1], energies(motion)
+    found, bent, energy = (
+        outputs(motion),
+        outputs(solve_statics(sagging(), 10, TIGHT))["tip_y"][-1],
+        energies(motion),
+    )
     assert bent < -0.5
     assert_allclose(found["tip_y"], bent, rtol=0, atol=5e-6)
     assert_allclose(motion.x - path.x[-1], 0.0, rtol=0, atol=1e-11)
     assert_allclose(motion.v, 0.0, rtol=0, atol=1e-9)
-    assert_allclose(found["clamp_y"][np.isfinite(found["clamp_y"])], G + 4.0, rtol=0, atol=1e-5 if system.components else 1e-8)
+    assert_allclose(
+        found["clamp_y"][np.isfinite(found["clamp_y"])],
+        G + 4.0,
+        rtol=0,
+        atol=1e-5 if system.components else 1e-8,
+    )
     assert np.ptp(energy[:, 3]) < 1e-12
     assert energy[:, 0].max() < 1e-20
 
 
 def hung(speed: float = 0.0) -> System:
-    """2 kg on a spring of 500 N/m that has no force in the reference, and another one that keeps it from moving aside."""
+    """2 kg on a spring of 500 N/m that has no force in the reference, and another one that keeps it
+    from moving aside.
+    """
     at = At("mass", "center")
     spring = SpringDamper("spring", at, (0.0, 1.0), stiffness=500.0)
     return assemble(
@@ -104,20 +125,32 @@ def hung(speed: float = 0.0) -> System:
 @pytest.mark.parametrize("speed", [0.0, 1.5])
 def test_a_mass_on_a_spring(speed: float) -> None:
     """y = - m g / k + v / w sin w t, w^2 = k / m."""
-    motion = integrate(eliminate(hung(speed)), GeneralizedAlpha(1e-4, start="equilibrium"), 1.0, TIGHT)
+    motion = integrate(
+        eliminate(hung(speed)), GeneralizedAlpha(1e-4, start="equilibrium"), 1.0, TIGHT
+    )
     w, t = np.sqrt(500.0 / 2.0), motion.times
-    assert_allclose(outputs(motion)["place"], -2.0 * G / 500.0 + speed / w * np.sin(w * t), rtol=0, atol=1e-11 + 1e-5 * speed)
+    assert_allclose(
+        outputs(motion)["place"],
+        -2.0 * G / 500.0 + speed / w * np.sin(w * t),
+        rtol=0,
+        atol=1e-11 + 1e-5 * speed,
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_turns_and_initial_velocities_at_the_equilibrium(dim: int) -> None:
-    """A disc on a torsion spring that a moment turns by 5 rad: theta = 5 + 2 sin t, the velocity that of the turned disc."""
+    """A disc on a torsion spring that a moment turns by 5 rad: theta = 5 + 2 sin t, the velocity
+    that of the turned disc.
+    """
     at, axis = At("disc", "frame"), {} if dim == 2 else {"axis": Z}
     inertia: Any = 0.01 if dim == 2 else (0.008, 0.009, 0.01)
     system = assemble(
         [rigid("disc", 1.0, inertia, (0.0,) * dim, dim=dim)],
         [joints.Revolute("pin", at, **axis)],
-        [loads.TorsionSpring("spring", at, None, 0.01, **axis), loads.Moment("push", at, 0.05 if dim == 2 else (0.0, 0.0, 0.05))],
+        [
+            loads.TorsionSpring("spring", at, None, 0.01, **axis),
+            loads.Moment("push", at, 0.05 if dim == 2 else (0.0, 0.0, 0.05)),
+        ],
         outputs={"rate": probes.AngularVelocity(at, **axis), "slope": probes.Slope(at)},
         initial={"disc": Motion(angular_velocity=2.0 if dim == 2 else (0.0, 0.0, 2.0))},
     )
@@ -129,12 +162,18 @@ def test_turns_and_initial_velocities_at_the_equilibrium(dim: int) -> None:
 
 
 def arm() -> System:
-    """A rod of 3 kg and 0.8 m that a motor with a stiffness of 20 N m/rad holds against its weight; outputs `angle`, `hold`."""
+    """A rod of 3 kg and 0.8 m that a motor with a stiffness of 20 N m/rad holds against its weight;
+    outputs `angle`, `hold`.
+    """
     at = At("rod", "pin")
-    rod = rigid("rod", 3.0, np.array(3.0 * 0.8**2 / 12), (0.4, 0.0), dim=2, places={"pin": (0.0, 0.0)})
+    rod = rigid(
+        "rod", 3.0, np.array(3.0 * 0.8**2 / 12), (0.4, 0.0), dim=2, places={"pin": (0.0, 0.0)}
+    )
     hold = ControlTorque("hold", at, torque=of_state("-20.0 * angle - 2.0 * rate", "N m", {}))
     measured = {"angle": probes.Angle(at), "hold": LoadState("hold"), "pin": probes.Reaction("pin")}
-    return assemble([rod], [joints.Pin("pin", at)], [hold, loads.Gravity((0.0, -G))], outputs=measured)
+    return assemble(
+        [rod], [joints.Pin("pin", at)], [hold, loads.Gravity((0.0, -G))], outputs=measured
+    )
 
 
 def test_the_torque_of_a_motor_is_that_of_statics_from_the_first_step() -> None:
@@ -150,12 +189,19 @@ def test_the_torque_of_a_motor_is_that_of_statics_from_the_first_step() -> None:
 
 
 def test_drives_and_histories_have_their_values_at_the_start() -> None:
-    """A driven end begins 0.1 m from where it is drawn, at 0.3 m/s; 2 N pull at the other one: EA (s^2 - 1) s / 2 = 2 N."""
+    """A driven end begins 0.1 m from where it is drawn, at 0.3 m/s; 2 N pull at the other one: EA
+    (s^2 - 1) s / 2 = 2 N.
+    """
     left, right = At("beam", "left"), At("beam", "right")
     beam = body.cable("beam", models.segment(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
     pull = joints.DrivenPosition("pull", left, (lambda t: 0.1 + 0.3 * t, lambda t: 0.0 * t))
     push = loads.PointForce("push", right, (1.0, 0.0), history=lambda t: 2.0 * np.cos(t))
-    system = assemble([beam], [pull], [push], outputs={"left": probes.Position(left, "x"), "right": probes.Position(right, "x")})
+    system = assemble(
+        [beam],
+        [pull],
+        [push],
+        outputs={"left": probes.Position(left, "x"), "right": probes.Position(right, "x")},
+    )
     with pytest.warns(Notice, match="initial velocities are projected"):
         motion = integrate(eliminate(system), GeneralizedAlpha(1e-5, start="equilibrium"), 1e-4)
     found = outputs(motion)
@@ -176,7 +222,9 @@ def test_runs_side_by_side_and_step_by_step_start_there() -> None:
 def test_a_run_that_was_stopped_goes_on_in_the_same_digits() -> None:
     system = eliminate(hung(1.5))
     whole = integrate(system, FROM_REST, 0.4)
-    assert_same(integrate(system, FROM_REST, 0.4, resume=stopped(system, 100, FROM_REST, 400)), whole)
+    assert_same(
+        integrate(system, FROM_REST, 0.4, resume=stopped(system, 100, FROM_REST, 400)), whole
+    )
 
 
 def standing(stiffness: float) -> System:
@@ -189,7 +237,10 @@ def standing(stiffness: float) -> System:
 
 def test_an_unstable_equilibrium() -> None:
     """I theta'' = (m g / 2 - k) theta, I = 1/3."""
-    with pytest.warns(Notice, match=f"the equilibrium is unstable, a small push grows by {np.sqrt(3 * 1.905):.3g} 1/s"):
+    with pytest.warns(
+        Notice,
+        match=f"the equilibrium is unstable, a small push grows by {np.sqrt(3 * 1.905):.3g} 1/s",
+    ):
         integrate(standing(3.0), FROM_REST, 0.01)
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
@@ -201,7 +252,10 @@ def test_an_unstable_equilibrium() -> None:
 def test_a_body_that_is_free_to_move(form: Callable[[System], System], down: float) -> None:
     rod = rigid("rod", 1.0, np.array(0.1), (0.5, 0.0), dim=2, places={"pin": (0.0, 0.0)})
     hinged = assemble([rod], [joints.Pin("pin", At("rod", "pin"))], [loads.Gravity((0.0, down))])
-    with pytest.raises(InputError, match=r"rod turns about \(0, 0\).*; hold them by joints, or start from the reference"):
+    with pytest.raises(
+        InputError,
+        match=r"rod turns about \(0, 0\).*; hold them by joints, or start from the reference",
+    ):
         integrate(form(hinged), FROM_REST, 0.1)
 
 
@@ -210,7 +264,10 @@ def test_no_equilibrium() -> None:
     ends = At("beam", "left"), At("beam", "right")
     beam = body.cable("beam", models.segment(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
     pull = loads.PointForce("push", ends[1], (-1e9, 1.0))
-    with pytest.raises(SolverError, match=r"no equilibrium with the loads at t = 0 was found.*or use `start: reference`") as caught:
+    with pytest.raises(
+        SolverError,
+        match=r"no equilibrium with the loads at t = 0 was found.*or use `start: reference`",
+    ) as caught:
         integrate(assemble([beam], [joints.Clamp("clamp", ends[0])], [pull]), FROM_REST, 0.1)
     assert caught.value.partial is None
     assert caught.value.reason is Reason.NO_EQUILIBRIUM
@@ -218,7 +275,9 @@ def test_no_equilibrium() -> None:
 
 
 def test_what_is_no_start() -> None:
-    with pytest.raises(InputError, match=r"analysis\.start: expected reference or equilibrium, got rest"):
+    with pytest.raises(
+        InputError, match=r"analysis\.start: expected reference or equilibrium, got rest"
+    ):
         GeneralizedAlpha(1e-3, start="rest")  # type: ignore[arg-type]
 
 

@@ -1,4 +1,6 @@
-"""Factors that rotate with beams: exact for beams that move as rigid bodies, whatever joins them, and worth it in motions."""
+"""Factors that rotate with beams: exact for beams that move as rigid bodies, whatever joins them,
+and worth it in motions.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,22 @@ SCHEME = GeneralizedAlpha(1e-3)
 def chain(count: int) -> System:
     """Beams of a metre behind each other in the plane, the first one on a driven hinge."""
     beams = [
-        cable(f"b{k}", models.segment(5, (k, 0, 0), (k + 1, 0, 0)), models.SECTION, models.MATERIAL, dim=2) for k in range(count)
+        cable(
+            f"b{k}",
+            models.segment(5, (k, 0, 0), (k + 1, 0, 0)),
+            models.SECTION,
+            models.MATERIAL,
+            dim=2,
+        )
+        for k in range(count)
     ]
-    pins = [joints.Pin(f"p{k}", At(f"b{k}", "right"), At(f"b{k + 1}", "left")) for k in range(count - 1)]
-    held = [joints.Pin("hinge", At("b0", "left")), joints.DrivenAngle("drive", At("b0", "left"), lambda t: 3.0 * t)]
+    pins = [
+        joints.Pin(f"p{k}", At(f"b{k}", "right"), At(f"b{k + 1}", "left")) for k in range(count - 1)
+    ]
+    held = [
+        joints.Pin("hinge", At("b0", "left")),
+        joints.DrivenAngle("drive", At("b0", "left"), lambda t: 3.0 * t),
+    ]
     return eliminate(assemble(beams, [*held, *pins], [loads.Gravity((0.0, -9.81))]))
 
 
@@ -39,17 +53,24 @@ def bars(*joined: joints.Joint) -> System:
     """Beams with torsion of a metre, the second one on the end of the first, upwards."""
     section = BeamSection(np.diag([1e5, 4e4, 4e4, 5.0, 9.0, 7.0]), np.diag([0.5, 1e-4, 2e-4]))
     ends = ((0, 0, 0), (1, 0, 0), (1, 0, 1))
-    beams = [beam(f"b{k}", models.segment(5, *ends[k : k + 2]), section, direction=(0.0, 1.0, 0.0)) for k in range(2)]
+    beams = [
+        beam(f"b{k}", models.segment(5, *ends[k : k + 2]), section, direction=(0.0, 1.0, 0.0))
+        for k in range(2)
+    ]
     return eliminate(assemble(beams, list(joined), [loads.Gravity((0.0, 0.0, -9.81))]))
 
 
 def turned(system: System, angles: list[float], axis: ArrayLike = (0.0, 0.6, 0.8)) -> np.ndarray:
-    """Unknowns of a chain of straight beams, each of which has turned by an angle of its own and hangs on the one before."""
+    """Unknowns of a chain of straight beams, each of which has turned by an angle of its own and
+    hangs on the one before.
+    """
     dim, q, end = system.dim, system.lift(system.x0).reshape(-1, system.dim).copy(), None
     for (_, first, last), angle in zip(system.coordinates, angles, strict=True):
         part = slice(first // dim, last // dim)
         places = system.unit[part] != 0.0
-        Q = Rotation.from_rotvec(angle * np.asarray(axis) if dim == 3 else [0.0, 0.0, angle]).as_matrix()[:dim, :dim]
+        Q = Rotation.from_rotvec(
+            angle * np.asarray(axis) if dim == 3 else [0.0, 0.0, angle]
+        ).as_matrix()[:dim, :dim]
         begin = np.outer(places, q[part][places][0])
         q[part] = (q[part] - begin) @ Q.T + (begin if end is None else np.outer(places, end))
         end = q[part][places][-1].copy()
@@ -61,7 +82,11 @@ def turned(system: System, angles: list[float], axis: ArrayLike = (0.0, 0.6, 0.8
 def begun(system: System) -> tuple[Compiled, Step]:
     """A step at the start of a motion."""
     model = compile_system(system)
-    start = consistent_start(model, SCHEME, Instant(0.0, system.x0, system.v0, np.zeros(model.constraints, bool), None, first=True))
+    start = consistent_start(
+        model,
+        SCHEME,
+        Instant(0.0, system.x0, system.v0, np.zeros(model.constraints, bool), None, first=True),
+    )
     return model, first_step(model, start, method_of(SCHEME, Newton(), SCHEME.step, model), 1)
 
 
@@ -88,15 +113,29 @@ CASES: dict[str, tuple[Callable[[], System], list[float], ArrayLike]] = {
     "one in the plane, dense": (lambda: models.spin_up(6), [0.9], Z),
     "two in space, a band": (lambda: models.double_pendulum(6), [0.7, -1.1], (0.0, 0.6, 0.8)),
     "three in the plane on a drive": (lambda: chain(3), [0.5, -0.8, 1.3], Z),
-    "beams that are welded, on a hinge": (lambda: bars(HINGE, joints.Weld("weld", NEXT, TIP)), [0.9, 0.9], Z),
-    "beams with torsion on pins": (lambda: bars(joints.Pin("p", ROOT), joints.Pin("q", TIP, NEXT)), [0.7, -1.1], (0.0, 0.6, 0.8)),
-    "beams with torsion on hinges": (lambda: bars(HINGE, joints.Revolute("q", TIP, NEXT, axis=Z)), [0.7, -1.1], Z),
+    "beams that are welded, on a hinge": (
+        lambda: bars(HINGE, joints.Weld("weld", NEXT, TIP)),
+        [0.9, 0.9],
+        Z,
+    ),
+    "beams with torsion on pins": (
+        lambda: bars(joints.Pin("p", ROOT), joints.Pin("q", TIP, NEXT)),
+        [0.7, -1.1],
+        (0.0, 0.6, 0.8),
+    ),
+    "beams with torsion on hinges": (
+        lambda: bars(HINGE, joints.Revolute("q", TIP, NEXT, axis=Z)),
+        [0.7, -1.1],
+        Z,
+    ),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_factors_of_beams_that_have_turned_are_exact(name: str) -> None:
-    """Every beam by another angle: solutions and joints are those of new factors, where factors that stand still are wrong."""
+    """Every beam by another angle: solutions and joints are those of new factors, where factors
+    that stand still are wrong.
+    """
     build, angles, axis = CASES[name]
     system = build()
     model, step = begun(system)
@@ -112,15 +151,23 @@ def test_factors_of_beams_that_have_turned_are_exact(name: str) -> None:
     rotated.follow(step, 0)
     found = solution(step, r)
     np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
-    np.testing.assert_allclose(step.work.schur, joined, rtol=1e-7, atol=1e-9 * np.abs(joined).max(initial=0.0))
+    np.testing.assert_allclose(
+        step.work.schur, joined, rtol=1e-7, atol=1e-9 * np.abs(joined).max(initial=0.0)
+    )
     assert np.abs(still - exact).max() > 0.1 * np.abs(exact).max()
 
 
-def test_they_serve_many_steps_and_leave_the_motion_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_they_serve_many_steps_and_leave_the_motion_as_it_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A double pendulum in steps of 1 ms."""
     system = models.double_pendulum(8)
     own = integrate(system, SCHEME, 0.8)
-    monkeypatch.setattr(beam_points, "rotations_of", lambda model: beam_points.nothing(model.system.dim, model.system.size))
+    monkeypatch.setattr(
+        beam_points,
+        "rotations_of",
+        lambda model: beam_points.nothing(model.system.dim, model.system.size),
+    )
     plain, sharp = integrate(system, SCHEME, 0.8), integrate(system, SCHEME, 0.8, Newton(1e-15))
     assert own.statistics.factorisations < 0.25 * plain.statistics.factorisations
     assert own.statistics.iterations < 1.2 * plain.statistics.iterations
@@ -128,9 +175,13 @@ def test_they_serve_many_steps_and_leave_the_motion_as_it_is(monkeypatch: pytest
 
 
 def test_beams_that_are_slaved_to_others_do_not_rotate() -> None:
-    """A point inside of a cell follows several points, and a rigid body's corner its place and its axes."""
+    """A point inside of a cell follows several points, and a rigid body's corner its place and its
+    axes.
+    """
     beam = cable("a", models.segment(4), models.SECTION, models.MATERIAL, dim=2)
-    other = cable("b", models.segment(4, (0.3, 0, 0), (0.3, 1, 0)), models.SECTION, models.MATERIAL, dim=2)
+    other = cable(
+        "b", models.segment(4, (0.3, 0, 0), (0.3, 1, 0)), models.SECTION, models.MATERIAL, dim=2
+    )
     held = [joints.Pin("p", At("a", "left")), joints.Pin("q", At("a", 0.3), At("b", "left"))]
     _, step = begun(eliminate(assemble([beam, other], held)))
     assert len(step.rotations.groups) == 0
@@ -138,9 +189,17 @@ def test_beams_that_are_slaved_to_others_do_not_rotate() -> None:
 
 
 def test_beams_that_nothing_holds_keep_their_momenta() -> None:
-    """Two beams on a pin that is thrown turning, beside one that is held: momenta stay to round-off of 500 steps."""
+    """Two beams on a pin that is thrown turning, beside one that is held: momenta stay to round-off
+    of 500 steps.
+    """
     free = [
-        cable(name, models.segment(4, (x, 1, 0), (x + 1.0, 1, 0)), models.SECTION, models.MATERIAL, dim=2)
+        cable(
+            name,
+            models.segment(4, (x, 1, 0), (x + 1.0, 1, 0)),
+            models.SECTION,
+            models.MATERIAL,
+            dim=2,
+        )
         for name, x in (("a", 0.0), ("b", 1.0))
     ]
     held = cable("held", models.segment(4), models.SECTION, models.MATERIAL, dim=2)
@@ -150,7 +209,13 @@ def test_beams_that_nothing_holds_keep_their_momenta() -> None:
     _, step = begun(system)
     assert set(step.rotations.owners) == {2}
     motion = integrate(system, SCHEME, 0.5)
-    total = motion.v @ system.mass @ np.linalg.lstsq(system.lift.matrix.toarray(), np.kron(system.unit, [1.0, 0.0]), rcond=None)[0]
+    total = (
+        motion.v
+        @ system.mass
+        @ np.linalg.lstsq(
+            system.lift.matrix.toarray(), np.kron(system.unit, [1.0, 0.0]), rcond=None
+        )[0]
+    )
     assert np.ptp(total) < 1e-10 * np.abs(total).max()
 
 

@@ -23,7 +23,9 @@ def dense() -> System:
 
 
 def test_secants_save_corrections(dense: System, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At one tolerance fewer, for about as many factors; positions within Newton's error of a run that iterates to round-off."""
+    """At one tolerance fewer, for about as many factors; positions within Newton's error of a run
+    that iterates to round-off.
+    """
     sharp = integrate(dense, SCHEME, DURATION, Newton(1e-15))
     own = integrate(dense, SCHEME, DURATION)
     monkeypatch.setattr(initial, "SECANTS", 0)

@@ -1,7 +1,8 @@
-"""Modes in rotating frames: roots of unstable states in pairs, what grows beyond those asked for, free motions in equilibrium.
+"""Modes in rotating frames: roots of unstable states in pairs, what grows beyond those asked for,
+free motions in equilibrium.
 
-A bead on a hoop of radius R that turns at W about its vertical diameter: s = +-sqrt(W^2 - g / R) at the bottom (Greenwood,
-Principles of Dynamics, 2nd ed., Prentice-Hall 1988, ch. 4).
+A bead on a hoop of radius R that turns at W about its vertical diameter: s = +-sqrt(W^2 - g / R) at
+the bottom (Greenwood, Principles of Dynamics, 2nd ed., Prentice-Hall 1988, ch. 4).
 """
 
 from __future__ import annotations
@@ -32,10 +33,14 @@ analysis: {{type: modes, spin: {{rate: {rate}}}, count: {count}}}
 JOINT = "j_{name}: {{type: revolute, at: {name}.o, axis: [0, 1, 0]}}"
 
 
-def hoops(depths: dict[str, float], rate: float, count: int, gravity: float = -9.81) -> scenes.Scene:
+def hoops(
+    depths: dict[str, float], rate: float, count: int, gravity: float = -9.81
+) -> scenes.Scene:
     bodies = "".join(BEAD.format(name=name, depth=-depth) for name, depth in depths.items())
     joints = ", ".join(JOINT.format(name=name) for name in depths)
-    return scenes.loads(SCENE.format(bodies=bodies, joints=joints, rate=rate, count=count, gravity=gravity))
+    return scenes.loads(
+        SCENE.format(bodies=bodies, joints=joints, rate=rate, count=count, gravity=gravity)
+    )
 
 
 def roots(radius: float, rate: float) -> float:
@@ -45,17 +50,22 @@ def roots(radius: float, rate: float) -> float:
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_roots_of_a_bead_beyond_its_limit_come_in_a_pair(count: int) -> None:
     scene = hoops({"bead": 0.5}, 7.0, count)
-    with pytest.warns(Notice, match=r"the equilibrium is unstable \(divergence\): mode 2 by 5\.42 1/s"):
+    with pytest.warns(
+        Notice, match=r"the equilibrium is unstable \(divergence\): mode 2 by 5\.42 1/s"
+    ):
         found = scene.analysis.find(scene)
     s = roots(0.5, 7.0)
     np.testing.assert_allclose(found.facts["growth_per_s"], [-s, s], rtol=1e-4)
 
 
 def test_a_motion_that_grows_beyond_those_asked_for_is_named() -> None:
-    """The slower bead swings; that on the larger hoop leaves it at more than the frequency of the first."""
+    """The slower bead swings; that on the larger hoop leaves it at more than the frequency of the
+    first.
+    """
     scene = hoops({"near": 0.19, "far": 3.0}, 7.0, 1)
     with pytest.warns(
-        Notice, match=r"2 of the motions|1 of the motions that are not listed grow \(divergence\), most by 6\.76 1/s"
+        Notice,
+        match=r"2 of the motions|1 of the motions that are not listed grow \(divergence\), most by 6\.76 1/s",
     ):
         found = scene.analysis.find(scene)
     assert found.facts["growth_per_s"] == pytest.approx([0.0], abs=1e-9)
@@ -63,7 +73,9 @@ def test_a_motion_that_grows_beyond_those_asked_for_is_named() -> None:
 
 
 def test_free_motions_in_equilibrium_are_no_error() -> None:
-    """A rotor that turns freely about the axis of its frame: its turning is a mode of frequency 0; one that falls is refused."""
+    """A rotor that turns freely about the axis of its frame: its turning is a mode of frequency 0;
+    one that falls is refused.
+    """
     text = """
 schema: 1
 dimension: 3
@@ -82,15 +94,27 @@ analysis: {type: modes, spin: {rate: 3.0}, count: 1}
 
 
 def test_what_the_spin_holds_where_it_is_drawn_is_not_free() -> None:
-    """A bead where cos(theta) = g / (rate^2 R), which weight alone would push: it vibrates by rate sin(theta)."""
+    """A bead where cos(theta) = g / (rate^2 R), which weight alone would push: it vibrates by rate
+    sin(theta).
+    """
     cosine = 9.81 / (49.0 * 0.5)
     sine = np.sqrt(1.0 - cosine**2)
     center = f"[{0.5 * sine}, 0, {-0.5 * cosine}]"
     body = f"{{type: rigid, mass: 1, inertia: [1e-6, 1e-6, 1e-6], center: {center}, points: {{o: [0, 0, 0]}}}}"
     joint = "{type: revolute, at: arm.o, axis: [0, 1, 0]}"
-    scene = scenes.loads(SCENE.format(bodies=f"\n  arm: {body}", joints=f"arm: {joint}", rate=7.0, count=1, gravity=-9.81))
+    scene = scenes.loads(
+        SCENE.format(
+            bodies=f"\n  arm: {body}", joints=f"arm: {joint}", rate=7.0, count=1, gravity=-9.81
+        )
+    )
     found = scene.analysis.find(scene)
     assert found.columns["omega_rad_per_s"] == pytest.approx([7.0 * sine], rel=1e-5)
-    still = scenes.loads(SCENE.format(bodies=f"\n  arm: {body}", joints=f"arm: {joint}", rate=0.0, count=1, gravity=-9.81))
-    with pytest.raises(InputError, match=r"free motions: arm turns about .*draw what weight holds as it hangs"):
+    still = scenes.loads(
+        SCENE.format(
+            bodies=f"\n  arm: {body}", joints=f"arm: {joint}", rate=0.0, count=1, gravity=-9.81
+        )
+    )
+    with pytest.raises(
+        InputError, match=r"free motions: arm turns about .*draw what weight holds as it hangs"
+    ):
         still.analysis.find(still)

@@ -27,7 +27,10 @@ from .test_state_space import MESHES
 def driven() -> System:
     """A beam at rest whose drive turns at 3 rad/s from the start."""
     system = models.spin_up(4, all_multipliers=True)
-    return replace(system, signals=[lambda t: np.cos(3.0 * t), lambda t: np.sin(3.0 * t)][: len(system.signals)])
+    return replace(
+        system,
+        signals=[lambda t: np.cos(3.0 * t), lambda t: np.sin(3.0 * t)][: len(system.signals)],
+    )
 
 
 def thrown() -> System:
@@ -63,7 +66,9 @@ outputs: {tip: {type: position, at: arm.right}}
 
 
 def test_a_damped_spring_far_off_its_rest() -> None:
-    """M^-1 f turns the root, which weighs next to nothing, by a radian a step; no mesh matters once waves are left to the step."""
+    """M^-1 f turns the root, which weighs next to nothing, by a radian a step; no mesh matters once
+    waves are left to the step.
+    """
 
     def tip(mesh: str, step: str) -> float:
         scene = scenes.loads(SPRUNG.replace("MESH", mesh).replace("STEP", step), MESHES)
@@ -81,13 +86,21 @@ def kicked(cells: int) -> System:
     """A damped strip of 1 m on a pin, turned by 20 mN m from t = 0 on."""
     strip, material = sections.Rectangular(20e-3, 3e-3), sections.Material(2e9, 1200.0)
     arm, root = body.cable("arm", models.segment(cells), strip, material, dim=2), At("arm", "left")
-    outputs = {"a": probes.Angle(root), "pin": probes.Reaction("pin"), "rate": probes.AngularVelocity(root)}
+    outputs = {
+        "a": probes.Angle(root),
+        "pin": probes.Reaction("pin"),
+        "rate": probes.AngularVelocity(root),
+    }
     turn = loads.Moment("turn", root, 0.02)
-    return eliminate(assemble([arm], [joints.Pin("pin", root)], [turn], Rayleigh(stiffness=3e-3), outputs))
+    return eliminate(
+        assemble([arm], [joints.Pin("pin", root)], [turn], Rayleigh(stiffness=3e-3), outputs)
+    )
 
 
 def test_a_torque_that_begins_at_once_turns_what_the_step_resolves() -> None:
-    """By M^-1 f one end of 128 cells begins with -0.021 rad in 0.2 ms; 0.0002 rad are right, as smaller steps tell."""
+    """By M^-1 f one end of 128 cells begins with -0.021 rad in 0.2 ms; 0.0002 rad are right, as
+    smaller steps tell.
+    """
     scheme = GeneralizedAlpha(2e-4)
     coarse, fine = (outputs(integrate(kicked(cells), scheme, 1e-2))["a"] for cells in (16, 128))
     exact = outputs(integrate(kicked(16), GeneralizedAlpha(2e-5), 1e-2))["a"][::10]
@@ -115,7 +128,9 @@ outputs: {a: {type: angle, at: arm.left}}
 def test_a_torque_that_an_event_lets_act_turns_what_the_step_resolves() -> None:
     """By M^-1 f one end of 100 cells turned back by 0.0043 rad in 0.4 ms; 0.0005 rad are right."""
     coarse, fine = (
-        studies.run(scenes.loads(BRAKED.replace("MESH", f"beam_{cells}.msh"), MESHES), plots=False).outputs["a"]
+        studies.run(
+            scenes.loads(BRAKED.replace("MESH", f"beam_{cells}.msh"), MESHES), plots=False
+        ).outputs["a"]
         for cells in (20, 100)
     )
     np.testing.assert_allclose(coarse, fine, atol=1e-6)
@@ -123,21 +138,33 @@ def test_a_torque_that_an_event_lets_act_turns_what_the_step_resolves() -> None:
 
 
 def test_what_is_shown_of_a_start_balances_all_forces() -> None:
-    """Stored, of a run that is taken step by step, and where forces are balanced; steps begin alike there and at an event."""
+    """Stored, of a run that is taken step by step, and where forces are balanced; steps begin alike
+    there and at an event.
+    """
     system, scheme = kicked(16), GeneralizedAlpha(2e-4)
     model, motion = compile_system(system), integrate(system, scheme, 1e-2)
-    gap = evaluate(model, motion.x[0], motion.v[0], 0.0, None, motion.multipliers[0], motion.a[0])[0]
+    gap = evaluate(model, motion.x[0], motion.v[0], 0.0, None, motion.multipliers[0], motion.a[0])[
+        0
+    ]
     assert np.abs(gap).max() < 1e-12
     begun, columns = live.start(system, scheme), outputs(motion)
-    assert begun.outputs() == pytest.approx({name: values[0] for name, values in columns.items()}, abs=1e-12)
+    assert begun.outputs() == pytest.approx(
+        {name: values[0] for name, values in columns.items()}, abs=1e-12
+    )
     state, back = begun.run.step.state, np.argsort(model.order)
     steps_begin_with = state.history[0][back].copy()
     begun.step(count=50)
-    assert begun.outputs() == pytest.approx({name: values[-1] for name, values in columns.items()}, abs=1e-12)
+    assert begun.outputs() == pytest.approx(
+        {name: values[-1] for name, values in columns.items()}, abs=1e-12
+    )
     at = initial.start_of(model)
-    starts = [initial.consistent_start(model, scheme, one) for one in (at, at._replace(first=False))]
+    starts = [
+        initial.consistent_start(model, scheme, one) for one in (at, at._replace(first=False))
+    ]
     np.testing.assert_array_equal(starts[0].a, starts[1].a)
-    np.testing.assert_allclose(steps_begin_with, starts[0].a, rtol=1e-9, atol=1e-9 * np.abs(starts[0].a).max())
+    np.testing.assert_allclose(
+        steps_begin_with, starts[0].a, rtol=1e-9, atol=1e-9 * np.abs(starts[0].a).max()
+    )
     assert np.abs(starts[0].a).max() < 0.1 * np.abs(motion.a[0]).max()
 
 
@@ -155,9 +182,11 @@ outputs: {tip: {type: position, at: arm.right}, energy: {type: energy}}
 
 @pytest.mark.parametrize("step", ["50 ms", "5 ms", "0.5 ms"])
 def test_a_drive_that_begins_with_a_rate_turns_what_the_step_resolves(step: str) -> None:
-    """A beam of 1 m and 3.39 kg is turned at 1 mrad/s from t = 0 on: I w^2 / 2 = 0.57 uJ, up to four times that while it swings.
+    """A beam of 1 m and 3.39 kg is turned at 1 mrad/s from t = 0 on: I w^2 / 2 = 0.57 uJ, up to
+    four times that while it swings.
 
-    By the mass alone the first node turns at once, at rates of strain that begin the run with 0.08, 0.16 and 1e-4 J.
+    By the mass alone the first node turns at once, at rates of strain that begin the run with 0.08,
+    0.16 and 1e-4 J.
     """
     scene = scenes.loads(TURNED.replace("MESH", "beam_10.msh").replace("STEP", step), MESHES)
     with pytest.warns(Notice) as shown:
@@ -168,15 +197,25 @@ def test_a_drive_that_begins_with_a_rate_turns_what_the_step_resolves(step: str)
     assert out["tip_y"][-1] == pytest.approx(0.02 * np.sin(0.05), rel=2e-3)
     told = [str(one.message) for one in shown if one.category is Notice]
     assert "drives begin with rates that their bodies do not have" in told[0]
-    assert all("the energy balance falls" in one and "velocities jump at the start; give bodies" in one for one in told[1:])
+    assert all(
+        "the energy balance falls" in one and "velocities jump at the start; give bodies" in one
+        for one in told[1:]
+    )
 
 
 def test_small_steps_share_a_jump_by_the_mass() -> None:
-    """Where a step resolves all waves, velocities change by the least kinetic energy, but for y^2, of fourth order undamped."""
+    """Where a step resolves all waves, velocities change by the least kinetic energy, but for y^2,
+    of fourth order undamped.
+    """
     system = driven()
     J, gap = initial.velocity_gaps(system, GeneralizedAlpha(1e-6))
-    exact = initial.change_of(initial.kkt_solver(system, system.mass, J), np.zeros(system.size), gap)
+    exact = initial.change_of(
+        initial.kkt_solver(system, system.mass, J), np.zeros(system.size), gap
+    )
     with pytest.warns(Notice, match="drives begin"):
-        off = [np.abs(initial.admissible(system, GeneralizedAlpha(h))[1] - exact).max() for h in (2e-6, 1e-6)]
+        off = [
+            np.abs(initial.admissible(system, GeneralizedAlpha(h))[1] - exact).max()
+            for h in (2e-6, 1e-6)
+        ]
     assert off[1] < 1e-3 * np.abs(exact).max()
     assert off[0] / off[1] == pytest.approx(16.0, rel=0.1)

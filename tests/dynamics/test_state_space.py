@@ -1,4 +1,6 @@
-"""Linear systems from inputs to outputs: closed forms, a motion with a small chirp, reduced systems, files."""
+"""Linear systems from inputs to outputs: closed forms, a motion with a small chirp, reduced
+systems, files.
+"""
 
 from __future__ import annotations
 
@@ -87,9 +89,13 @@ def chirp(t: np.ndarray) -> np.ndarray:
 
 
 def test_a_double_pendulum_that_hangs_answers_a_small_chirp(hanging: StateTable) -> None:
-    """Example 2 under its weight: transfer functions of the nonlinear motion, within 1 % of the largest."""
+    """Example 2 under its weight: transfer functions of the nonlinear motion, within 1 % of the
+    largest.
+    """
     space, h = space_of(hanging), 4e-3
-    system = replace(with_inputs(hanging.reduced, {"u": chirp}), x0=space.x, v0=np.zeros_like(space.x))
+    system = replace(
+        with_inputs(hanging.reduced, {"u": chirp}), x0=space.x, v0=np.zeros_like(space.x)
+    )
     motion = integrate(system, GeneralizedAlpha(h, rho_inf=0.95), 12.0)
     columns = dynamics.outputs(motion)
     omega = 2.0 * np.pi * np.linspace(0.3, 3.0, 40)
@@ -106,22 +112,35 @@ def test_a_mass_on_a_spring_has_its_closed_form() -> None:
     omega = np.array([0.0, 1.0, 4.0, 30.0])
     exact = 1.4 / (3.0 * (1j * omega) ** 2 + 1.5j * omega + 50.0)
     np.testing.assert_allclose(space.transfer(omega)[:, 0, 0], exact, rtol=1e-7)
-    np.testing.assert_allclose(space.transfer(omega)[:, 1, 0], 1j * omega * exact, rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(
+        space.transfer(omega)[:, 1, 0], 1j * omega * exact, rtol=1e-7, atol=1e-12
+    )
     assert space.outputs[2] == "push_force"
     assert space.D[2, 0] == pytest.approx(1.4, rel=1e-9)
     assert space.scipy().to_tf().den[-1] == pytest.approx(50.0 / 3.0, rel=1e-9)
-    assert space.units == {"u": "N", "x": "m", "v": "m/s", "push_force": "N", "push_stretch": "m", "push_rate": "m/s"}
+    assert space.units == {
+        "u": "N",
+        "x": "m",
+        "v": "m/s",
+        "push_force": "N",
+        "push_stretch": "m",
+        "push_rate": "m/s",
+    }
 
 
 def test_reduced_systems_and_few_modes_keep_slow_answers(hanging: StateTable) -> None:
     full, omega = space_of(hanging), 2.0 * np.pi * np.linspace(0.3, 3.0, 7)
     V = full.basis[:, :24]
     small = change_coordinates(hanging.reduced, V, full.x)
-    reduced = dynamics.state_space(small, dynamics.linearise(small, np.zeros(24)), time=1.0, outputs=["C"])
+    reduced = dynamics.state_space(
+        small, dynamics.linearise(small, np.zeros(24)), time=1.0, outputs=["C"]
+    )
     exact = full.transfer(omega)[:, 0, 0]
     np.testing.assert_allclose(reduced.transfer(omega)[:, 0, 0], exact, rtol=2e-3)
     few = found(
-        HANGING.replace(", angle: {unit: rad}", "").replace("{type: linearise}", "{type: linearise, modes: 16, outputs: C}")
+        HANGING.replace(", angle: {unit: rad}", "").replace(
+            "{type: linearise}", "{type: linearise, modes: 16, outputs: C}"
+        )
     )
     assert space_of(few).A.shape == (32, 32)
     np.testing.assert_allclose(space_of(few).transfer(omega)[:, 0, 0], exact, rtol=1e-2)
@@ -142,7 +161,10 @@ def test_saved_models_with_sampled_points_answer_as_the_full_one(tmp_path: Path)
     full = build.chosen_form(scene, build.system(scene))
     studies.reduce(path, duration=0.5, out=tmp_path / "arm.h5")
     saved = files.load(tmp_path / "arm.h5")
-    one, other = (dynamics.state_space(system, dynamics.linearise(system), outputs=["hinge", "tip"]) for system in (full, saved))
+    one, other = (
+        dynamics.state_space(system, dynamics.linearise(system), outputs=["hinge", "tip"])
+        for system in (full, saved)
+    )
     assert len(other.A) < 0.2 * len(one.A)
     omega = 2.0 * np.pi * np.array([1.0, 5.0, 10.0])
     np.testing.assert_allclose(other.transfer(omega), one.transfer(omega), rtol=1e-4)
@@ -151,9 +173,18 @@ def test_saved_models_with_sampled_points_answer_as_the_full_one(tmp_path: Path)
 def test_files_hold_the_system(tmp_path: Path) -> None:
     (tmp_path / "mass.yaml").write_text(MASS)
     run = studies.run(tmp_path / "mass.yaml", out=tmp_path / "out")
-    assert [path.name for path in run.files] == ["eigenvalues.csv", "linear.npz", "linear.mat", "report.json", "transfer.png"]
+    assert [path.name for path in run.files] == [
+        "eigenvalues.csv",
+        "linear.npz",
+        "linear.mat",
+        "report.json",
+        "transfer.png",
+    ]
     assert run.linear is not None
-    npz, mat = np.load(tmp_path / "out" / "linear.npz"), loadmat(tmp_path / "out" / "linear.mat", simplify_cells=True)
+    npz, mat = (
+        np.load(tmp_path / "out" / "linear.npz"),
+        loadmat(tmp_path / "out" / "linear.mat", simplify_cells=True),
+    )
     for key in ("A", "B", "C", "D"):
         np.testing.assert_array_equal(npz[key], getattr(run.linear, key))
         np.testing.assert_array_equal(np.reshape(mat[key], npz[key].shape), npz[key])
@@ -163,9 +194,21 @@ def test_files_hold_the_system(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("{type: linearise}", "{type: linearise, inputs: push}", r"linearise, inputs: expected one of .*u.*'push'"),
-        ("{type: linearise}", "{type: linearise, outputs: [C, D]}", r"linearise, outputs: expected one of .*'D'"),
-        ("loads:\n", "  drive: {type: driven_angle, at: I.left, angle: angle, axis: [0, 1, 0]}\nloads:\n", "drives a joint"),
+        (
+            "{type: linearise}",
+            "{type: linearise, inputs: push}",
+            r"linearise, inputs: expected one of .*u.*'push'",
+        ),
+        (
+            "{type: linearise}",
+            "{type: linearise, outputs: [C, D]}",
+            r"linearise, outputs: expected one of .*'D'",
+        ),
+        (
+            "loads:\n",
+            "  drive: {type: driven_angle, at: I.left, angle: angle, axis: [0, 1, 0]}\nloads:\n",
+            "drives a joint",
+        ),
     ],
 )
 def test_what_is_no_input_or_output_is_named(before: str, after: str, message: str) -> None:
@@ -175,16 +218,25 @@ def test_what_is_no_input_or_output_is_named(before: str, after: str, message: s
 
 
 def test_few_modes_with_static_correction() -> None:
-    """Transfer functions about rest are those of all modes, reactions too; the error grows with the square of the frequency."""
-    text = HANGING.replace(", angle: {unit: rad}", "").replace("position, at: II.right", "position, at: I.right")
+    """Transfer functions about rest are those of all modes, reactions too; the error grows with the
+    square of the frequency.
+    """
+    text = HANGING.replace(", angle: {unit: rad}", "").replace(
+        "position, at: II.right", "position, at: I.right"
+    )
     scene = scenes.loads(text.replace("damping: {mass: 2.5}\n", ""), MESHES)
     system = build.chosen_form(scene, build.system(scene))
     hanging = dynamics.solve_statics(system, 4)
     linear = dynamics.linearise(hanging.system, hanging.x[-1], hanging.multipliers[-1], t=1.0)
     omega = np.array([0.1, 0.2])
     exact = dynamics.state_space(system, linear, 1.0).transfer(omega)
-    plain, static = (dynamics.state_space(system, linear, 1.0, count=2, static=one) for one in (False, True))
-    errors = [np.abs(one.transfer(omega) - exact).max(axis=(1, 2)) / np.abs(exact).max() for one in (plain, static)]
+    plain, static = (
+        dynamics.state_space(system, linear, 1.0, count=2, static=one) for one in (False, True)
+    )
+    errors = [
+        np.abs(one.transfer(omega) - exact).max(axis=(1, 2)) / np.abs(exact).max()
+        for one in (plain, static)
+    ]
     assert errors[0].min() > 0.3
     assert errors[1].max() < 1e-3
     assert errors[1][1] / errors[1][0] == pytest.approx(4.0, rel=0.05)
@@ -224,18 +276,25 @@ analysis: {type: linearise, about: reference, modes: 1, static: true}
 
 
 def test_static_correction_of_a_soft_lever() -> None:
-    """0.1 mm long, it would bend by ten times its length under the input that is nudged: L^3 / 3 EI and L^2 / 2 EI at rest."""
+    """0.1 mm long, it would bend by ten times its length under the input that is nudged: L^3 / 3 EI
+    and L^2 / 2 EI at rest.
+    """
     scene = scenes.loads(LEVER, MESHES)
     found, L, EI = scene.analysis.find(scene).linear.transfer([0.0])[0, :, 0], 1e-4, 3.3e-14  # type: ignore[attr-defined]
     np.testing.assert_allclose(found.real, [L**3 / (3 * EI), L**2 / (2 * EI)], rtol=1e-5)
 
 
 def test_reactions_at_rest_are_those_of_equilibria_nearby() -> None:
-    """A torque on the slope of a beam moves its stiffest modes, over which outputs are differentiated by small differences."""
+    """A torque on the slope of a beam moves its stiffest modes, over which outputs are
+    differentiated by small differences.
+    """
     space = space_of(found(TURNED.replace("START", "0")))
     gain = space.transfer([0.0])[0, :, 0].real
     sides = [
-        studies.run(scenes.loads(TURNED.replace("START", str(w)).replace("linearise", "static"), MESHES), plots=False).outputs
+        studies.run(
+            scenes.loads(TURNED.replace("START", str(w)).replace("linearise", "static"), MESHES),
+            plots=False,
+        ).outputs
         for w in (0.05, -0.05)
     ]
     for name, value in zip(space.outputs, gain, strict=True):
@@ -243,7 +302,9 @@ def test_reactions_at_rest_are_those_of_equilibria_nearby() -> None:
 
 
 def test_reactions_hold_those_of_the_equilibrium_which_turn_with_the_body() -> None:
-    """J a'' + k a + m g l sin a = u, hinge m l (a'' cos a - a'^2 sin a), m (g + l (a'' sin a + a'^2 cos a)), about a = 0.3."""
+    """J a'' + k a + m g l sin a = u, hinge m l (a'' cos a - a'^2 sin a), m (g + l (a'' sin a + a'^2
+    cos a)), about a = 0.3.
+    """
     m, moment, l, k, g, a = 2.0, 0.3, 0.7, 8.0, 9.81, 0.3
     scene = scenes.loads(f"""
 schema: 1
@@ -261,13 +322,17 @@ outputs: {{hinge: {{type: reaction, joint: hinge}}}}
     assert isinstance(scene.analysis, scenes.analyses.linearisation.Linearise)
     space, omega = scene.analysis.find(scene).linear, np.array([0.0, 2.0, 30.0])
     assert space is not None
-    turned = -(omega**2) / (m * g * l * np.cos(a) + k - (moment + m * l**2) * omega**2)  # a'' of a unit torque
+    turned = -(omega**2) / (
+        m * g * l * np.cos(a) + k - (moment + m * l**2) * omega**2
+    )  # a'' of a unit torque
     exact = m * l * turned[:, None] * np.array([np.cos(a), np.sin(a)])
     np.testing.assert_allclose(space.transfer(omega)[:, :, 0], exact, rtol=1e-6, atol=1e-7)
 
 
 def test_energies_change_as_between_equilibria(tmp_path: Path) -> None:
-    """A mass of 1 kg on springs of 50 and 30 N/m, y0 = (0.8 u - 2) / 30 under 2 m/s^2: U = 2 y, E = (50 x^2 + 30 y^2) / 2."""
+    """A mass of 1 kg on springs of 50 and 30 N/m, y0 = (0.8 u - 2) / 30 under 2 m/s^2: U = 2 y, E =
+    (50 x^2 + 30 y^2) / 2.
+    """
     scene = scenes.loads("""
 schema: 1
 dimension: 2
@@ -286,7 +351,9 @@ outputs: {energy: {type: energy}}
     x, y = 0.6 * 2.0 / 50.0, (0.8 * 2.0 - 2.0) / 30.0
     assert found["energy_potential"] == pytest.approx(2.0 * 0.8 / 30.0, rel=1e-7)
     assert found["energy_strain"] == pytest.approx(0.6 * x + 0.8 * y, rel=1e-6)
-    assert np.isnan(found["energy_balance"])  # as of equilibria, between which nothing is known to have worked
+    assert np.isnan(
+        found["energy_balance"]
+    )  # as of equilibria, between which nothing is known to have worked
     assert (tmp_path / "out" / "transfer.png").is_file()
 
 
@@ -317,4 +384,6 @@ def test_a_beam_with_torsion_has_the_poles_of_its_modes_and_the_answers_of_stati
     gain = space.transfer([0.0])[0].real
     EI = 1e9 * np.pi * 0.01**4 / 64.0
     shear = 1.0 / (1e9 / 2.6 * np.pi * 0.005**2)
-    np.testing.assert_allclose(gain, [[1.0 / (3.0 * EI) + 1.15 * shear, -1.0 / (2.0 * EI)]], rtol=1e-5)
+    np.testing.assert_allclose(
+        gain, [[1.0 / (3.0 * EI) + 1.15 * shear, -1.0 / (2.0 * EI)]], rtol=1e-5
+    )

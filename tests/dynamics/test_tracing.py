@@ -1,4 +1,6 @@
-"""A run that keeps few states has the outputs, energies and continuations of one that keeps all, to the bit."""
+"""A run that keeps few states has the outputs, energies and continuations of one that keeps all, to
+the bit.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, energies, integrate, integration, outputs, reactions, tracing
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Trajectory,
+    energies,
+    integrate,
+    integration,
+    outputs,
+    reactions,
+    tracing,
+)
 from fmbs_skfem.dynamics.diagnoses.stability import last_sound
 from fmbs_skfem.dynamics.observers import Judge, Observer
 from fmbs_skfem.dynamics.outputs import sizes_of
@@ -66,12 +77,18 @@ EVENT = "events: {low: {when: tip.y + 0.5, stop: true}}\n"
 
 @dataclass(frozen=True)
 class HeldBy(Probe):
-    """The number of forces that hold a scene, and their sum: an output of one's own, which may call all there is."""
+    """The number of forces that hold a scene, and their sum: an output of one's own, which may call
+    all there is.
+    """
 
     at: fields_of.Place
 
     def sense(self, name: str, draft: Draft) -> Output:
-        return self.output(draft, (f"{name}_joints", f"{name}_loads"), [draft.layout.read(f"output '{name}'", self.at)])
+        return self.output(
+            draft,
+            (f"{name}_joints", f"{name}_loads"),
+            [draft.layout.read(f"output '{name}'", self.at)],
+        )
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
@@ -143,11 +160,21 @@ def test_outputs_are_those_of_all_states(every: int) -> None:
 
 
 def test_a_run_keeps_few_numbers() -> None:
-    """A chain of 40 balls: what outputs ask for, a block of states, and those that are kept, however many steps it takes."""
-    balls = "".join(f"  b{k}: {{type: point_mass, mass: 1, position: [{k}, 0]}}\n" for k in range(40))
-    rods = "".join(f"  r{k}: {{type: spring_damper, at: b{k}, to: b{k + 1}, stiffness: 1e3}}\n" for k in range(39))
+    """A chain of 40 balls: what outputs ask for, a block of states, and those that are kept,
+    however many steps it takes.
+    """
+    balls = "".join(
+        f"  b{k}: {{type: point_mass, mass: 1, position: [{k}, 0]}}\n" for k in range(40)
+    )
+    rods = "".join(
+        f"  r{k}: {{type: spring_damper, at: b{k}, to: b{k + 1}, stiffness: 1e3}}\n"
+        for k in range(39)
+    )
     text = f"schema: 1\ndimension: 2\nbodies:\n{balls}loads:\n{rods}analysis: {{type: dynamic, duration: 1, step: 1 ms}}\n"
-    system = system_of(text + "outputs: {tip: {type: position, at: b39}}\ninitial: {bodies: {b39: {velocity: [0, 1]}}}\n")
+    system = system_of(
+        text
+        + "outputs: {tip: {type: position, at: b39}}\ninitial: {bodies: {b39: {velocity: [0, 1]}}}\n"
+    )
     room: list[int] = []
 
     class Room(Observer):
@@ -165,10 +192,15 @@ def test_a_run_keeps_few_numbers() -> None:
 
 
 def test_unknowns_in_another_order() -> None:
-    """A chain whose links are listed in disorder is solved in an order of its own, and stored in that of its unknowns."""
+    """A chain whose links are listed in disorder is solved in an order of its own, and stored in
+    that of its unknowns.
+    """
     numbers = [(7 * k) % 60 for k in range(60)]
     balls = "".join(f"  b{k}: {{type: point_mass, mass: 1, position: [{k}, 0]}}\n" for k in numbers)
-    rods = "".join(f"  r{k}: {{type: spring_damper, at: b{k}, to: b{k + 1}, stiffness: 1e3}}\n" for k in range(59))
+    rods = "".join(
+        f"  r{k}: {{type: spring_damper, at: b{k}, to: b{k + 1}, stiffness: 1e3}}\n"
+        for k in range(59)
+    )
     text = f"schema: 1\ndimension: 2\nbodies:\n{balls}loads:\n{rods}analysis: {{type: dynamic, duration: 1, step: 1 ms}}\n"
     wanted = "outputs: {tip: {type: position, at: b59}, energy: {type: energy}}\n"
     system = system_of(text + wanted + "initial: {bodies: {b59: {velocity: [0.2, 1]}}}\n")
@@ -186,11 +218,19 @@ def test_what_reads_states_has_all_of_them() -> None:
     motion = run(system, observers=[Judge(lambda run, motion: seen.append(len(motion.x)))])
     assert motion.kept is None
     assert seen == [STEPS + 1]
-    assert run(system, observers=[Judge(lambda run, motion: None, reads_states=False)]).kept is not None
+    assert (
+        run(system, observers=[Judge(lambda run, motion: None, reads_states=False)]).kept
+        is not None
+    )
 
 
 def test_an_event_stops_it_early() -> None:
-    system = system_of(SCENE.replace("  force: {type: reaction, joint: pin}\n  spring: {type: load, load: spring}\n", "") + EVENT)
+    system = system_of(
+        SCENE.replace(
+            "  force: {type: reaction, joint: pin}\n  spring: {type: load, load: spring}\n", ""
+        )
+        + EVENT
+    )
     few, whole = run(system), run(system, None)
     same_outputs(few, whole)
     assert few.events == whole.events
@@ -209,7 +249,9 @@ def stop_at(share: float) -> Any:
 
 
 def test_a_resumed_run_has_the_same_bits(tmp_path: Path) -> None:
-    """Stopped in the middle of a block and gone on with, twice; segments hold what was read, and few states."""
+    """Stopped in the middle of a block and gone on with, twice; segments hold what was read, and
+    few states.
+    """
     system, kept = system_of(SCENE), None
     whole = run(system)
     for share in (0.3, 0.6, 2.0):
@@ -217,7 +259,12 @@ def test_a_resumed_run_has_the_same_bits(tmp_path: Path) -> None:
         found = segments.manifest(tmp_path) if there else None
         record = Recorder(tmp_path, {}, 0.0, found)
         try:
-            kept = run(system, record=record, resume=segments.read(tmp_path) if there else None, progress=stop_at(share))
+            kept = run(
+                system,
+                record=record,
+                resume=segments.read(tmp_path) if there else None,
+                progress=stop_at(share),
+            )
         except KeyboardInterrupt:
             assert segments.manifest(tmp_path).done < STEPS
     assert kept is not None
@@ -240,12 +287,21 @@ def test_a_history_of_all_states_is_gone_on_with_as_it_began(tmp_path: Path) -> 
 
 
 def test_the_last_sound_state_is_kept() -> None:
-    """Negative damping makes energy out of nothing: the state before it rises is kept, wherever the others are."""
+    """Negative damping makes energy out of nothing: the state before it rises is kept, wherever the
+    others are.
+    """
     text = SCENE.replace("damping: 1", "damping: 0").replace("step: 1 ms", "step: 1 ms, rho_inf: 1")
     system = system_of(text)
     whole = run(system, None)
     parts, late = tracing.Tracer(np.zeros(1, np.int64), STEPS * H, 0.0), whole.times > 0.6
-    grown = Trajectory(system, whole.times, whole.x, whole.v * np.where(late, 4.0, 1.0)[:, None], whole.a, whole.multipliers)
+    grown = Trajectory(
+        system,
+        whole.times,
+        whole.x,
+        whole.v * np.where(late, 4.0, 1.0)[:, None],
+        whole.a,
+        whole.multipliers,
+    )
     grown = replace(grown, work=whole.work, memory=whole.memory)
     model = compile_system(system)
     for first in range(0, 960, 16):
@@ -274,7 +330,10 @@ def test_sizes_of_a_motion_are_read_until_it_is_clear_of_noise() -> None:
 def test_an_output_says_what_it_calls() -> None:
     """What it does not say is not found of states that are gone."""
     system = system_of(SCENE.replace("  force: {type: reaction, joint: pin}\n", ""))
-    with pytest.raises(InputError, match=r"an output that calls reactions\(\): expected a class with 'reactions' in its `calls`"):
+    with pytest.raises(
+        InputError,
+        match=r"an output that calls reactions\(\): expected a class with 'reactions' in its `calls`",
+    ):
         reactions(run(system))
 
 

@@ -1,4 +1,6 @@
-"""Torsion springs, angles and angular velocities over many turns: full, reduced, saved, large models, batches, resumed runs."""
+"""Torsion springs, angles and angular velocities over many turns: full, reduced, saved, large
+models, batches, resumed runs.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,16 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.compiling.angles import continued
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics, trajectory
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    energies,
+    integrate,
+    outputs,
+    reactions,
+    solve_statics,
+    trajectory,
+)
 from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate
 from fmbs_skfem.systems.connections import joints
@@ -30,12 +41,16 @@ Z = (0.0, 0.0, 1.0)
 TIGHT = Newton(tolerance=1e-12)
 
 
-def oscillator(rest: float = 0.0, speed: float = 10.0, dim: int = 2, moment: float = 0.0, damping: float = 0.0) -> System:
+def oscillator(
+    rest: float = 0.0, speed: float = 10.0, dim: int = 2, moment: float = 0.0, damping: float = 0.0
+) -> System:
     """A disc of inertia 0.01 on a spring of 0.01 N m/rad about z: theta'' = rest - theta."""
     inertia: Any = 0.01 if dim == 2 else (0.008, 0.009, 0.01)
     axis = {} if dim == 2 else {"axis": Z}
     at = At("disc", "frame")
-    pushes = [loads.Moment("push", at, moment if dim == 2 else (0.0, 0.0, moment))] if moment else []
+    pushes = (
+        [loads.Moment("push", at, moment if dim == 2 else (0.0, 0.0, moment))] if moment else []
+    )
     return eliminate(
         assemble(
             [rigid("disc", 1.0, inertia, (0.0,) * dim, dim=dim)],
@@ -49,7 +64,9 @@ def oscillator(rest: float = 0.0, speed: float = 10.0, dim: int = 2, moment: flo
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_spring_counts_its_turns(dim: int) -> None:
-    """10 sin t: more than a turn and a half to either side, with the energy k theta^2 / 2 of all of it."""
+    """10 sin t: more than a turn and a half to either side, with the energy k theta^2 / 2 of all of
+    it.
+    """
     motion = integrate(oscillator(dim=dim), GeneralizedAlpha(2e-3), 6.0, TIGHT)
     found, t = outputs(motion), motion.times
     assert_allclose(found["angle"], 10.0 * np.sin(t), atol=5e-3)
@@ -63,7 +80,9 @@ def test_a_rest_angle_of_more_than_half_a_turn() -> None:
 
 
 def test_a_spring_between_two_bodies_counts_the_turns_between_them() -> None:
-    """Equal discs, one of them at 20 rad/s: their mean turns at 10 rad/s, their difference is 10 sqrt 2 sin(sqrt 2 t)."""
+    """Equal discs, one of them at 20 rad/s: their mean turns at 10 rad/s, their difference is 10
+    sqrt 2 sin(sqrt 2 t).
+    """
     ends = [At(name, "frame") for name in ("a", "b")]
     discs = [rigid(end.body, 1.0, 0.01, (0.0, 0.0), dim=2) for end in ends]
     pins = [joints.Revolute(end.body.upper(), end) for end in ends]
@@ -77,7 +96,9 @@ def test_a_spring_between_two_bodies_counts_the_turns_between_them() -> None:
     motion = integrate(eliminate(system), GeneralizedAlpha(1e-3), 4.0, TIGHT)
     found, t = outputs(motion), motion.times
     assert_allclose(found["a"] + found["b"], 20.0 * t, atol=1e-2)
-    assert_allclose(found["a"] - found["b"], 10.0 * np.sqrt(2.0) * np.sin(np.sqrt(2.0) * t), atol=2e-2)
+    assert_allclose(
+        found["a"] - found["b"], 10.0 * np.sqrt(2.0) * np.sin(np.sqrt(2.0) * t), atol=2e-2
+    )
 
 
 def test_turns_of_nearly_half_a_turn_a_step() -> None:
@@ -87,7 +108,9 @@ def test_turns_of_nearly_half_a_turn_a_step() -> None:
     memory, first = model.memory, int(spring.rows[0, 0])
     P = np.asarray(system.probes.matrix[[first, first + 1]].toarray())
     for step, theta in enumerate([3.1 * k for k in range(8)] + [3.1 * k for k in range(6, -8, -1)]):
-        x = np.linalg.lstsq(P, np.array([np.cos(theta), np.sin(theta)]) - system.probes.offset[[first, first + 1]])[0]
+        x = np.linalg.lstsq(
+            P, np.array([np.cos(theta), np.sin(theta)]) - system.probes.offset[[first, first + 1]]
+        )[0]
         memory = compiled.accepted(model, x, memory=memory)
         assert memory[0] == pytest.approx(theta, abs=1e-9), step
         torque = continued(np.arctan2(np.sin(theta), np.cos(theta)), theta - 3.0)
@@ -96,7 +119,9 @@ def test_turns_of_nearly_half_a_turn_a_step() -> None:
 
 def rotor(stiffness: float = 0.03, E: float = 1e9) -> System:
     """A beam that turns on a pin against a spring; about 0.06 kg m^2."""
-    beam = body.cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(E, 2300.0), dim=2)
+    beam = body.cable(
+        "beam", models.segment(4), sections.Circular(0.01), sections.Material(E, 2300.0), dim=2
+    )
     root = At("beam", "left")
     return assemble(
         [beam],
@@ -119,7 +144,9 @@ def test_reduced_hyper_reduced_and_saved_models_count_turns(tmp_path: Path) -> N
         found = outputs(integrate(system, scheme, 2.0, TIGHT))
         assert_allclose(found["angle"], expected["angle"], atol=1e-3)
         assert_allclose(found["E_balance"], expected["E_balance"], atol=1e-3)
-    assert_allclose(expected["E_balance"], expected["E_balance"][0], atol=1e-3 * expected["E_kinetic"].max())
+    assert_allclose(
+        expected["E_balance"], expected["E_balance"][0], atol=1e-3 * expected["E_kinetic"].max()
+    )
 
 
 def test_large_models_count_turns(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,7 +180,9 @@ def test_equilibria_count_turns() -> None:
 
 @pytest.mark.parametrize("steps", [1, 3, 30])
 def test_turns_of_a_drive_between_equilibria(steps: int) -> None:
-    """A disc that is driven by 40 rad over the load factor: turns are counted on the way, not between equilibria that are kept."""
+    """A disc that is driven by 40 rad over the load factor: turns are counted on the way, not
+    between equilibria that are kept.
+    """
     at, angle = At("disc", "frame"), {"angle": probes.Angle(At("disc", "frame"))}
     held = [joints.Revolute("pin", at), joints.DrivenAngle("drive", at, lambda t: 40.0 * t)]
     system = eliminate(assemble([rigid("disc", 1.0, 0.01, (0.0, 0.0), dim=2)], held, outputs=angle))
@@ -166,16 +195,24 @@ def test_turns_of_a_drive_between_equilibria(steps: int) -> None:
 
 @pytest.mark.parametrize("steps", [1, 2, 7])
 def test_a_beam_is_rolled_up_twice(steps: int) -> None:
-    """M l / EI = 4 pi: the angle of the end, by which a spring there would be turned, has both of its turns."""
+    """M l / EI = 4 pi: the angle of the end, by which a spring there would be turned, has both of
+    its turns.
+    """
     beam = body.cable("beam", models.segment(20), sections.Given(1e5, 1.0, 1.0), dim=2, degree=5)
     end = At("beam", "right")
     push, angle = loads.Moment("M", end, 4.0 * np.pi), {"angle": probes.Angle(end)}
-    system = eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [push], outputs=angle))
-    assert outputs(solve_statics(system, steps))["angle"][-1] == pytest.approx(4.0 * np.pi, rel=5e-3)
+    system = eliminate(
+        assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [push], outputs=angle)
+    )
+    assert outputs(solve_statics(system, steps))["angle"][-1] == pytest.approx(
+        4.0 * np.pi, rel=5e-3
+    )
 
 
 def test_few_stored_states_still_tell_the_turns() -> None:
-    """0.9 s at up to 10 rad/s between two states: the angle, and the energy of the spring at the end, are known all the same."""
+    """0.9 s at up to 10 rad/s between two states: the angle, and the energy of the spring at the
+    end, are known all the same.
+    """
     motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.7, TIGHT, every=450)
     assert len(motion.times) == 4
     assert_allclose(outputs(motion)["angle"], 10.0 * np.sin(motion.times), atol=5e-3)
@@ -185,18 +222,26 @@ def test_a_part_of_a_motion_knows_the_turns() -> None:
     """The energy of the spring, turned by 10 sin(2) = 9.1 rad, in the last state alone."""
     motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.0, TIGHT)
     last = motion.part(slice(-1, None))
-    assert energies(last)[0, 1] == energies(motion)[-1, 1] == pytest.approx(0.005 * (10.0 * np.sin(2.0)) ** 2, rel=1e-3)
+    assert (
+        energies(last)[0, 1]
+        == energies(motion)[-1, 1]
+        == pytest.approx(0.005 * (10.0 * np.sin(2.0)) ** 2, rel=1e-3)
+    )
     assert_same(trajectory.joined(motion.part(slice(-1)), last), motion)
 
 
 def test_too_few_stored_states_are_told() -> None:
     motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 8.0, TIGHT, every=2000)
-    with pytest.warns(Notice, match="output 'angle': stored states are too far apart to count the turns"):
+    with pytest.warns(
+        Notice, match="output 'angle': stored states are too far apart to count the turns"
+    ):
         outputs(motion)
 
 
 def test_angular_velocity_about_a_fixed_axis_of_a_body_that_tumbles() -> None:
-    """A free body of equal moments of inertia keeps its angular velocity vector, whose components are its outputs."""
+    """A free body of equal moments of inertia keeps its angular velocity vector, whose components
+    are its outputs.
+    """
     omega, at = np.array([3.0, -2.0, 5.0]), At("ball", "frame")
     axes = {"x": (1.0, 0.0, 0.0), "y": (0.0, 2.0, 0.0), "skew": (1.0, 1.0, 1.0)}
     system = assemble(
@@ -215,26 +260,41 @@ def test_an_angle_that_jumps_is_told(spin: tuple[float, float, float], jumps: bo
     rod = body.cable("rod", models.segment(4), models.SECTION, models.MATERIAL)
     spring = loads.TorsionSpring("spring", At("rod", "left"), None, 1e-4, 0.0, 0.0, axis=Z)
     start = {"rod": Motion(angular_velocity=spin)}
-    system = eliminate(assemble([rod], [joints.Pin("A", At("rod", "left"))], [spring], initial=start))
+    system = eliminate(
+        assemble([rod], [joints.Pin("A", At("rod", "left"))], [spring], initial=start)
+    )
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         integrate(system, GeneralizedAlpha(2e-3), 0.2)
-    assert ["a load on rod jumps by 1" in str(one.message) for one in told if "jumps" in str(one.message)] == [True] * jumps
+    assert [
+        "a load on rod jumps by 1" in str(one.message)
+        for one in told
+        if "jumps" in str(one.message)
+    ] == [True] * jumps
 
 
 @pytest.mark.parametrize(("spin", "tilts"), [((0.9, 1.2, 0.0), True), ((0.0, 0.0, 2.0), False)])
-def test_a_torque_about_an_axis_that_its_place_leaves_is_told(spin: tuple[float, float, float], tilts: bool) -> None:
-    """A free body of equal moments J under a torque about z: dL/dt has a part tan(phi) across z where e2 is phi above the plane."""
+def test_a_torque_about_an_axis_that_its_place_leaves_is_told(
+    spin: tuple[float, float, float], tilts: bool
+) -> None:
+    """A free body of equal moments J under a torque about z: dL/dt has a part tan(phi) across z
+    where e2 is phi above the plane.
+    """
     top = rigid("top", 1.0, (2.0, 2.0, 2.0), (0.0, 0.0, 0.0), places={"e2": (0.0, 1.0, 0.0)})
     torque = controls.ControlTorque("torque", At("top", "frame"), axis=Z, torque=of_state(3.0))
-    rates = {axis: probes.AngularVelocity(At("top", "frame"), unit) for axis, unit in zip("xyz", np.eye(3).tolist(), strict=True)}
+    rates = {
+        axis: probes.AngularVelocity(At("top", "frame"), unit)
+        for axis, unit in zip("xyz", np.eye(3).tolist(), strict=True)
+    }
     outs = rates | {"e2": probes.Position(At("top", "e2"))}
     start = {"top": Motion(angular_velocity=spin)}
     system = eliminate(assemble([top], [], [torque], outputs=outs, initial=start))
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         found = outputs(integrate(system, GeneralizedAlpha(1e-3), 0.25))
-    e2, w = (np.stack([found[name.format(axis)] for axis in "xyz"], axis=1) for name in ("e2_{}", "{}"))
+    e2, w = (
+        np.stack([found[name.format(axis)] for axis in "xyz"], axis=1) for name in ("e2_{}", "{}")
+    )
     torques = 2.0 * np.gradient(w, 1e-3, axis=0)[1:-1]
     assert_allclose(torques[:, 2], 3.0, rtol=1e-4)
     across = 3.0 * np.abs(e2[1:-1, 2]) / np.linalg.norm(e2[1:-1, :2], axis=1)

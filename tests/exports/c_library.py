@@ -29,7 +29,9 @@ int divided_of(const NAME_memory *m) { return (int)m->divided; }
 """
 
 
-def compiled(folder: Path, texts: Sequence[str], name: str, flags: Sequence[str] = STRICT) -> ctypes.CDLL:
+def compiled(
+    folder: Path, texts: Sequence[str], name: str, flags: Sequence[str] = STRICT
+) -> ctypes.CDLL:
     """A library of some texts of C."""
     assert COMPILER is not None
     places = []
@@ -37,7 +39,16 @@ def compiled(folder: Path, texts: Sequence[str], name: str, flags: Sequence[str]
         places.append(folder / f"{name}_{k}.c")
         places[-1].write_text(text)
     library = folder / f"{name}.so"
-    command = [COMPILER, *flags, "-shared", "-fPIC", f"-I{folder}", *map(str, places), "-o", str(library)]
+    command = [
+        COMPILER,
+        *flags,
+        "-shared",
+        "-fPIC",
+        f"-I{folder}",
+        *map(str, places),
+        "-o",
+        str(library),
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return ctypes.CDLL(str(library))
@@ -50,7 +61,11 @@ class CRun:
         self.model, name = model, model.name
         (folder / f"{name}.h").write_text(model.header)
         self.library = compiled(folder, [model.source, HARNESS.replace("NAME", name)], name, flags)
-        for one, result in (("memory_size", ctypes.c_ulong), ("time_of", ctypes.c_double), ("left_of", ctypes.c_double)):
+        for one, result in (
+            ("memory_size", ctypes.c_ulong),
+            ("time_of", ctypes.c_double),
+            ("left_of", ctypes.c_double),
+        ):
             getattr(self.library, one).restype = result
         self.message = getattr(self.library, f"{name}_message")
         self.message.restype = ctypes.c_char_p

@@ -61,7 +61,11 @@ def arm(load: object, dim: int = 2, **more: object) -> System:
     tip, root = At("beam", "right"), At("beam", "left")
     outputs = {"tip": probes.Position(tip), "slope": probes.Slope(tip), "energy": probes.Energy()}
     if dim == 2:
-        outputs |= {"turn": probes.Angle(root), "rate": probes.AngularVelocity(root), "root": probes.Reaction("hinge")}
+        outputs |= {
+            "turn": probes.Angle(root),
+            "rate": probes.AngularVelocity(root),
+            "root": probes.Reaction("hinge"),
+        }
     weight = [loads.Gravity((0, -9.81) if dim == 2 else (0, 0, -9.81))]
     raw = assemble([beam], [joints.Pin("hinge", root)], [*weight, load], outputs=outputs, **more)
     full = full_of(replace_inputs(raw), STEP, 0.4)
@@ -70,22 +74,30 @@ def arm(load: object, dim: int = 2, **more: object) -> System:
 
 
 def replace_inputs(system: System) -> System:
-    return signals.with_inputs(system, {name: of_time("sin(20*t)") for name in signals.inputs_of(system)})
+    return signals.with_inputs(
+        system, {name: of_time("sin(20*t)") for name in signals.inputs_of(system)}
+    )
 
 
 def case_of(system: System, scheme: GeneralizedAlpha = STEP, **newton: float) -> Case:
     return Case(system, scheme, 0.3, Newton(**newton))
 
 
-def compare(case: Case, folder: Path, steps: int = 300, told: Mapping[str, float] | None = None) -> float:
+def compare(
+    case: Case, folder: Path, steps: int = 300, told: Mapping[str, float] | None = None
+) -> float:
     """Largest difference of an output, over its range."""
     model = c_files.write(case, "model under test", "a model")
     found = CRun(model, folder)
     for name, value in (told or {}).items():
         found.set("input", list(model.inputs).index(name), value)
     got = found.run(steps, 10)
-    system = signals.with_inputs(case.system, {name: of_time(value) for name, value in (told or {}).items()})
-    columns = dynamics.outputs(dynamics.integrate(system, case.scheme, steps * case.scheme.step, case.newton, 10))
+    system = signals.with_inputs(
+        case.system, {name: of_time(value) for name, value in (told or {}).items()}
+    )
+    columns = dynamics.outputs(
+        dynamics.integrate(system, case.scheme, steps * case.scheme.step, case.newton, 10)
+    )
     exact = np.stack([columns[one.name] for one in model.columns], axis=1)
     return float((np.abs(got - exact).max(axis=0) / np.maximum(np.ptp(exact, axis=0), 1e-9)).max())
 
@@ -93,8 +105,12 @@ def compare(case: Case, folder: Path, steps: int = 300, told: Mapping[str, float
 def by_tables() -> Expression:
     """Functions of time and of an expression, straight and smooth, read beyond their ends as well."""
     rise = Table("rise(t)", "", (0.02, 0.1, 0.15, 0.2), (0.0, 1.0, -0.4, 0.3))
-    bend = Table("bend", "", (-0.5, 0.0, 0.4, 0.8), (0.2, 0.0, 0.5, 2.0), smooth=True, of="", hold=True)
-    return of_time("rise(t) + bend(sin(9*t)) - 2*rise(t/2)*rise(t)", None, {"rise": rise, "bend": bend})
+    bend = Table(
+        "bend", "", (-0.5, 0.0, 0.4, 0.8), (0.2, 0.0, 0.5, 2.0), smooth=True, of="", hold=True
+    )
+    return of_time(
+        "rise(t) + bend(sin(9*t)) - 2*rise(t/2)*rise(t)", None, {"rise": rise, "bend": bend}
+    )
 
 
 def turning(t: np.ndarray) -> np.ndarray:
@@ -103,22 +119,38 @@ def turning(t: np.ndarray) -> np.ndarray:
 
 def shaft() -> System:
     """A bent beam that twists, under a moment at its end, in few modes with all points."""
-    section = sections.BeamSection(np.diag([2e4, 1e4, 1e4, 2.0, 3.0, 4.0]), np.diag([0.2, 1e-5, 1e-5]))
+    section = sections.BeamSection(
+        np.diag([2e4, 1e4, 1e4, 2.0, 3.0, 4.0]), np.diag([0.2, 1e-5, 1e-5])
+    )
     part = beam("beam", segment(4), section, direction=(0.0, 0.0, 1.0))
     tip = At("beam", "right")
     turn = loads.Moment("turn", tip, (0.3, 0.2, 0.1), history=of_time("sin(15*t)"))
     outputs = {"tip": probes.Position(tip), "energy": probes.Energy()}
-    raw = assemble([part], [joints.Clamp("wall", At("beam", "left"))], [turn], outputs=outputs, damping=Rayleigh(stiffness=1e-4))
+    raw = assemble(
+        [part],
+        [joints.Clamp("wall", At("beam", "left"))],
+        [turn],
+        outputs=outputs,
+        damping=Rayleigh(stiffness=1e-4),
+    )
     full = full_of(raw, STEP, 0.4)
     return reduced(full, reduction.body_level(full.raw), 1e-8).system
 
 
 def sheet(exact: bool = False) -> System:
     """A plate in its plane that swings, in few modes, with all points or as a polynomial."""
-    part = plate("sheet", rectangle("nurbs", 4, 2, 0.4, 0.1), 0.01, sections.Material(1e7, 1000.0, 0.3), dim=2)
+    part = plate(
+        "sheet",
+        rectangle("nurbs", 4, 2, 0.4, 0.1),
+        0.01,
+        sections.Material(1e7, 1000.0, 0.3),
+        dim=2,
+    )
     corner = At("sheet", "c")
     outputs = {"corner": probes.Position(corner), "energy": probes.Energy()}
-    raw = assemble([part], [joints.Pin("pin", At("sheet", "a"))], [loads.Gravity((0, -9.81))], outputs=outputs)
+    raw = assemble(
+        [part], [joints.Pin("pin", At("sheet", "a"))], [loads.Gravity((0, -9.81))], outputs=outputs
+    )
     full = full_of(raw, STEP, 0.4)
     made = reduced(full, reduction.body_level(full.raw), 1e-8).system
     return polynomial.exact(made) if exact else made
@@ -130,23 +162,45 @@ CASES = {
     "a plate as a polynomial": lambda: sheet(True),
     "points in space": pendulum,
     "damped, in space": lambda: pendulum(damping=Rayleigh(stiffness=1e-4, mass=0.1)),
-    "a force": lambda: arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))),
-    "a force by tables": lambda: arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=by_tables())),
-    "a moment": lambda: arm(loads.Moment("turn", At("beam", "right"), 0.05)),
-    "a moment in space": lambda: arm(loads.Moment("turn", At("beam", "right"), (0.0, 0.05, 0.02)), 3),
-    "a follower": lambda: arm(loads.Follower("jet", At("beam", "right"), (0.3, 0.2))),
-    "a spring": lambda: arm(springs.SpringDamper("spring", At("beam", "right"), (0.5, 0.8), stiffness=40.0, damping=0.2)),
-    "a torsion spring": lambda: arm(loads.TorsionSpring("spring", At("beam", "left"), stiffness=3.0, damping=0.1)),
-    "a rope": lambda: arm(
-        springs.Rope("rope", At("beam", "right"), (0.8, 0.4), stiffness=200.0, damping=1.0, smoothing=0.02, resolution=0.0)
+    "a force": lambda: arm(
+        loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))
     ),
-    "a constant pull": lambda: arm(springs.ConstantForce("pull", At("beam", "right"), (0.5, 0.8), force=0.3)),
+    "a force by tables": lambda: arm(
+        loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=by_tables())
+    ),
+    "a moment": lambda: arm(loads.Moment("turn", At("beam", "right"), 0.05)),
+    "a moment in space": lambda: arm(
+        loads.Moment("turn", At("beam", "right"), (0.0, 0.05, 0.02)), 3
+    ),
+    "a follower": lambda: arm(loads.Follower("jet", At("beam", "right"), (0.3, 0.2))),
+    "a spring": lambda: arm(
+        springs.SpringDamper("spring", At("beam", "right"), (0.5, 0.8), stiffness=40.0, damping=0.2)
+    ),
+    "a torsion spring": lambda: arm(
+        loads.TorsionSpring("spring", At("beam", "left"), stiffness=3.0, damping=0.1)
+    ),
+    "a rope": lambda: arm(
+        springs.Rope(
+            "rope",
+            At("beam", "right"),
+            (0.8, 0.4),
+            stiffness=200.0,
+            damping=1.0,
+            smoothing=0.02,
+            resolution=0.0,
+        )
+    ),
+    "a constant pull": lambda: arm(
+        springs.ConstantForce("pull", At("beam", "right"), (0.5, 0.8), force=0.3)
+    ),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_model_moves_in_c_as_in_python(name: str, tmp_path: Path) -> None:
-    """Solved to round-off; with the tolerance of a run both leave as much, and go apart where one of them is more exact."""
+    """Solved to round-off; with the tolerance of a run both leave as much, and go apart where one
+    of them is more exact.
+    """
     case = case_of(CASES[name](), tolerance=1e-15)
     assert compare(case, tmp_path) < 1e-10
 
@@ -179,7 +233,9 @@ def test_a_drive_moves_its_joint_with_derivatives_of_its_text(tmp_path: Path) ->
 
 
 def test_a_table_drives_as_in_python(tmp_path: Path) -> None:
-    """A spline with its derivatives, read by another argument than t as well; one that is not smooth has none."""
+    """A spline with its derivatives, read by another argument than t as well; one that is not
+    smooth has none.
+    """
     t = np.linspace(0.0, 0.6, 13)
     table = Table("path", "rad", tuple(t), tuple(2.0 * (1.0 - np.cos(3.0 * t))), True)
     full = full_of(models.spin_up(8, all_multipliers=True), STEP, 0.4)
@@ -188,8 +244,16 @@ def test_a_table_drives_as_in_python(tmp_path: Path) -> None:
     driven = tuple(signals.as_drive(replace(one, angle=angle)) for one in made.signals)
     assert compare(case_of(replace(made, signals=driven)), tmp_path) < 1e-8
     straight = of_time("path(t)", inputs={table.name: replace(table, smooth=False)})
-    with pytest.raises(InputError, match=r"got a table whose second derivative jumps; write `smooth: true`"):
-        c_files.write(case_of(replace(made, signals=tuple(replace(one, angle=straight) for one in made.signals))), "model", "")
+    with pytest.raises(
+        InputError, match=r"got a table whose second derivative jumps; write `smooth: true`"
+    ):
+        c_files.write(
+            case_of(
+                replace(made, signals=tuple(replace(one, angle=straight) for one in made.signals))
+            ),
+            "model",
+            "",
+        )
 
 
 def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
@@ -203,9 +267,13 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["as it is", "with divided steps", "with a driven joint"])
 def test_the_source_is_clean_and_its_memory_sound(kind: str, small: System, tmp_path: Path) -> None:
-    """No warning, and no access outside of an array or undefined operation in some steps, as a program of its own."""
+    """No warning, and no access outside of an array or undefined operation in some steps, as a
+    program of its own.
+    """
     step = GeneralizedAlpha(2e-2) if kind == "with divided steps" else STEP
-    model = c_files.write(case_of(servo(False) if kind == "with a driven joint" else small, step), "clean", "a model")
+    model = c_files.write(
+        case_of(servo(False) if kind == "with a driven joint" else small, step), "clean", "a model"
+    )
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
     main = """
@@ -227,9 +295,20 @@ int main(void)
 }
 """
     (tmp_path / "main.c").write_text(main)
-    flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-g", "-fsanitize=address,undefined"]
+    flags = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-pedantic",
+        "-Werror",
+        "-O1",
+        "-g",
+        "-fsanitize=address,undefined",
+    ]
     flags += ["-fno-sanitize-recover"]
-    subprocess.run([str(COMPILER), *flags, "main.c", "clean.c", "-o", "main"], cwd=tmp_path, check=True)
+    subprocess.run(
+        [str(COMPILER), *flags, "main.c", "clean.c", "-o", "main"], cwd=tmp_path, check=True
+    )
     subprocess.run([str(tmp_path / "main")], check=True, timeout=120)
     assert "malloc" not in model.source
     assert '#include "clean.h"' in model.source
@@ -240,7 +319,9 @@ def test_inputs_act_and_are_held(plant: System, tmp_path: Path) -> None:
     assert compare(case_of(plant, tolerance=1e-15), tmp_path, told={"torque": 0.03}) < 1e-10
 
 
-def test_two_models_are_two_memories_and_a_copy_is_a_saved_state(plant: System, tmp_path: Path) -> None:
+def test_two_models_are_two_memories_and_a_copy_is_a_saved_state(
+    plant: System, tmp_path: Path
+) -> None:
     model = c_files.write(case_of(plant), "plant", "a plant")
     run = CRun(model, tmp_path)
     first = run.run(50)
@@ -268,7 +349,9 @@ def test_a_start_begins_again_bit_for_bit(small: System, tmp_path: Path) -> None
 
 
 def test_spans_that_are_no_step_of_the_model_are_divided(small: System, tmp_path: Path) -> None:
-    """A span of some steps is these steps; another one is divided into shorter ones, whose error is smaller."""
+    """A span of some steps is these steps; another one is divided into shorter ones, whose error is
+    smaller.
+    """
     model = c_files.write(case_of(small), "spans", "a model")
     run = CRun(model, tmp_path)
     whole = run.run(60)[::4]
@@ -313,7 +396,9 @@ def test_a_step_that_fails_keeps_the_last_good_state(plant: System, tmp_path: Pa
 
 
 def test_derivatives_are_those_of_a_step(plant: System, tmp_path: Path) -> None:
-    """Of all outputs by the input of the last step, against differences of two steps from one state."""
+    """Of all outputs by the input of the last step, against differences of two steps from one
+    state.
+    """
     model = c_files.write(case_of(plant, tolerance=1e-14), "slopes", "a plant")
     run = CRun(model, tmp_path)
     run.run(40)
@@ -327,12 +412,18 @@ def test_derivatives_are_those_of_a_step(plant: System, tmp_path: Path) -> None:
         assert run.message(run.call("derivative", number, None)) == b"there is no such input"
     exact, slopes = (found[0] - found[1]) / (2 * change), run.derivative(0)
     assert np.abs(exact).max() > 1e-4
-    steady = [k for k, one in enumerate(model.columns) if not one.name.startswith("root")]  # forces of joints are of another kind
-    np.testing.assert_allclose(slopes[steady], exact[steady], rtol=1e-3, atol=1e-6 * np.abs(exact[steady]).max())
+    steady = [
+        k for k, one in enumerate(model.columns) if not one.name.startswith("root")
+    ]  # forces of joints are of another kind
+    np.testing.assert_allclose(
+        slopes[steady], exact[steady], rtol=1e-3, atol=1e-6 * np.abs(exact[steady]).max()
+    )
 
 
 def test_a_fixed_number_of_corrections_goes_the_same_way(small: System, tmp_path: Path) -> None:
-    """Every step has new factors and three corrections then: as good as the tolerance, at the same cost each."""
+    """Every step has new factors and three corrections then: as good as the tolerance, at the same
+    cost each.
+    """
     model = c_files.write(case_of(small), "fixed", "a model")
     run = CRun(model, tmp_path)
     whole = run.run(200, 50)
@@ -342,7 +433,9 @@ def test_a_fixed_number_of_corrections_goes_the_same_way(small: System, tmp_path
 
 
 def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path) -> None:
-    """A push that three corrections cannot follow is a status, with how many can, and the state stays."""
+    """A push that three corrections cannot follow is a status, with how many can, and the state
+    stays.
+    """
     model = c_files.write(case_of(plant), "bounded", "a plant")
     run = CRun(model, tmp_path)
     run.run(20)
@@ -362,7 +455,11 @@ def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path)
 def test_inputs_beyond_their_range_are_a_status_once(tmp_path: Path) -> None:
     """Before the step, which the next call takes."""
     torque = Input("torque", "N m", 0.0, range=(-1.0, 1.0))
-    model = c_files.write(case_of(arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))), "beyond", "a plant")
+    model = c_files.write(
+        case_of(arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))),
+        "beyond",
+        "a plant",
+    )
     run = CRun(model, tmp_path)
     assert run.call("start") == 0
     statuses = []
@@ -392,7 +489,9 @@ def test_time_is_a_number_of_steps(small: System, tmp_path: Path) -> None:
 
 
 def test_what_a_few_corrections_leave_does_not_grow(plant: System, tmp_path: Path) -> None:
-    """Under torques that jump every 5 ms, of a body that turns fast: what is left is none of the motion."""
+    """Under torques that jump every 5 ms, of a body that turns fast: what is left is none of the
+    motion.
+    """
     model = c_files.write(case_of(plant), "jumps", "a plant")
     few, exact = CRun(model, tmp_path), CRun(model, tmp_path)
     assert few.call("start") == exact.call("start") == 0
@@ -415,7 +514,9 @@ def family(values: Mapping[str, float]) -> Case:
         section = one.gather.section.copy()
         section[:2] *= E
         elastic.append(replace(one, gather=replace(one.gather, section=section)))
-    changed = replace(made, elastic=tuple(elastic), loads=replace(made.loads, constant=g * made.loads.constant))
+    changed = replace(
+        made, elastic=tuple(elastic), loads=replace(made.loads, constant=g * made.loads.constant)
+    )
     return Case(changed, STEP, 0.3)
 
 
@@ -424,7 +525,10 @@ FIXED: dict[str, System] = {}
 
 def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> None:
     FIXED["system"] = small
-    parameters = (Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"), Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"))
+    parameters = (
+        Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"),
+        Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),
+    )
     rom = affine.fit(family, parameters)
     model = c_files.write(rom, "family", "a family")
     assert model.parameters["g"] == ("m/s^2", 5.0, 12.0, 9.81)
@@ -437,7 +541,10 @@ def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> Non
         exact = np.stack([columns[one.name] for one in model.columns], axis=1)
         np.testing.assert_allclose(run.run(200, 10), exact, rtol=0, atol=1e-9)
     run.set("parameter", 1, 12.5)
-    assert run.message(run.call("start")) == b"a parameter is outside of the range that the model was trained for"
+    assert (
+        run.message(run.call("start"))
+        == b"a parameter is outside of the range that the model was trained for"
+    )
 
 
 def test_what_has_no_c_is_refused() -> None:
@@ -451,12 +558,21 @@ def test_what_has_no_c_is_refused() -> None:
     parts = GeneralizedAlpha(1e-3, local_error=1e-6)
     with pytest.raises(InputError, match="equal steps, got steps in parts"):
         c_files.write(case_of(made, parts), "parts", "a model")
-    controlled = replace(made, signals=(Controlled("servo", "N m", 0.0, sample=1e-3, law=PidLaw(1.0, 0.0, 0.0, -1.0, 1.0, 1e-3)),))
+    controlled = replace(
+        made,
+        signals=(
+            Controlled(
+                "servo", "N m", 0.0, sample=1e-3, law=PidLaw(1.0, 0.0, 0.0, -1.0, 1.0, 1e-3)
+            ),
+        ),
+    )
     with pytest.raises(InputError, match="a model without controllers"):
         c_files.write(case_of(controlled), "controlled", "a model")
 
 
-@pytest.mark.parametrize("name", ['a "quoted" name', "*/ int x; /*", "</script>", "3 beams", "pendel-mit-ö", ""])
+@pytest.mark.parametrize(
+    "name", ['a "quoted" name', "*/ int x; /*", "</script>", "3 beams", "pendel-mit-ö", ""]
+)
 def test_names_end_no_comment_and_are_identifiers(name: str, small: System, tmp_path: Path) -> None:
     model = c_files.write(case_of(small), name, name, name)
     assert model.name.isidentifier()
@@ -466,10 +582,16 @@ def test_names_end_no_comment_and_are_identifiers(name: str, small: System, tmp_
 
 def test_loads_that_jump_within_a_step_are_told() -> None:
     """A run ends a step at the jump; a step in C has the load of its end."""
-    kicked = arm(loads.PointForce("kick", At("beam", "right"), (0.0, 0.3), history=of_time("where(t < 0.0505, 0, 1)")))
+    kicked = arm(
+        loads.PointForce(
+            "kick", At("beam", "right"), (0.0, 0.3), history=of_time("where(t < 0.0505, 0, 1)")
+        )
+    )
     with pytest.warns(Notice, match=r"loads jump, first at t = 0\.0505 s"):
         c_files.write(case_of(kicked), "kicked", "a model")
-    smooth = arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)")))
+    smooth = arm(
+        loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         c_files.write(case_of(smooth), "smooth", "a model")
@@ -479,18 +601,28 @@ def test_the_program_of_the_guide_runs(small: System, tmp_path: Path) -> None:
     text = (Path(__file__).resolve().parents[2] / "docs" / "c_code.md").read_text(encoding="utf-8")
     program = text.partition("```c\n")[2].partition("```")[0]
     model = c_files.write(case_of(small), "pendulum", "a pendulum")
-    for name, content in (("main.c", program), ("pendulum.c", model.source), ("pendulum.h", model.header)):
+    for name, content in (
+        ("main.c", program),
+        ("pendulum.c", model.source),
+        ("pendulum.h", model.header),
+    ):
         (tmp_path / name).write_text(content)
-    subprocess.run([str(COMPILER), *STRICT, "main.c", "pendulum.c", "-o", "main"], cwd=tmp_path, check=True)
-    told = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True).stdout
+    subprocess.run(
+        [str(COMPILER), *STRICT, "main.c", "pendulum.c", "-o", "main"], cwd=tmp_path, check=True
+    )
+    told = subprocess.run(
+        [str(tmp_path / "main")], capture_output=True, text=True, check=True
+    ).stdout
     exact = dynamics.outputs(dynamics.integrate(small, STEP, 0.1, Newton()))["C_x"][-1]
     assert float(told.split()[2]) == pytest.approx(exact, rel=1e-9)
 
 
 def test_steps_that_fail_are_divided_as_in_python(small: System, tmp_path: Path) -> None:
-    """Of 60 steps of 20 ms, forty times as long as its motion needs, some fail as a whole: the same trials, the same path.
+    """Of 60 steps of 20 ms, forty times as long as its motion needs, some fail as a whole: the same
+    trials, the same path.
 
-    What a start that is moved by 1e-15 of itself changes has grown to 2e-13 m by then, and to 6e-6 m after 100 steps.
+    What a start that is moved by 1e-15 of itself changes has grown to 2e-13 m by then, and to 6e-6
+    m after 100 steps.
     """
     case = case_of(small, GeneralizedAlpha(2e-2), tolerance=1e-13)
     model = c_files.write(case, "divided", "a model")
@@ -512,7 +644,11 @@ def servo(position: bool) -> System:
     if position:
         held = [joints.DrivenPosition("drive", root, (of_time("0*t"), replace(angle, unit="m")))]
     beam = body.cable("beam", segment(6), ROUND, MATERIAL, dim=2)
-    outputs = {"tip": probes.Position(At("beam", "right")), "turn": probes.Angle(root), "rate": probes.AngularVelocity(root)}
+    outputs = {
+        "tip": probes.Position(At("beam", "right")),
+        "turn": probes.Angle(root),
+        "rate": probes.AngularVelocity(root),
+    }
     raw = assemble([beam], held, [loads.Gravity((0, -9.81))], outputs=outputs)
     full = full_of(signals.with_inputs(raw, {"angle": of_time("0.1*sin(20*t)")}), STEP, 0.4)
     return replace(reduced(full, reduction.body_level(full.raw), 1e-8).system, signals=raw.signals)
@@ -520,7 +656,9 @@ def servo(position: bool) -> System:
 
 @pytest.mark.parametrize("position", [False, True])
 def test_inputs_drive_joints_smoothly_as_in_python(position: bool, tmp_path: Path) -> None:
-    """The cubic through the last four values; its derivatives are exact in C, in Python those of cubics of cos and sin of it."""
+    """The cubic through the last four values; its derivatives are exact in C, in Python those of
+    cubics of cos and sin of it.
+    """
     system = servo(position)
     case = case_of(system, tolerance=1e-14)
     model = c_files.write(case, "servo", "a servo")
@@ -538,8 +676,12 @@ def test_inputs_drive_joints_smoothly_as_in_python(position: bool, tmp_path: Pat
     errors = np.abs(np.array(got) - exact).max(axis=0) / np.ptp(exact, axis=0)
     assert errors[:3].max() < 1e-9
     assert errors[3] < 1e-7
-    assert run.message(run.call("derivative", 0, None)) == b"an input that drives a joint has no derivatives"
-    # a program that gives the input at every fourth step: the same path, but for the cubics between its values
+    assert (
+        run.message(run.call("derivative", 0, None))
+        == b"an input that drives a joint has no derivatives"
+    )
+    # a program that gives the input at every fourth step: the same path, but for the cubics between
+    # its values
     run.call("start")
     for k in range(3, 300, 4):
         run.set("input", 0, 0.1 * float(np.sin(0.02 * k) ** 3))
@@ -549,16 +691,33 @@ def test_inputs_drive_joints_smoothly_as_in_python(position: bool, tmp_path: Pat
 
 
 def test_names_that_are_alike_in_c_stay_distinct(plant: System, tmp_path: Path) -> None:
-    first, second = (replace(plant.outputs["tip"], columns=columns) for columns in (("a b", "a_b"), ("A.B", "c")))
-    model = c_files.write(case_of(replace(plant, outputs={"first": first, "second": second})), "alike", "a model")
-    words = [line.split()[1:3] for line in model.header.splitlines() if line.startswith("#define alike_OUTPUT_")]
-    assert words == [["alike_OUTPUT_A_B", "0"], ["alike_OUTPUT_A_B_2", "1"], ["alike_OUTPUT_A_B_3", "2"], ["alike_OUTPUT_C", "3"]]
+    first, second = (
+        replace(plant.outputs["tip"], columns=columns) for columns in (("a b", "a_b"), ("A.B", "c"))
+    )
+    model = c_files.write(
+        case_of(replace(plant, outputs={"first": first, "second": second})), "alike", "a model"
+    )
+    words = [
+        line.split()[1:3]
+        for line in model.header.splitlines()
+        if line.startswith("#define alike_OUTPUT_")
+    ]
+    assert words == [
+        ["alike_OUTPUT_A_B", "0"],
+        ["alike_OUTPUT_A_B_2", "1"],
+        ["alike_OUTPUT_A_B_3", "2"],
+        ["alike_OUTPUT_C", "3"],
+    ]
     CRun(model, tmp_path).run(1)
 
 
-@pytest.mark.parametrize("name", ["set", "take", "stddef", "math", "elastic", "Math", "con", "LPT1"])
+@pytest.mark.parametrize(
+    "name", ["set", "take", "stddef", "math", "elastic", "Math", "con", "LPT1"]
+)
 def test_names_that_collide_are_prefixed(name: str, small: System, tmp_path: Path) -> None:
-    """Words of the file begin with them, or they are headers or devices: the file compiles and moves as with any name."""
+    """Words of the file begin with them, or they are headers or devices: the file compiles and
+    moves as with any name.
+    """
     model = c_files.write(case_of(small), name, "a model")
     assert model.name == f"model_{name}"
     run = CRun(model, tmp_path, ("-std=c99", "-O0"))
@@ -603,7 +762,13 @@ outputs: {turn: {type: angle, at: wheel}}
 analysis: {type: dynamic, duration: 10 ms, step: 1 ms}
 reduction: {snapshots: 1 ms}
 """
-IN_THE_WAY = {"joints.teeth": 12, "joints.drive": 14, "controllers.servo": 16, "loads.floor": 19, "events.hit": 22}
+IN_THE_WAY = {
+    "joints.teeth": 12,
+    "joints.drive": 14,
+    "controllers.servo": 16,
+    "loads.floor": 19,
+    "events.hit": 22,
+}
 
 
 def machine(folder: Path, text: str) -> Path:
@@ -613,15 +778,24 @@ def machine(folder: Path, text: str) -> Path:
     return path
 
 
-def test_what_has_no_c_is_said_of_a_scene_before_a_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By `check --for`, with file, line and keys of all of it, and in the first line of a training; the rest is none of it."""
+def test_what_has_no_c_is_said_of_a_scene_before_a_training(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By `check --for`, with file, line and keys of all of it, and in the first line of a training;
+    the rest is none of it.
+    """
     path = machine(tmp_path, MACHINE)
     assert fmbs("check", path).code == 0
     for target in ("c", "page"):
         done = fmbs("check", path, "--for", target)
         assert done.code == 3
-        places = [line.removeprefix("error: ").partition(": expected")[0] for line in done.err.splitlines()]
-        assert sorted(places) == sorted(f"{path}:{line}: {keys}" for keys, line in IN_THE_WAY.items())
+        places = [
+            line.removeprefix("error: ").partition(": expected")[0]
+            for line in done.err.splitlines()
+        ]
+        assert sorted(places) == sorted(
+            f"{path}:{line}: {keys}" for keys, line in IN_THE_WAY.items()
+        )
     monkeypatch.setattr(reducing, "train", lambda *_: pytest.fail("stopped"))
     with pytest.raises(pytest.fail.Exception, match="stopped"):
         fmbs("reduce", path)
@@ -629,7 +803,9 @@ def test_what_has_no_c_is_said_of_a_scene_before_a_training(tmp_path: Path, monk
         job, scene = Job(listener=Listener(tell=(told := []).append)), scenes.read(path)
         exportable.announce(job, scene, build.system(scene))
     words = "event 'hit' (line 22), controller 'servo' (line 16), gear 'teeth' (line 12), contact_plane 'floor' (line 19)"
-    assert told == [f"this model cannot be exported to C, as an FMU or into a page: {words}, driven_angle 'drive' (line 14)"]
+    assert told == [
+        f"this model cannot be exported to C, as an FMU or into a page: {words}, driven_angle 'drive' (line 14)"
+    ]
 
 
 def test_what_has_c_is_refused_by_no_check(tmp_path: Path) -> None:
@@ -644,4 +820,6 @@ def test_a_family_from_equilibria_is_said_to_have_no_c() -> None:
     system, scheme = models.double_pendulum(4), GeneralizedAlpha(1e-3, start="equilibrium")
     assert not [*refusals.find(system, scheme)]
     (found,) = refusals.find(system, scheme, ranged=True)
-    assert found.problem.at("x") == say("x", "a start that no parameter changes", "`start: equilibrium`", found.problem.remedy)
+    assert found.problem.at("x") == say(
+        "x", "a start that no parameter changes", "`start: equilibrium`", found.problem.remedy
+    )

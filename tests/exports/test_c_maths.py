@@ -1,4 +1,6 @@
-"""Mathematics of C files, without a library, against that of numpy: errors in units of the last place."""
+"""Mathematics of C files, without a library, against that of numpy: errors in units of the last
+place.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +17,30 @@ from tests.exports.c_library import COMPILER, compiled
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 
-ALONE = "sqrt", "sin", "cos", "tan", "atan", "asin", "acos", "exp", "log", "sinh", "cosh", "tanh", "floor", "round"
+ALONE = (
+    "sqrt",
+    "sin",
+    "cos",
+    "tan",
+    "atan",
+    "asin",
+    "acos",
+    "exp",
+    "log",
+    "sinh",
+    "cosh",
+    "tanh",
+    "floor",
+    "round",
+)
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    wrappers = [f"double own_{name}(double x);\ndouble own_{name}(double x) {{ return math_{name}(x); }}" for name in ALONE]
+    wrappers = [
+        f"double own_{name}(double x);\ndouble own_{name}(double x) {{ return math_{name}(x); }}"
+        for name in ALONE
+    ]
     for name in ("atan2", "pow"):
         wrappers.append(
             f"double own_{name}(double x, double y);\ndouble own_{name}(double x, double y) {{ return math_{name}(x, y); }}"
@@ -36,7 +56,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 
 def units(found: np.ndarray, exact: np.ndarray) -> float:
     """Largest error in units of the last place."""
-    return float((np.abs(found - exact) / np.spacing(np.maximum(np.abs(exact), np.finfo(float).tiny))).max())
+    return float(
+        (np.abs(found - exact) / np.spacing(np.maximum(np.abs(exact), np.finfo(float).tiny))).max()
+    )
 
 
 RANGES: dict[str, tuple[float, Callable[[np.random.Generator], np.ndarray]]] = {
@@ -69,15 +91,42 @@ def test_arctangents_of_two_numbers_are_right_in_all_quarters(library: ctypes.CD
     y, x = np.random.default_rng(2).standard_cauchy((2, 20_000))
     found = np.array([library.own_atan2(*one) for one in zip(y, x, strict=True)])
     assert units(found, np.arctan2(y, x)) <= 2.0
-    for one in ((0.0, -1.0), (-0.0, -1.0), (0.0, 1.0), (1.0, 0.0), (-1.0, 0.0), (-0.0, 0.0), (0.0, -0.0)):
+    for one in (
+        (0.0, -1.0),
+        (-0.0, -1.0),
+        (0.0, 1.0),
+        (1.0, 0.0),
+        (-1.0, 0.0),
+        (-0.0, 0.0),
+        (0.0, -0.0),
+    ):
         assert library.own_atan2(*one) == np.arctan2(*one)
 
 
 def test_what_is_no_number_stays_none(library: ctypes.CDLL) -> None:
-    assert np.isnan([library.own_sqrt(-1.0), library.own_log(-1.0), library.own_sin(np.inf), library.own_exp(np.nan)]).all()
-    assert [library.own_sqrt(0.0), library.own_exp(-1e4), library.own_exp(1e4), library.own_log(0.0)] == [0.0, 0.0, np.inf, -np.inf]
+    assert np.isnan(
+        [
+            library.own_sqrt(-1.0),
+            library.own_log(-1.0),
+            library.own_sin(np.inf),
+            library.own_exp(np.nan),
+        ]
+    ).all()
+    assert [
+        library.own_sqrt(0.0),
+        library.own_exp(-1e4),
+        library.own_exp(1e4),
+        library.own_log(0.0),
+    ] == [0.0, 0.0, np.inf, -np.inf]
     assert library.own_sqrt(np.inf) == np.inf
-    assert [library.own_round(one) for one in (0.5, 1.5, 2.5, -0.5, 2.4999, 1e300)] == [0.0, 2.0, 2.0, 0.0, 2.0, 1e300]
+    assert [library.own_round(one) for one in (0.5, 1.5, 2.5, -0.5, 2.4999, 1e300)] == [
+        0.0,
+        2.0,
+        2.0,
+        0.0,
+        2.0,
+        1e300,
+    ]
 
 
 def test_curves_through_points_are_those_of_compiled_code(tmp_path: Path) -> None:
@@ -86,7 +135,10 @@ def test_curves_through_points_are_those_of_compiled_code(tmp_path: Path) -> Non
     T = np.concatenate([[0.0, 4.0], places, pieces.ravel()])
     names = "lookup", "lookup_slope"
     heads = [f"double own_{name}(double x, const double *T)" for name in names]
-    wrappers = "\n".join(f"{head};\n{head} {{ return {name}(x, T); }}" for name, head in zip(names, heads, strict=True))
+    wrappers = "\n".join(
+        f"{head};\n{head} {{ return {name}(x, T); }}"
+        for name, head in zip(names, heads, strict=True)
+    )
     found = compiled(tmp_path, [text.maths(wrappers) + wrappers], "curves")
     for name in names:
         function, exact = getattr(found, f"own_{name}"), getattr(curves, name)
@@ -96,7 +148,10 @@ def test_curves_through_points_are_those_of_compiled_code(tmp_path: Path) -> Non
 
 
 def test_powers(library: ctypes.CDLL) -> None:
-    a, b = np.random.default_rng(3).uniform(0.1, 10, 5000), np.random.default_rng(4).uniform(-5, 5, 5000)
+    a, b = (
+        np.random.default_rng(3).uniform(0.1, 10, 5000),
+        np.random.default_rng(4).uniform(-5, 5, 5000),
+    )
     found = np.array([library.own_pow(*one) for one in zip(a, b, strict=True)])
     np.testing.assert_allclose(found, a**b, rtol=1e-14)
     assert library.own_pow(-2.0, 3.0) == pytest.approx(-8.0, rel=1e-15)

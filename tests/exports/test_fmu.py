@@ -53,7 +53,10 @@ def plant() -> System:
     """A beam on a hinge with a torque that is given from outside."""
     torque = Input(TORQUE, "N m", 0.0, range=(-0.5, 0.5))
     made = arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))
-    renamed = {name: replace(one, columns=tuple(f'"{column}" <&>' for column in one.columns)) for name, one in made.outputs.items()}
+    renamed = {
+        name: replace(one, columns=tuple(f'"{column}" <&>' for column in one.columns))
+        for name, one in made.outputs.items()
+    }
     return replace(made, outputs=renamed)
 
 
@@ -62,7 +65,9 @@ def model(plant: System) -> ParametricCase:
     """The same over gravity."""
 
     def family(values: Mapping[str, float]) -> Case:
-        scaled = replace(plant, loads=replace(plant.loads, constant=values[WEIGHT] / 9.81 * plant.loads.constant))
+        scaled = replace(
+            plant, loads=replace(plant.loads, constant=values[WEIGHT] / 9.81 * plant.loads.constant)
+        )
         return Case(scaled, STEP, 0.3)
 
     return affine.fit(family, (Parameter(WEIGHT, 5.0, 12.0, value=9.81, unit="m/s^2"),))
@@ -83,8 +88,12 @@ def made_by(unit: FMU, place: Path) -> Path:
 
 
 @pytest.fixture(scope="module", params=[2, 3])
-def archive(request: pytest.FixtureRequest, model: ParametricCase, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    unit = fmu.write(c_files.write(model, "an arm", "an arm"), request.param, 'an "arm" <&>', "of a test")
+def archive(
+    request: pytest.FixtureRequest, model: ParametricCase, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    unit = fmu.write(
+        c_files.write(model, "an arm", "an arm"), request.param, 'an "arm" <&>', "of a test"
+    )
     return made_by(unit, tmp_path_factory.mktemp("fmu") / "arm.fmu")
 
 
@@ -96,14 +105,20 @@ class Instance:
         self.messages: list[str] = []
         self.old = self.description.fmiVersion == "2.0"
         logger: Callable[..., None] = self.hear2 if self.old else self.hear3
-        self.unit = fmpy.instantiate_fmu(fmpy.extract(str(archive), str(folder)), self.description, logger=logger)
+        self.unit = fmpy.instantiate_fmu(
+            fmpy.extract(str(archive), str(folder)), self.description, logger=logger
+        )
         if self.old:
             self.get, self.set = self.unit.getReal, self.unit.setReal
         else:
             self.get, self.set = self.unit.getFloat64, self.unit.setFloat64
-        self.outputs_at = [k for k, one in enumerate(self.description.modelVariables) if one.causality == "output"]
+        self.outputs_at = [
+            k for k, one in enumerate(self.description.modelVariables) if one.causality == "output"
+        ]
 
-    def hear2(self, environment: object, name: bytes, status: int, category: bytes, text: bytes) -> None:
+    def hear2(
+        self, environment: object, name: bytes, status: int, category: bytes, text: bytes
+    ) -> None:
         self.messages.append(text.decode())
 
     def hear3(self, environment: object, status: int, category: bytes, text: bytes) -> None:
@@ -130,7 +145,9 @@ class Instance:
         return float(self.get([0])[0])
 
     def run(self, spans: list[float], torque: Callable[[float], float] | None = None) -> np.ndarray:
-        """Outputs (s, c) after steps from the present time on, the torque that at the end of a step."""
+        """Outputs (s, c) after steps from the present time on, the torque that at the end of a
+        step.
+        """
         found, begin = [self.outputs], self.time
         for before, after in pairwise(np.cumsum([begin, *spans]).tolist()):
             if torque is not None:
@@ -148,13 +165,17 @@ def instance(archive: Path, tmp_path: Path) -> Iterator[Instance]:
 
 
 def torque(t: float) -> float:
-    return 0.2 * float(np.sin(20.0 * round(t, 9)))  # sums of steps and multiples differ by round-off
+    return 0.2 * float(
+        np.sin(20.0 * round(t, 9))
+    )  # sums of steps and multiples differ by round-off
 
 
 def in_python(model: ParametricCase, g: float, text: str, steps: int, every: int = 1) -> np.ndarray:
     system = model({WEIGHT: g}).system
     given = signals.with_inputs(system, {TORQUE: of_time(text)})
-    columns = dynamics.outputs(dynamics.integrate(given, STEP, steps * h, model({WEIGHT: g}).newton, every))
+    columns = dynamics.outputs(
+        dynamics.integrate(given, STEP, steps * h, model({WEIGHT: g}).newton, every)
+    )
     return np.stack([columns[one.name] for one in c_files.write(model, "m", "m").columns], axis=1)
 
 
@@ -170,27 +191,46 @@ def test_fmpy_finds_no_problem(archive: Path, plant: System) -> None:
     assert validate_fmu(str(archive)) == []
     told = fmpy.read_model_description(str(archive))
     weight, moment, tip = (told.modelVariables[k] for k in (PARAMETER, INPUT, TIP_X))
-    assert (weight.name, weight.unit, float(weight.start), float(weight.min), float(weight.max)) == (
+    assert (
+        weight.name,
+        weight.unit,
+        float(weight.start),
+        float(weight.min),
+        float(weight.max),
+    ) == (
         WEIGHT,
         "m/s^2",
         9.81,
         5.0,
         12.0,
     )
-    assert (moment.name, moment.unit, float(moment.min), float(moment.max)) == (TORQUE, "N m", -0.5, 0.5)
+    assert (moment.name, moment.unit, float(moment.min), float(moment.max)) == (
+        TORQUE,
+        "N m",
+        -0.5,
+        0.5,
+    )
     assert tip.name.startswith('"')
-    powers = {one.name: (one.baseUnit.kg, one.baseUnit.m, one.baseUnit.s, one.baseUnit.rad) for one in told.unitDefinitions}
+    powers = {
+        one.name: (one.baseUnit.kg, one.baseUnit.m, one.baseUnit.s, one.baseUnit.rad)
+        for one in told.unitDefinitions
+    }
     assert powers["N m"] == (1, 2, -2, 0)
     assert powers["rad/s"] == (0, 0, -1, 1)
     assert float(told.defaultExperiment.stepSize) == h
     assert float(told.defaultExperiment.stopTime) == 0.3
-    # outputs of the start depend on the parameter, and no output on the input of the same instant: no algebraic loop
-    assert all([one.name for one in known.dependencies] == [WEIGHT] for known in told.initialUnknowns)
+    # outputs of the start depend on the parameter, and no output on the input of the same instant:
+    # no algebraic loop
+    assert all(
+        [one.name for one in known.dependencies] == [WEIGHT] for known in told.initialUnknowns
+    )
     assert all(known.dependencies == [] for known in told.outputs)
 
 
 def test_tools_show_the_units_that_people_read(model: ParametricCase, tmp_path: Path) -> None:
-    """Degrees and turns per minute, prefixes that ranges ask for, and what was typed before these; value = factor x value in SI."""
+    """Degrees and turns per minute, prefixes that ranges ask for, and what was typed before these;
+    value = factor x value in SI.
+    """
     made = c_files.write(model, "m", "m")
     made = replace(made, parameters={"E": ("Pa", 0.5e9, 2e9, 1e9)}, ranges={TORQUE: (-0.05, 0.05)})
     for display, torque, speed in (
@@ -200,8 +240,15 @@ def test_tools_show_the_units_that_people_read(model: ParametricCase, tmp_path: 
         unit = fmu.write(made, 2, "m", "", display)
         told = fmpy.read_model_description(str(made_by(unit, tmp_path / f"{speed[0][0]}.fmu")))
         shown = {one.name: one.displayUnit for one in told.modelVariables}
-        factors = {each.name: float(each.factor) for one in told.unitDefinitions for each in one.displayUnits}
-        names = {kind: next(one.name for one in told.modelVariables if one.unit == kind) for kind in ("rad", "rad/s", "N m", "m")}
+        factors = {
+            each.name: float(each.factor)
+            for one in told.unitDefinitions
+            for each in one.displayUnits
+        }
+        names = {
+            kind: next(one.name for one in told.modelVariables if one.unit == kind)
+            for kind in ("rad", "rad/s", "N m", "m")
+        }
         assert shown["E"] == "GPa"
         assert shown[names["rad"]] == "deg"
         assert shown[names["m"]] is None
@@ -211,14 +258,20 @@ def test_tools_show_the_units_that_people_read(model: ParametricCase, tmp_path: 
 
 
 def test_it_moves_as_in_python(model: ParametricCase, archive: Path, instance: Instance) -> None:
-    """Both keep the tolerance of a run: in FMPy's own loop, at another value of the parameter, and under an input."""
-    found = fmpy.simulate_fmu(str(archive), stop_time=0.3, step_size=h, output_interval=h, start_values={WEIGHT: 11.0})
+    """Both keep the tolerance of a run: in FMPy's own loop, at another value of the parameter, and
+    under an input.
+    """
+    found = fmpy.simulate_fmu(
+        str(archive), stop_time=0.3, step_size=h, output_interval=h, start_values={WEIGHT: 11.0}
+    )
     exact = in_python(model, 11.0, "0*t", 300)
     got = np.stack([found[name] for name in found.dtype.names[1:]], axis=1)
     assert got.shape == exact.shape
     assert np.abs(got - exact).max() < 2e-7 * np.abs(exact).max()
     exact = in_python(model, 9.81, "0.2*sin(20*t)", 300)
-    assert np.abs(instance.start().run([h] * 300, torque) - exact).max() < 2e-7 * np.abs(exact).max()
+    assert (
+        np.abs(instance.start().run([h] * 300, torque) - exact).max() < 2e-7 * np.abs(exact).max()
+    )
 
 
 def test_a_reset_model_runs_again_bit_for_bit(instance: Instance) -> None:
@@ -231,7 +284,9 @@ def test_a_reset_model_runs_again_bit_for_bit(instance: Instance) -> None:
     np.testing.assert_array_equal(instance.start().run([h] * 50, torque), first)
 
 
-def test_two_instances_do_not_know_each_other(archive: Path, tmp_path: Path, instance: Instance) -> None:
+def test_two_instances_do_not_know_each_other(
+    archive: Path, tmp_path: Path, instance: Instance
+) -> None:
     alone = instance.start().run([h] * 30, torque)
     instance.unit.reset()
     instance.start()
@@ -252,7 +307,11 @@ def test_states_are_saved_and_serialised(archive: Path, tmp_path: Path, instance
     assert instance.time == pytest.approx(20 * h)
     np.testing.assert_array_equal(instance.run([h] * 20, torque), first)
     write = instance.unit.serializeFMUstate if instance.old else instance.unit.serializeFMUState
-    read = (lambda one: one.deSerializeFMUstate) if instance.old else (lambda one: one.deserializeFMUState)
+    read = (
+        (lambda one: one.deSerializeFMUstate)
+        if instance.old
+        else (lambda one: one.deserializeFMUState)
+    )
     held = write(state)
     instance.unit.freeFMUState(state)
     other = Instance(archive, tmp_path / "other")
@@ -263,14 +322,20 @@ def test_states_are_saved_and_serialised(archive: Path, tmp_path: Path, instance
     other.unit.freeInstance()
 
 
-def test_other_communication_steps_are_divided_and_told(model: ParametricCase, instance: Instance) -> None:
-    """Three steps of the model; then 1.5 of them, in two steps of 0.75, as exact as a method of second order is."""
+def test_other_communication_steps_are_divided_and_told(
+    model: ParametricCase, instance: Instance
+) -> None:
+    """Three steps of the model; then 1.5 of them, in two steps of 0.75, as exact as a method of
+    second order is.
+    """
     whole = instance.start().run([h] * 60)
     assert instance.messages == []
     instance.unit.reset()
     got = instance.start().run([3 * h] * 20)
     np.testing.assert_array_equal(got, whole[::3])
-    assert instance.messages == ["a communication step of 0.003 s is taken as 3 steps of 0.001 s; the step of the model is 0.001 s"]
+    assert instance.messages == [
+        "a communication step of 0.003 s is taken as 3 steps of 0.001 s; the step of the model is 0.001 s"
+    ]
     instance.unit.reset()
     fine = instance.start().run([1.5 * h] * 40)
     assert instance.messages[1:] == [
@@ -284,12 +349,16 @@ def test_steps_of_times_with_round_off_are_whole(instance: Instance) -> None:
     exact = instance.start().run([h] * 50)
     instance.unit.reset()
     far = instance.start(1e4).run([h] * 50)
-    assert instance.messages == ["the motion begins at 10000 s: functions of time of the model count from there"]
+    assert instance.messages == [
+        "the motion begins at 10000 s: functions of time of the model count from there"
+    ]
     np.testing.assert_array_equal(far, exact)
 
 
 def test_a_master_that_adds_up_steps_is_followed(instance: Instance) -> None:
-    """Its sums drift by the round-off of time, here as much in 200 steps as from zero in a hundred million."""
+    """Its sums drift by the round-off of time, here as much in 200 steps as from zero in a hundred
+    million.
+    """
     begin = 1e9
     far = instance.start(begin).run([h] * 200)
     assert abs(np.cumsum([begin, *[h] * 200])[-1] - (begin + 200 * h)) > 5e-6
@@ -300,13 +369,17 @@ def test_a_master_that_adds_up_steps_is_followed(instance: Instance) -> None:
 
 def test_values_outside_are_refused_with_a_message(instance: Instance) -> None:
     refused(DISCARD, instance.set, [PARAMETER], [12.5])
-    assert instance.messages == [f"{WEIGHT} = 12.5 m/s^2 is refused, outside of what the model was trained for, 5 to 12"]
+    assert instance.messages == [
+        f"{WEIGHT} = 12.5 m/s^2 is refused, outside of what the model was trained for, 5 to 12"
+    ]
     assert instance.get([PARAMETER]) == [9.81]
     instance.start()
     refused(ERROR, instance.set, [PARAMETER], [6.0])
     for value, shown in ((np.nan, "nan"), (np.inf, "inf")):
         refused(DISCARD, instance.set, [INPUT], [value])
-        assert instance.messages[-1] == f"{TORQUE} = {shown} N m is not finite: the value before stays"
+        assert (
+            instance.messages[-1] == f"{TORQUE} = {shown} N m is not finite: the value before stays"
+        )
     assert instance.get([INPUT]) == [0.0]
     instance.set([INPUT], [0.75])
     told = f"{TORQUE} = 0.75 N m is outside of what the model was trained for, -0.5 to 0.5"
@@ -336,7 +409,9 @@ def test_calls_out_of_turn_are_errors(instance: Instance) -> None:
     instance.start()
     refused(ERROR, instance.unit.exitInitializationMode)
     refused(ERROR, instance.unit.doStep, 0.5, h)
-    assert instance.messages[-1] == "the communication point 0.5 s is not the time of the model, 0 s"
+    assert (
+        instance.messages[-1] == "the communication point 0.5 s is not the time of the model, 0 s"
+    )
     for span in (0.0, -h, np.nan):
         refused(ERROR, instance.unit.doStep, 0.0, span)
     instance.unit.terminate()
@@ -351,7 +426,9 @@ def test_directional_derivatives_are_those_of_the_last_step(instance: Instance) 
         instance.unit.setFMUState(state)
         held.append(instance.run([h], lambda t, value=value: value)[-1])  # type: ignore[misc]
     difference = (held[1] - held[0]) / 2e-3
-    found = np.array(instance.unit.getDirectionalDerivative(instance.outputs_at, [INPUT], [3.0])) / 3.0
+    found = (
+        np.array(instance.unit.getDirectionalDerivative(instance.outputs_at, [INPUT], [3.0])) / 3.0
+    )
     assert np.abs(found - difference).max() < 1e-3 * np.abs(difference).max()
     np.testing.assert_array_equal(instance.outputs, held[2])
     if not instance.old:
@@ -360,39 +437,57 @@ def test_directional_derivatives_are_those_of_the_last_step(instance: Instance) 
         assert back == pytest.approx(found @ seed, rel=1e-12)
 
 
-def test_a_description_of_another_model_makes_no_instance(archive: Path, tmp_path: Path, instance: Instance) -> None:
+def test_a_description_of_another_model_makes_no_instance(
+    archive: Path, tmp_path: Path, instance: Instance
+) -> None:
     told = fmpy.read_model_description(str(archive))
     told.guid = "{another}"
     if instance.old:
         instance.unit.guid = told.guid
     with pytest.raises(Exception, match="instantiate"):
-        fmpy.instantiate_fmu(fmpy.extract(str(archive), str(tmp_path / "b")), told, logger=instance.hear2 if instance.old else None)
+        fmpy.instantiate_fmu(
+            fmpy.extract(str(archive), str(tmp_path / "b")),
+            told,
+            logger=instance.hear2 if instance.old else None,
+        )
 
 
 def test_sources_alone_build_and_load(archive: Path, tmp_path: Path) -> None:
-    """As an importer compiles them, which finds them in the description; with a prefix, functions have other names."""
+    """As an importer compiles them, which finds them in the description; with a prefix, functions
+    have other names.
+    """
     import subprocess
 
     folder = Path(fmpy.extract(str(archive), str(tmp_path / "unit"))) / "sources"
     told = fmpy.read_model_description(str(archive))
     version = int(float(told.fmiVersion))
     if version == 2:
-        listed = [one.get("name") for one in ElementTree.parse(folder.parent / "modelDescription.xml").iter("File")]
+        listed = [
+            one.get("name")
+            for one in ElementTree.parse(folder.parent / "modelDescription.xml").iter("File")
+        ]
     else:
         (one,) = fmpy.model_description.read_build_description(str(tmp_path / "unit"))
         listed = one.sourceFileSets[0].sourceFiles
     assert sorted(listed) == sorted(one.name for one in folder.glob("*.c"))
     strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-shared", "-fPIC"]
-    for flags, name in (([], f"fmi{version}DoStep"), ([f"-DFMI{version}_FUNCTION_PREFIX=arm_"], f"arm_fmi{version}DoStep")):
+    for flags, name in (
+        ([], f"fmi{version}DoStep"),
+        ([f"-DFMI{version}_FUNCTION_PREFIX=arm_"], f"arm_fmi{version}DoStep"),
+    ):
         assert COMPILER is not None
         library = folder / f"{name}.so"
-        subprocess.run([COMPILER, *strict, *flags, *listed, "-o", str(library)], cwd=folder, check=True)
+        subprocess.run(
+            [COMPILER, *strict, *flags, *listed, "-o", str(library)], cwd=folder, check=True
+        )
         assert getattr(ctypes.CDLL(str(library)), name)
 
 
 def test_descriptions_have_no_control_characters(model: ParametricCase) -> None:
     """A title of a file of somebody else is text of XML as well."""
-    found = fmu.write(c_files.write(model, "arm", "an arm"), 3, "an \x01 arm\x1b", "with \x00 and <tags> & \ufffe")
+    found = fmu.write(
+        c_files.write(model, "arm", "an arm"), 3, "an \x01 arm\x1b", "with \x00 and <tags> & \ufffe"
+    )
     root = ElementTree.fromstring(found.files["modelDescription.xml"])
     assert root.get("description") == r"an \x01 arm\x1b. with \x00 and <tags> & \ufffe"
 
@@ -410,11 +505,15 @@ def test_names_that_are_taken_stay_distinct(plant: System) -> None:
 
 
 def test_the_same_model_gives_the_same_bytes(model: ParametricCase) -> None:
-    first, second = (fmu.pack(fmu.write(c_files.write(model, "m", "m"), 3, "m"), ()) for _ in range(2))
+    first, second = (
+        fmu.pack(fmu.write(c_files.write(model, "m", "m"), 3, "m"), ()) for _ in range(2)
+    )
     assert first == second
 
 
-def test_without_a_compiler_there_are_sources_only(model: ParametricCase, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_compiler_there_are_sources_only(
+    model: ParametricCase, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(extras, "there", lambda extra: False)
     monkeypatch.setattr(binaries.shutil, "which", lambda name: None)
     unit = fmu.write(c_files.write(model, "m", "m"), 2, "m")
@@ -425,8 +524,12 @@ def test_without_a_compiler_there_are_sources_only(model: ParametricCase, monkey
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase, tmp_path: Path) -> None:
-    """What they are, what they show, and that Windows needs no library of C; that of this machine runs."""
+def test_zig_makes_libraries_of_all_machines(
+    version: int, model: ParametricCase, tmp_path: Path
+) -> None:
+    """What they are, what they show, and that Windows needs no library of C; that of this machine
+    runs.
+    """
     unit = fmu.write(c_files.write(model, "m", "m"), version, "m")
     built = binaries.build(unit.files, version)
     assert (built.compiler, built.failed) == ("zig", {})
@@ -436,7 +539,10 @@ def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase
     assert windows[place : place + 6] == b"PE\0\0" + struct.pack("<H", 0x8664)
     assert b"msvcrt" not in windows.lower()
     assert b"api-ms-win-crt" not in windows.lower()
-    for name, machine in (("linux64" if version == 2 else "x86_64-linux", 62), ("aarch64-linux", 183)):
+    for name, machine in (
+        ("linux64" if version == 2 else "x86_64-linux", 62),
+        ("aarch64-linux", 183),
+    ):
         assert found[name][:4] == b"\x7fELF"
         assert struct.unpack("<H", found[name][18:20])[0] == machine
     if version == 2:  # one file for both processors
@@ -446,7 +552,9 @@ def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase
         parts = [found["darwin64"][row[2] : row[2] + row[3]] for row in (rows[:5], rows[5:])]
     else:
         parts = [found["x86_64-darwin"], found["aarch64-darwin"]]
-    assert [part[:8] for part in parts] == [struct.pack("<II", 0xFEEDFACF, kind) for kind in (0x01000007, 0x0100000C)]
+    assert [part[:8] for part in parts] == [
+        struct.pack("<II", 0xFEEDFACF, kind) for kind in (0x01000007, 0x0100000C)
+    ]
     assert all(f"fmi{version}DoStep".encode() in content for content in found.values())
     archive = tmp_path / "m.fmu"
     archive.write_bytes(fmu.pack(unit, built.binaries))
@@ -454,15 +562,23 @@ def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase
     assert np.abs(got - in_python(model, 9.81, "0*t", 50)).max() < 2e-7 * np.abs(got).max()
 
 
-def test_the_command_says_which_binaries_there_are(model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI))
+def test_the_command_says_which_binaries_there_are(
+    model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI)
+    )
     monkeypatch.setattr(extras, "there", lambda extra: False)
     own = binaries.this_machine()
     assert own is not None
     (tmp_path / "m.h5").touch()
     place = tmp_path / "new" / "m.fmu"
     told = studies.export_model(tmp_path / "m.h5", fmu=place, fmi=3, name="arm")
-    assert (told.report["fmi"], told.report["binaries"], told.report["files"]) == (3, [own.folder], [place])
+    assert (told.report["fmi"], told.report["binaries"], told.report["files"]) == (
+        3,
+        [own.folder],
+        [place],
+    )
     lines = [one for one in told.lines if isinstance(one, str)]
     assert any(line.startswith("binaries by ") and own.folder in line for line in lines)
     assert any('pip install "fmbs_skfem[fmu]"' in line for line in lines)
@@ -473,18 +589,34 @@ def test_the_command_says_which_binaries_there_are(model: ParametricCase, tmp_pa
             studies.export_model(tmp_path / "m.h5", **given)
 
 
-def test_a_machine_without_a_binary_is_an_error(model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file is written with those that there are; who waits for Windows is told by the exit code."""
-    monkeypatch.setattr(exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI))
-    made = binaries.Built("zig", (binaries.Binary("linux64", "so", b"1"),), {"x86_64-windows": "undefined symbol: f"})
+def test_a_machine_without_a_binary_is_an_error(
+    model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file is written with those that there are; who waits for Windows is told by the exit
+    code.
+    """
+    monkeypatch.setattr(
+        exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI)
+    )
+    made = binaries.Built(
+        "zig", (binaries.Binary("linux64", "so", b"1"),), {"x86_64-windows": "undefined symbol: f"}
+    )
     monkeypatch.setattr(binaries, "build", lambda *_: made)
     (tmp_path / "m.h5").touch()
-    with pytest.raises(MissingFeature, match="got none for x86_64-windows; compile its sources there") as caught:
+    with pytest.raises(
+        MissingFeature, match="got none for x86_64-windows; compile its sources there"
+    ) as caught:
         studies.export_model(tmp_path / "m.h5", fmu=tmp_path / "m.fmu", name="arm")
     assert caught.value.exit_code == 7
     report = caught.value.result.report
-    assert (report["status"], report["binaries"], report["files"]) == ("error", ["linux64"], [tmp_path / "m.fmu"])
-    assert any("undefined symbol: f" in line for line in caught.value.result.lines if isinstance(line, str))
+    assert (report["status"], report["binaries"], report["files"]) == (
+        "error",
+        ["linux64"],
+        [tmp_path / "m.fmu"],
+    )
+    assert any(
+        "undefined symbol: f" in line for line in caught.value.result.lines if isinstance(line, str)
+    )
 
 
 FRAME = """
@@ -509,12 +641,19 @@ int main(void)
 """
 
 
-@pytest.mark.skipif(not extras.there("fmu") or platform.machine() != "x86_64", reason="needs zig (extra fmu) on x86-64")
+@pytest.mark.skipif(
+    not extras.there("fmu") or platform.machine() != "x86_64",
+    reason="needs zig (extra fmu) on x86-64",
+)
 def test_windows_has_functions_with_more_than_a_page_of_locals(tmp_path: Path) -> None:
-    """They ask for their pages by a routine of the compiler's own library; the one here keeps all registers."""
+    """They ask for their pages by a routine of the compiler's own library; the one here keeps all
+    registers.
+    """
     for name, text in (("m.c", FRAME), ("windows.c", template("windows.c")), ("probe.c", PROBE)):
         (tmp_path / name).write_text(text)
-    made = binaries.compile_for(binaries.MACHINES[0], "zig", ZIG, [tmp_path / "m.c", tmp_path / "windows.c"], tmp_path)
+    made = binaries.compile_for(
+        binaries.MACHINES[0], "zig", ZIG, [tmp_path / "m.c", tmp_path / "windows.c"], tmp_path
+    )
     assert isinstance(made, bytes), made
     assert COMPILER is not None
     built = [COMPILER, "-mno-red-zone", "-fno-builtin", "-D__stdcall=", "-o", "probe", "probe.c"]

@@ -1,4 +1,6 @@
-"""Libraries of other machines, run where wine and qemu run them: the numbers of Windows and of ARM are those of this machine."""
+"""Libraries of other machines, run where wine and qemu run them: the numbers of Windows and of ARM
+are those of this machine.
+"""
 
 from __future__ import annotations
 
@@ -24,22 +26,39 @@ from tests.exports.test_fmu import plant  # noqa: F401  (a fixture)
 
 LIBRARIES = Path("/usr/aarch64-linux-gnu")  #: of Linux on ARM, Debian's libc6-arm64-cross
 HERE = sys.platform == "linux" and platform.machine() == "x86_64"
-pytestmark = pytest.mark.skipif(not extras.there("fmu") or not HERE, reason="needs zig (extra fmu) on Linux, x86-64")
+pytestmark = pytest.mark.skipif(
+    not extras.there("fmu") or not HERE, reason="needs zig (extra fmu) on Linux, x86-64"
+)
 
 
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
-    """The environment of wine, with a Windows of its own (0.7 GB), which goes when the tests are done."""
+    """The environment of wine, with a Windows of its own (0.7 GB), which goes when the tests are
+    done.
+    """
     place = tmp_path_factory.mktemp("wine")
-    known = os.environ | {"WINEPREFIX": str(place), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+    known = os.environ | {
+        "WINEPREFIX": str(place),
+        "WINEDEBUG": "-all",
+        "WINEDLLOVERRIDES": "mscoree,mshtml=",
+    }
     yield known
     subprocess.run(["wineserver", "--kill"], env=known, check=False, capture_output=True)
     shutil.rmtree(place, ignore_errors=True)
 
 
-def said(unit: fmu.FMU, folder: Path, machine: str, command: list[str], environment: dict[str, str] | None = None) -> np.ndarray:
+def said(
+    unit: fmu.FMU,
+    folder: Path,
+    machine: str,
+    command: list[str],
+    environment: dict[str, str] | None = None,
+) -> np.ndarray:
     """All variables (s, v) of 100 steps of the library of a machine, under its own loader."""
-    one, place = next(each for each in binaries.MACHINES if each.folder == machine), folder / machine
+    one, place = (
+        next(each for each in binaries.MACHINES if each.folder == machine),
+        folder / machine,
+    )
     place.mkdir()
     sources = []
     for path, text in {**unit.files, "windows.c": template("windows.c")}.items():
@@ -57,12 +76,35 @@ def said(unit: fmu.FMU, folder: Path, machine: str, command: list[str], environm
         "STEP": STEP.step,
     }
     defined = [f"-D{key}={value}" for key, value in words.items()]
-    ends = ["-nostdlib", "-fno-builtin", "-lkernel32", "-Wl,-e,start"] if one.ending == "dll" else ["-ldl"]
+    ends = (
+        ["-nostdlib", "-fno-builtin", "-lkernel32", "-Wl,-e,start"]
+        if one.ending == "dll"
+        else ["-ldl"]
+    )
     program = place / ("driver.exe" if one.ending == "dll" else "driver")
     driver = Path(__file__).with_name("driver.c")
-    line = [*ZIG, "-target", one.target, "-std=c99", "-O1", "-fno-sanitize=all", *defined, str(driver), *ends, "-o", str(program)]
+    line = [
+        *ZIG,
+        "-target",
+        one.target,
+        "-std=c99",
+        "-O1",
+        "-fno-sanitize=all",
+        *defined,
+        str(driver),
+        *ends,
+        "-o",
+        str(program),
+    ]
     subprocess.run(line, check=True, capture_output=True)
-    run = subprocess.run([*command, str(program)], cwd=place, env=environment, capture_output=True, check=True, timeout=300)
+    run = subprocess.run(
+        [*command, str(program)],
+        cwd=place,
+        env=environment,
+        capture_output=True,
+        check=True,
+        timeout=300,
+    )
     rows = [line.split() for line in run.stdout.decode().split("\n") if line]
     return np.array([[int(word, 16) for word in row] for row in rows], dtype=np.uint64)
 

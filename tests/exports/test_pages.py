@@ -1,4 +1,6 @@
-"""The pages on FMPy and Simulink: their commands, their Python and their C, with the model that they make."""
+"""The pages on FMPy and Simulink: their commands, their Python and their C, with the model that
+they make.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +103,12 @@ def shell(lines: str, folder: Path) -> None:
     for words in (shlex.split(line, comments=True) for line in lines.splitlines()):
         if words and words[0] != "pip":
             program = {"fmbs": "fmbs_skfem", "fmpy": "fmpy"}[words[0]]
-            done = subprocess.run([sys.executable, "-m", program, *words[1:]], cwd=folder, capture_output=True, text=True)
+            done = subprocess.run(
+                [sys.executable, "-m", program, *words[1:]],
+                cwd=folder,
+                capture_output=True,
+                text=True,
+            )
             assert done.returncode == 0, (words, done.stdout, done.stderr)
 
 
@@ -116,7 +123,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_page_on_fmpy_runs(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A rising torque moves the arm less than the whole one; states come back bit for bit; a slope is that of its step."""
+    """A rising torque moves the arm less than the whole one; states come back bit for bit; a slope
+    is that of its step.
+    """
     monkeypatch.chdir(folder)
     known = pages.run("docs/fmpy.md")
     with Path("result.csv").open(newline="") as file:
@@ -131,23 +140,43 @@ def test_the_page_on_fmpy_runs(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
 def c_folder(folder: Path) -> Path:
     """Beside it the C files of the page on Simulink: its command, its sources, and the stand-in."""
     text = (pages.ROOT / "docs" / "simulink.md").read_text(encoding="utf-8")
-    (command,) = [line.strip() for line in text.splitlines() if line.startswith("    ") and "--c " in line]
+    (command,) = [
+        line.strip() for line in text.splitlines() if line.startswith("    ") and "--c " in line
+    ]
     shell(command, folder)
     arm, header, function = pages.blocks("docs/simulink.md", "c")
     stand_in = {"simstruc.h": SIMSTRUC, "cg_sfun.h": SIMULINK, "caller.c": CALLER}
-    for name, code in ({"arm.c": arm, "arm.h": header, "plant_sfun.c": function} | stand_in).items():
+    for name, code in (
+        {"arm.c": arm, "arm.h": header, "plant_sfun.c": function} | stand_in
+    ).items():
         (folder / name).write_text(code)
     return folder
 
 
 @pytest.mark.parametrize(("sources", "lines"), [(("arm.c", "caller.c"), 1), (("plant_sfun.c",), 3)])
-def test_the_c_code_for_simulink_moves_as_the_model(c_folder: Path, sources: tuple[str, ...], lines: int) -> None:
-    """In a loop as that of Simulink; an S-function reports what is not finite, and starts again from the same state."""
+def test_the_c_code_for_simulink_moves_as_the_model(
+    c_folder: Path, sources: tuple[str, ...], lines: int
+) -> None:
+    """In a loop as that of Simulink; an S-function reports what is not finite, and starts again
+    from the same state.
+    """
     assert COMPILER is not None
     program = c_folder / sources[0].removesuffix(".c")
-    command = [COMPILER, *WARNINGS, "-O1", "-Iplant_c", "-I.", *sources, "plant_c/plant.c", "-o", program]
+    command = [
+        COMPILER,
+        *WARNINGS,
+        "-O1",
+        "-Iplant_c",
+        "-I.",
+        *sources,
+        "plant_c/plant.c",
+        "-o",
+        program,
+    ]
     subprocess.run(command, cwd=c_folder, check=True)
-    printed = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()
+    printed = subprocess.run(
+        [program], check=True, capture_output=True, text=True
+    ).stdout.splitlines()
     assert len(printed) == lines
     case, _ = files.case_of(files.read(c_folder / "plant.h5"))
     run = start(case.system, case.scheme, case.newton)

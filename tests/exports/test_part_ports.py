@@ -1,4 +1,6 @@
-"""Parts whose places are ports: in C, against the package with the same forces, and as an FMU that another program holds."""
+"""Parts whose places are ports: in C, against the package with the same forces, and as an FMU that
+another program holds.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +35,9 @@ from verification.vibration import ring
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 
 ARM = Path(__file__).resolve().parents[2] / "examples" / "parts" / "arm.part.h5"
-# at 1e-15 corrections are the round-off of positions: a step of some runs was divided by it, which changed the motion by 1e-5; at
-# 1e-14 C and Python differ by 5e-11 of the motion in 90 runs moved by 1e-15, and no step is divided
+# at 1e-15 corrections are the round-off of positions: a step of some runs was divided by it, which
+# changed the motion by 1e-5; at 1e-14 C and Python differ by 5e-11 of the motion in 90 runs moved
+# by 1e-15, and no step is divided
 SHARP = Newton(tolerance=1e-14)
 
 
@@ -65,21 +68,43 @@ def bent() -> Body:
 def wheel() -> Body:
     """A ring in the plane with rigid frames at both of its rims."""
     rims = {"hub": Rim(("inner",), (0.0, 0.0)), "tyre": Rim(("outer",), (0.0, 0.0))}
-    return trained(plate("wheel", ring(0.1, 0.3, 8), 0.01, Material(2e8, 7800.0, 0.3), dim=2, rims=rims), 8, 1e-3)
+    return trained(
+        plate("wheel", ring(0.1, 0.3, 8), 0.01, Material(2e8, 7800.0, 0.3), dim=2, rims=rims),
+        8,
+        1e-3,
+    )
 
 
-PUSHED = {"left.force_y": 0.4, "left.torque_z": -0.02, "right.force_x": -0.2, "right.force_z": 0.3, "right.torque_y": 0.03}
+PUSHED = {
+    "left.force_y": 0.4,
+    "left.torque_z": -0.02,
+    "right.force_x": -0.2,
+    "right.force_z": 0.3,
+    "right.torque_y": 0.03,
+}
 CASES = {
     "a cable in space": (arm, (0.0, 0.0, -9.81), PUSHED, 1e-3),
-    "a shell": (link, (0.0, 0.0, -9.81), {"corner_00.force_z": 2.0, "corner_11.force_x": -1.0, "corner_10.force_y": 0.5}, 5e-4),
+    "a shell": (
+        link,
+        (0.0, 0.0, -9.81),
+        {"corner_00.force_z": 2.0, "corner_11.force_x": -1.0, "corner_10.force_y": 0.5},
+        5e-4,
+    ),
     "a beam with torsion": (bent, (), PUSHED | {"right.torque_x": 1e-3}, 4e-4),
-    "a plate with rims in the plane": (wheel, (0.0, -9.81), {"hub.torque": 3.0, "tyre.force_x": 5.0, "tyre.torque": -1.0}, 1e-4),
+    "a plate with rims in the plane": (
+        wheel,
+        (0.0, -9.81),
+        {"hub.torque": 3.0, "tyre.force_x": 5.0, "tyre.torque": -1.0},
+        1e-4,
+    ),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_part_moves_in_c_as_in_python(name: str, tmp_path: Path) -> None:
-    """Waves along a part follow no step: rates of sections repeat to 1e-7 in Python itself, with other storages of one system."""
+    """Waves along a part follow no step: rates of sections repeat to 1e-7 in Python itself, with
+    other storages of one system.
+    """
     make, gravity, told, step = CASES[name]
     case = replace(part_ports.case_of(make(), GeneralizedAlpha(step), 0.3, gravity), newton=SHARP)
     model = c_files.write(case, "part", "a part")
@@ -91,7 +116,11 @@ def test_a_part_moves_in_c_as_in_python(name: str, tmp_path: Path) -> None:
     columns = dynamics.outputs(dynamics.integrate(given, case.scheme, 200 * step, case.newton, 10))
     for unit, largest in {"m": 1e-9, "m/s": 1e-8, "": 1e-6, "rad": 1e-9, "rad/s": 1e-6}.items():
         some = [k for k, one in enumerate(model.columns) if one.unit == unit]
-        exact = np.stack([columns[model.columns[k].name] for k in some], axis=1) if some else np.zeros((1, 1))
+        exact = (
+            np.stack([columns[model.columns[k].name] for k in some], axis=1)
+            if some
+            else np.zeros((1, 1))
+        )
         size = np.ptp(exact, axis=0).max()
         assert not some or np.abs(got[:, some] - exact).max() < largest * size, unit
 
@@ -115,23 +144,40 @@ def test_places_have_units_and_start_in_the_reference() -> None:
 
 
 def test_the_rotation_of_a_frame_is_that_of_its_axes() -> None:
-    """A rigid body that turns about an axis, against Rodrigues' formula; its angular velocity is the one it was given."""
+    """A rigid body that turns about an axis, against Rodrigues' formula; its angular velocity is
+    the one it was given.
+    """
     spin = np.array([1.0, -2.0, 0.5])
     body = rigid("top", 2.0, np.eye(3) * 0.1, (0.1, 0.2, 0.3))
-    read = {"R": orientations.Rotation(At("top", "frame")), "w": probes.AngularVelocity(At("top", "frame"))}
+    read = {
+        "R": orientations.Rotation(At("top", "frame")),
+        "w": probes.AngularVelocity(At("top", "frame")),
+    }
     start = {"top": Motion(angular_velocity=tuple(spin), center=(0.1, 0.2, 0.3))}
-    found = dynamics.outputs(dynamics.integrate(assemble([body], outputs=read, initial=start), GeneralizedAlpha(1e-4), 0.5, SHARP))
+    found = dynamics.outputs(
+        dynamics.integrate(
+            assemble([body], outputs=read, initial=start), GeneralizedAlpha(1e-4), 0.5, SHARP
+        )
+    )
     exact = Rotation.from_rotvec(0.5 * spin).as_matrix()
     got = np.array([[found[f"R_{i}{j}"][-1] for j in "xyz"] for i in "xyz"])
     np.testing.assert_allclose(got, exact, atol=1e-7)
-    np.testing.assert_allclose([found[f"w_{i}"] for i in "xyz"], np.outer(spin, np.ones(5001)), atol=1e-6)
+    np.testing.assert_allclose(
+        [found[f"w_{i}"] for i in "xyz"], np.outer(spin, np.ones(5001)), atol=1e-6
+    )
 
 
-def held(unit: Instance, span: float, steps: int, anchor: np.ndarray, k: float, d: float) -> np.ndarray:
-    """Positions (s, 3) of the right end of an arm whose left end a spring and a damper hold, forces constant over each span."""
+def held(
+    unit: Instance, span: float, steps: int, anchor: np.ndarray, k: float, d: float
+) -> np.ndarray:
+    """Positions (s, 3) of the right end of an arm whose left end a spring and a damper hold, forces
+    constant over each span.
+    """
     names = [one.name for one in unit.description.modelVariables]
     push = [names.index(f"left.force_{axis}") for axis in "xyz"]
-    place, speed = ([names.index(f"left.{what}_{axis}") for axis in "xyz"] for what in ("position", "velocity"))
+    place, speed = (
+        [names.index(f"left.{what}_{axis}") for axis in "xyz"] for what in ("position", "velocity")
+    )
     tip, found = [names.index(f"right.position_{axis}") for axis in "xyz"], []
     unit.start()
     for n in range(steps):
@@ -149,16 +195,28 @@ def held(unit: Instance, span: float, steps: int, anchor: np.ndarray, k: float, 
 LENGTH = 0.2  #: of a spring without force [m]
 
 
-def test_an_arm_that_another_program_holds_by_a_spring_hangs_as_in_the_package(tmp_path: Path) -> None:
-    """An explicit coupling is of first order in its step; FMPy steps the arm, the spring is the program's own."""
+def test_an_arm_that_another_program_holds_by_a_spring_hangs_as_in_the_package(
+    tmp_path: Path,
+) -> None:
+    """An explicit coupling is of first order in its step; FMPy steps the arm, the spring is the
+    program's own.
+    """
     step, duration, k, d, g = 1e-4, 0.3072, 60.0, 0.4, (0.0, 0.0, -9.81)
     anchor = reference_at(arm(), "left") + np.array([0.0, 0.0, LENGTH])
-    spring = springs.SpringDamper("spring", At("arm", "left"), tuple(anchor), stiffness=k, damping=d)
+    spring = springs.SpringDamper(
+        "spring", At("arm", "left"), tuple(anchor), stiffness=k, damping=d
+    )
     read = {"tip": probes.Position(At("arm", "right"))}
-    whole = eliminate(assemble([parts.placed(arm(), "arm", check=False)], [], [loads.Gravity(g), spring], outputs=read))
+    whole = eliminate(
+        assemble(
+            [parts.placed(arm(), "arm", check=False)], [], [loads.Gravity(g), spring], outputs=read
+        )
+    )
     columns = dynamics.outputs(dynamics.integrate(whole, GeneralizedAlpha(step), duration))
     exact = np.stack([columns[f"tip_{axis}"] for axis in "xyz"], axis=1)
-    made = c_files.write(part_ports.case_of(arm(), GeneralizedAlpha(step), duration, g), "arm", "an arm")
+    made = c_files.write(
+        part_ports.case_of(arm(), GeneralizedAlpha(step), duration, g), "arm", "an arm"
+    )
     unit = Instance(made_by(fmu.write(made, 2, "an arm"), tmp_path / "arm.fmu"), tmp_path / "unit")
     errors = []
     for many in (32, 16, 8):
@@ -166,12 +224,19 @@ def test_an_arm_that_another_program_holds_by_a_spring_hangs_as_in_the_package(t
         errors.append(np.abs(found - exact[many::many]).max())
     assert np.ptp(exact, axis=0).max() > 0.3
     assert errors[-1] < 5e-4
-    # a force is known H late at most, H / 2 in the mean, and enters over one step h of the model: error ~ H + h
+    # a force is known H late at most, H / 2 in the mean, and enters over one step h of the model:
+    # error ~ H + h
     assert np.allclose(np.array(errors[:-1]) / errors[1:], [33 / 17, 17 / 9], rtol=0.02)
 
 
 def test_the_command_exports_a_part(tmp_path: Path) -> None:
-    told = studies.export_model(ARM, c=tmp_path, step=1e-3, gravity="0, 0, -9.81 m/s^2", parameters={"young_modulus": "2 GPa"})
+    told = studies.export_model(
+        ARM,
+        c=tmp_path,
+        step=1e-3,
+        gravity="0, 0, -9.81 m/s^2",
+        parameters={"young_modulus": "2 GPa"},
+    )
     assert told.report["step"] == 1e-3
     assert told.report["name"] == "arm"
     header = (tmp_path / "arm.h").read_text()
@@ -193,6 +258,10 @@ def test_what_is_no_part_with_mass_and_places_is_refused() -> None:
     rims = {"hub": Rim(("inner",)), "edge": Rim(("outer",))}
     washer = plate("washer", ring(0.1, 0.3, 8), 5e-3, Material(2e8, 1000.0, 0.3), dim=3, rims=rims)
     with pytest.raises(InputError, match="unknowns that all have mass"):
-        c_files.write(part_ports.case_of(trained(washer, 8, 2e-3), GeneralizedAlpha(1e-3), 0.1), "washer", "a washer")
+        c_files.write(
+            part_ports.case_of(trained(washer, 8, 2e-3), GeneralizedAlpha(1e-3), 0.1),
+            "washer",
+            "a washer",
+        )
     with pytest.raises(InputError, match="--c"):
         studies.export_model(ARM)

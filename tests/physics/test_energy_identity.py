@@ -1,10 +1,12 @@
-"""Galerkin's identity: the energy of the error is what the work of the loads lacks, on meshes of every kind of plate.
+"""Galerkin's identity: the energy of the error is what the work of the loads lacks, on meshes of
+every kind of plate.
 
     a(w - v, w - v) = f(w) - f(v),    v of the mesh, w = sin(pi x) sin(pi y) of the hinged unit square, f = 4 pi^4 D w
 
-It holds where functions and slopes are continuous and the edges are held; the twelve-term plate, whose slopes jump, and seams of
-patches, with springs against folding, miss it by a part of the work. G. Strang, G. Fix, An Analysis of the Finite Element Method
-(1973), theorem 1.1. That of `fvs` on clamped squares of all meshes is in `tests/shapes/test_fvs_plate.py`.
+It holds where functions and slopes are continuous and the edges are held; the twelve-term plate,
+whose slopes jump, and seams of patches, with springs against folding, miss it by a part of the
+work. G. Strang, G. Fix, An Analysis of the Finite Element Method (1973), theorem 1.1. That of `fvs`
+on clamped squares of all meshes is in `tests/shapes/test_fvs_plate.py`.
 """
 
 from __future__ import annotations
@@ -17,7 +19,15 @@ from scipy.sparse.linalg import spsolve
 from fmbs_skfem.bodies import patches
 from fmbs_skfem.bodies.plate import trace
 from fmbs_skfem.core.algebra import ranks
-from fmbs_skfem.shapes import ancf_plate, fvs_plate, interfaces, nurbs, skfem_surface, smoothing, surface
+from fmbs_skfem.shapes import (
+    ancf_plate,
+    fvs_plate,
+    interfaces,
+    nurbs,
+    skfem_surface,
+    smoothing,
+    surface,
+)
 from fmbs_skfem.shapes.surface import Surface
 
 from ..bodies.test_weak_seams import UNIT_SQUARES, shape_of
@@ -28,7 +38,9 @@ D = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - NU)]])
 
 
 def flat(name: str) -> Surface:
-    shape = shape_of({key: (patch, control[..., :2]) for key, (patch, control) in UNIT_SQUARES[name].items()})
+    shape = shape_of(
+        {key: (patch, control[..., :2]) for key, (patch, control) in UNIT_SQUARES[name].items()}
+    )
     return smoothing.tie_slopes(shape)
 
 
@@ -64,14 +76,21 @@ def identity(shape: Surface) -> tuple[float, float]:
         return found
 
     blocks = np.einsum("ep,epib,ij,epjd->ebd", area, rows, D, rows)
-    at = np.broadcast_to(shape.nodes[:, :, None], blocks.shape), np.broadcast_to(shape.nodes[:, None, :], blocks.shape)
-    K = csr_array((blocks.ravel(), (at[0].ravel(), at[1].ravel())), shape=(shape.count, shape.count))
+    at = (
+        np.broadcast_to(shape.nodes[:, :, None], blocks.shape),
+        np.broadcast_to(shape.nodes[:, None, :], blocks.shape),
+    )
+    K = csr_array(
+        (blocks.ravel(), (at[0].ravel(), at[1].ravel())), shape=(shape.count, shape.count)
+    )
     f = summed(np.einsum("ep,ep,epb->eb", area, load, N))
     S = csr_array(np.eye(shape.count))
     if isinstance(shape.space, nurbs.Nurbs) and shape.space.seams:
         S = patches.tie(shape)[1]
         K = K + interfaces.penalty_stiffness(shape, interfaces.common_edges(shape), 1.0)
-    A = csr_array(trace(shape, surface.free_sides(shape) if S.nnz == shape.count else outer(shape)) @ S)
+    A = csr_array(
+        trace(shape, surface.free_sides(shape) if S.nnz == shape.count else outer(shape)) @ S
+    )
     first, second, X = ranks.determined(A)
     T = np.eye(shape.count)
     T[first] = 0.0
@@ -86,7 +105,9 @@ def identity(shape: Surface) -> tuple[float, float]:
 def outer(shape: Surface) -> np.ndarray:
     """Sides on the border of the unit square."""
     sides = np.indices((len(shape.nodes), int(shape.parent))).reshape(2, -1).T
-    middle = surface.sample(shape, sides[:, 0], surface.side_points(shape.parent, sides[:, 1], np.full(len(sides), 0.5)))
+    middle = surface.sample(
+        shape, sides[:, 0], surface.side_points(shape.parent, sides[:, 1], np.full(len(sides), 0.5))
+    )
     return sides[np.abs(middle @ shape.reference - 0.5).max(axis=1) > 0.499]
 
 

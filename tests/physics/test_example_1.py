@@ -1,6 +1,8 @@
-"""Example 1 of Hou, Liu and Hu (2020): the beam spun up by a driven hinge. CMAME 361, 112690, doi 10.1016/j.cma.2019.112690.
+"""Example 1 of Hou, Liu and Hu (2020): the beam spun up by a driven hinge. CMAME 361, 112690, doi
+10.1016/j.cma.2019.112690.
 
-Published: largest tip deflection 0.3176 m. The longer digits are stored figures of this package, converged in mesh and step.
+Published: largest tip deflection 0.3176 m. The longer digits are stored figures of this package,
+converged in mesh and step.
 """
 
 from __future__ import annotations
@@ -10,7 +12,15 @@ import functools
 import numpy as np
 import pytest
 
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    energies,
+    energy_drift,
+    integrate,
+    outputs,
+)
 
 from .. import models
 
@@ -52,13 +62,18 @@ def test_ancf_cable_is_the_same_model() -> None:
 
 def test_error_of_the_step_over_the_whole_run() -> None:
     exact = deflection(25, STEP / 8, 3.0)
-    coarse, fine = (np.abs(deflection(25, h, 3.0) - exact[:: round(8 * h / STEP)]).max() for h in (2 * STEP, STEP))
+    coarse, fine = (
+        np.abs(deflection(25, h, 3.0) - exact[:: round(8 * h / STEP)]).max()
+        for h in (2 * STEP, STEP)
+    )
     assert fine < 2e-5
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 
 def test_energy_balance_with_the_work_of_the_drive() -> None:
-    """Kinetic and strain energy minus the work of the drive: the drift is of second order in the step."""
+    """Kinetic and strain energy minus the work of the drive: the drift is of second order in the
+    step.
+    """
     coarse, fine = (energy_drift(run(10, h, 3.0)) for h in (2 * STEP, STEP))
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
     assert fine < 6e-6
@@ -73,4 +88,6 @@ def test_steady_rotation() -> None:
     found = run(25, STEP, 3.0)
     late = found.times > models.SPIN_TIME
     density = 1800.0 * np.pi * 0.01**2 / 4
-    assert energies(found)[late, 0].mean() == pytest.approx(density * models.SPIN_RATE**2 / 6, rel=0.02)
+    assert energies(found)[late, 0].mean() == pytest.approx(
+        density * models.SPIN_RATE**2 / 6, rel=0.02
+    )

@@ -1,4 +1,6 @@
-"""Example 2 of Hou, Liu and Hu (2020): the spatial double pendulum. CMAME 361, 112690, doi 10.1016/j.cma.2019.112690."""
+"""Example 2 of Hou, Liu and Hu (2020): the spatial double pendulum. CMAME 361, 112690, doi
+10.1016/j.cma.2019.112690.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,15 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies.laws import Law
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    energies,
+    energy_drift,
+    integrate,
+    outputs,
+)
 
 from .. import models
 
@@ -25,7 +35,9 @@ STORED = {
 
 @functools.cache
 def run(h: float) -> Trajectory:
-    return integrate(models.double_pendulum(CELLS), GeneralizedAlpha(h), 3.0, Newton(tolerance=1e-10))
+    return integrate(
+        models.double_pendulum(CELLS), GeneralizedAlpha(h), 3.0, Newton(tolerance=1e-10)
+    )
 
 
 def free_end(trajectory: Trajectory) -> np.ndarray:
@@ -48,7 +60,9 @@ def test_stored_figures() -> None:
 
 
 def test_published_solver_at_the_same_step() -> None:
-    """C at 1 s and 2 s of Exudyn 1.13.6 (100 ANCF cable elements a beam, curvature |r' x r''|/|r'|^2, h = 5e-4, rho_inf = 0.8)."""
+    """C at 1 s and 2 s of Exudyn 1.13.6 (100 ANCF cable elements a beam, curvature |r' x
+    r''|/|r'|^2, h = 5e-4, rho_inf = 0.8).
+    """
     system = models.double_pendulum(100, law=Law.MATERIAL)
     found = free_end(integrate(system, GeneralizedAlpha(STEP), 2.0))
     np.testing.assert_allclose(found[2000], [-1.39851478, -0.31858691, -1.17197463], atol=2e-6)
@@ -67,7 +81,9 @@ def test_energy_drift_falls_with_the_square_of_the_step() -> None:
     kinetic, strain, potential, balance = energies(run(STEP)).T
     assert potential.min() < -1.5
     assert strain.max() > 0.01
-    np.testing.assert_allclose(kinetic + strain + potential, balance, atol=1e-14)  # gravity is in the potential
+    np.testing.assert_allclose(
+        kinetic + strain + potential, balance, atol=1e-14
+    )  # gravity is in the potential
 
 
 def test_joints_stay_closed() -> None:

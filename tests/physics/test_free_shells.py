@@ -1,8 +1,10 @@
-"""Shells on free meshes: published shells with observed orders, stresses, tubes, rigid motions, frequencies, files of scenes.
+"""Shells on free meshes: published shells with observed orders, stresses, tubes, rigid motions,
+frequencies, files of scenes.
 
-Sources: `verification.statics_shells` (Scordelis-Lo roof 0.30059246, pinched cylinder 164.24 P/(E t)); R. H. MacNeal, R. L. Harder,
-Finite Elem. Anal. Des. 1 (1985) 3-20, doi 10.1016/0168-874X(85)90003-4 (hemisphere with a hole of 18 degrees, 0.094; 0.0935 without
-shear, by quartic splines); R. Bredt (1896): a tube turns by M l / (2 pi R^3 t G).
+Sources: `verification.statics_shells` (Scordelis-Lo roof 0.30059246, pinched cylinder 164.24 P/(E
+t)); R. H. MacNeal, R. L. Harder, Finite Elem. Anal. Des. 1 (1985) 3-20, doi
+10.1016/0168-874X(85)90003-4 (hemisphere with a hole of 18 degrees, 0.094; 0.0935 without shear, by
+quartic splines); R. Bredt (1896): a tube turns by M l / (2 pi R^3 t G).
 """
 
 from __future__ import annotations
@@ -35,15 +37,23 @@ from verification.statics_shells import PINCHED, ROOF_FREE, loaded, mirror
 from ..shapes.test_fvs_plate import MESHES
 from ..shapes.test_fvs_shell import bent, cylinder, mixed
 
-pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # corners belong to two edges
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::fmbs_skfem.core.notices.Notice"
+)  # corners belong to two edges
 KINDS = ["free triangles", "free quads", "distorted quads"]
 ROOF = cylinder(np.radians(40.0), 25.0, 25.0)
 WEIGHT = 1e-4  #: part of the load
 
 
 def loaded_roof(shape: Surface, first: str, across: str, middle: str, **sensed: str) -> Trajectory:
-    """The Scordelis-Lo roof under a small load; the edges `first` and `middle` are its planes of symmetry."""
-    held = [joints.Edge("diaphragm", "plate", (across,), "xz"), mirror("x", first), mirror("y", middle)]
+    """The Scordelis-Lo roof under a small load; the edges `first` and `middle` are its planes of
+    symmetry.
+    """
+    held = [
+        joints.Edge("diaphragm", "plate", (across,), "xz"),
+        mirror("x", first),
+        mirror("y", middle),
+    ]
     weight = loads.SurfaceLoad("weight", "plate", (0.0, 0.0, -90.0 * WEIGHT))
     return solve_statics(loaded(shape, 0.25, 4.32e8, 0.0, held, [weight], **sensed), 1, TIGHT)
 
@@ -56,23 +66,33 @@ def roof(kind: str, n: int) -> float:
 
 
 def strains(shape: Surface, found: Trajectory, order: int) -> tuple[np.ndarray, ...]:
-    """Points (x, 2) along the arc and the axis, areas (x,), strains and curvatures (x, 2, 3): 11, 22, 12 along these."""
+    """Points (x, 2) along the arc and the axis, areas (x,), strains and curvatures (x, 2, 3): 11,
+    22, 12 along these.
+    """
     values = surface.tabulate(shape, order)
     local, area, bend = local_table(values.values, values.weights, shape.reference[shape.nodes])
     moved = body_coordinates(found)[-1].reshape(-1, 3)
     x = on_nodes(values.values[:, :, :1], shape.reference[shape.nodes])[:, :, 0]
-    before, after = (on_nodes(local, coordinates[shape.nodes]) for coordinates in (shape.reference, moved))
+    before, after = (
+        on_nodes(local, coordinates[shape.nodes]) for coordinates in (shape.reference, moved)
+    )
     stretch = 0.5 * (np.einsum("epac,epbc->epab", after[:, :, :2], after[:, :, :2]) - np.eye(2))
     normal = np.cross(after[:, :, 0], after[:, :, 1])
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     bent_by = np.einsum("epkc,epc->epk", after[:, :, 2:], normal) - bend
     phi = np.arctan2(x[..., 0], x[..., 2])
     arc, axis = np.stack([np.cos(phi), 0 * phi, -np.sin(phi)], axis=-1), np.array([0.0, 1.0, 0.0])
-    turn = np.stack([np.einsum("epkc,epc->epk", before[:, :, :2], arc), before[:, :, :2] @ axis], axis=2)
+    turn = np.stack(
+        [np.einsum("epkc,epc->epk", before[:, :, :2], arc), before[:, :, :2] @ axis], axis=2
+    )
     sign = np.sign(np.linalg.det(turn))[..., None, None]
     both = np.stack([stretch, sign * bent_by[..., [0, 2, 2, 1]].reshape(stretch.shape)], axis=2)
     both = np.einsum("epia,epkab,epjb->epkij", turn, both, turn)[..., [0, 1, 0], [0, 1, 1]] / WEIGHT
-    return np.stack([25.0 * phi, x[..., 1]], axis=-1).reshape(-1, 2), area.ravel(), both.reshape(-1, 2, 3)
+    return (
+        np.stack([25.0 * phi, x[..., 1]], axis=-1).reshape(-1, 2),
+        area.ravel(),
+        both.reshape(-1, 2, 3),
+    )
 
 
 @cache
@@ -91,7 +111,10 @@ def test_orders_of_strains(kind: str) -> None:
         x, area, both = strains(shape, loaded_roof(shape, "left", "bottom", "top"), 3)
         exact = spline_strains()(x)
         known = np.isfinite(exact).all(axis=(1, 2))
-        squares = [(area[known, None, None] * some[known] ** 2).sum(axis=(0, 2)) for some in (both - exact, exact)]
+        squares = [
+            (area[known, None, None] * some[known] ** 2).sum(axis=(0, 2))
+            for some in (both - exact, exact)
+        ]
         errors.append(np.sqrt(squares[0] / squares[1]))
     membrane, bending = np.log2(errors[0] / errors[1])
     assert membrane > 1.8
@@ -117,10 +140,21 @@ def test_hemisphere_with_a_hole(kind: str, n: int) -> None:
     """Two forces of 2 outwards, two inwards: bending without stretch, R/t = 250."""
     shape, _ = fvs_shell.surface(bent(MESHES[kind](n), sphere))
     out, back = At("plate", "out"), At("plate", "back")
-    held = [mirror("y", "left"), mirror("x", "right"), joints.Slider("height", out, (1.0, 0.0, 0.0))]
+    held = [
+        mirror("y", "left"),
+        mirror("x", "right"),
+        joints.Slider("height", out, (1.0, 0.0, 0.0)),
+    ]
     small = 1e-3
-    load = [loads.PointForce("A", out, (small, 0.0, 0.0)), loads.PointForce("B", back, (0.0, -small, 0.0))]
-    found = outputs(solve_statics(loaded(shape, 0.04, 6.825e7, 0.3, held, load, out="out", back="back"), 1, TIGHT))
+    load = [
+        loads.PointForce("A", out, (small, 0.0, 0.0)),
+        loads.PointForce("B", back, (0.0, -small, 0.0)),
+    ]
+    found = outputs(
+        solve_statics(
+            loaded(shape, 0.04, 6.825e7, 0.3, held, load, out="out", back="back"), 1, TIGHT
+        )
+    )
     moved = np.array([found["out_x"][-1] - 10.0, 10.0 - found["back_y"][-1]]) / small
     assert moved == pytest.approx(0.0935, rel=0.01)
     assert moved == pytest.approx(0.094, rel=0.02)
@@ -130,10 +164,19 @@ def test_pinched_cylinder() -> None:
     """The force is a point load: of order 2 from 2 x 16 cells on."""
     found = []
     for n in (16, 32):
-        shape, _ = fvs_shell.surface(bent(MESHES["free quads"](n), cylinder(0.5 * np.pi, 300.0, 300.0)))
-        held = [mirror("x", "left"), mirror("z", "right"), mirror("y", "bottom"), joints.Edge("diaphragm", "plate", ("top",), "xz")]
+        shape, _ = fvs_shell.surface(
+            bent(MESHES["free quads"](n), cylinder(0.5 * np.pi, 300.0, 300.0))
+        )
+        held = [
+            mirror("x", "left"),
+            mirror("z", "right"),
+            mirror("y", "bottom"),
+            joints.Edge("diaphragm", "plate", ("top",), "xz"),
+        ]
         load = [loads.PointForce("P", At("plate", "out"), (0.0, 0.0, -2.5))]
-        w = outputs(solve_statics(loaded(shape, 3.0, 3e6, 0.3, held, load, under="out"), 1, TIGHT))["under_z"]
+        w = outputs(solve_statics(loaded(shape, 3.0, 3e6, 0.3, held, load, under="out"), 1, TIGHT))[
+            "under_z"
+        ]
         found.append(1.0 - float(w[0] - w[-1]) / 10.0 / PINCHED)
     assert 0.0 < found[1] < 0.02
     assert np.log2(found[0] / found[1]) > 1.5
@@ -146,15 +189,25 @@ MATERIAL = Material(E, 1000.0, NU)
 
 @cache
 def tube(kind: str, n: int) -> Surface:
-    return fvs_shell.surface(bent(MESHES[kind](n), cylinder(2 * np.pi, RADIUS, LENGTH), closed=True))[0]
+    return fvs_shell.surface(
+        bent(MESHES[kind](n), cylinder(2 * np.pi, RADIUS, LENGTH), closed=True)
+    )[0]
 
 
 @pytest.mark.parametrize("kind", ["free triangles", "free quads"])
 def test_tubes_turn_as_bredt_says(kind: str) -> None:
-    body = plate("tube", tube(kind, 20), T, MATERIAL, rims={end: Rim((end,), slopes=False) for end in ("bottom", "top")})
+    body = plate(
+        "tube",
+        tube(kind, 20),
+        T,
+        MATERIAL,
+        rims={end: Rim((end,), slopes=False) for end in ("bottom", "top")},
+    )
     load = [loads.Moment("M", At("tube", "top"), (0.0, 1e3, 0.0))]
     sensed = {"p": probes.Position(At("tube", "middle"))}
-    system = eliminate(assemble([body], [joints.Clamp("c", At("tube", "bottom"))], load, outputs=sensed))
+    system = eliminate(
+        assemble([body], [joints.Clamp("c", At("tube", "bottom"))], load, outputs=sensed)
+    )
     found = outputs(solve_statics(system, 1, TIGHT))
     z, x = found["p_z"], found["p_x"]
     angle = (z[0] * x[1] - x[0] * z[1]) / RADIUS**2
@@ -167,7 +220,10 @@ def test_rotated_shells_have_no_stress() -> None:
     system = compile_system(assemble([body], [], []))
     turned = body.reference @ Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix().T
     force = residual(system, turned.ravel(), np.zeros(0), 0.0)
-    assert np.abs(force).max() < 1e-14 * abs(elastic_tangent(system, body.reference.ravel(), 0.0)).max()
+    assert (
+        np.abs(force).max()
+        < 1e-14 * abs(elastic_tangent(system, body.reference.ravel(), 0.0)).max()
+    )
 
 
 def test_stress_of_a_tube_under_pressure(tmp_path: Path) -> None:
@@ -216,7 +272,11 @@ def test_quads_and_triangles_in_one_shell(tmp_path: Path) -> None:
         mesh = bent((points, quads), ROOF)
         some = quads[left]
         both = np.concatenate([some[:, [0, 1, 2]], some[:, [0, 2, 3]]])
-        cells, tags, names = [("triangle", both), ("quad", quads[~left])], [np.full(len(both), 9), np.full((~left).sum(), 9)], {}
+        cells, tags, names = (
+            [("triangle", both), ("quad", quads[~left])],
+            [np.full(len(both), 9), np.full((~left).sum(), 9)],
+            {},
+        )
         for kind, own, dim in (("line", mesh.edge_groups, 1), ("vertex", mesh.point_groups, 0)):
             for name, rows in own.items():
                 names[name] = np.array([len(names) + 10, dim])
@@ -225,7 +285,10 @@ def test_quads_and_triangles_in_one_shell(tmp_path: Path) -> None:
         names["all"] = np.array([9, 2])
         data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
         meshio.write(
-            tmp_path / "roof.msh", meshio.Mesh(mesh.points, cells, cell_data=data, field_data=names), "gmsh22", binary=True
+            tmp_path / "roof.msh",
+            meshio.Mesh(mesh.points, cells, cell_data=data, field_data=names),
+            "gmsh22",
+            binary=True,
         )
         with pytest.warns(Notice, match="every quad is cut along its shorter diagonal"):
             found = scenes.loads(SCENE, tmp_path).run().outputs
@@ -236,7 +299,9 @@ def test_quads_and_triangles_in_one_shell(tmp_path: Path) -> None:
 
 def test_what_a_scene_does_with_a_free_shell(tmp_path: Path) -> None:
     """A rim that is clamped, pressure and a load on an edge balance; a plane stops what they lift."""
-    plate_meshes.write(bent(MESHES["free quads"](10), cylinder(1.0, 1.0, 1.0)), tmp_path / "panel.msh")
+    plate_meshes.write(
+        bent(MESHES["free quads"](10), cylinder(1.0, 1.0, 1.0)), tmp_path / "panel.msh"
+    )
     text = """\
 schema: 1
 bodies:
@@ -252,7 +317,10 @@ outputs:
   wall: {type: reaction, joint: wall}
   z: {type: position, at: panel.crown, component: z}
 """
-    free, stopped = (scenes.loads(text.replace("HEIGHT", height), tmp_path).run().outputs for height in ("1.1", "1.0055"))
+    free, stopped = (
+        scenes.loads(text.replace("HEIGHT", height), tmp_path).run().outputs
+        for height in ("1.1", "1.0055")
+    )
     lifted = 20.0 * np.sin(1.0) + 5.0
     assert abs(float(free["wall_z"][-1])) == pytest.approx(lifted, rel=2e-3)
     assert abs(float(stopped["wall_z"][-1])) < 0.6 * lifted

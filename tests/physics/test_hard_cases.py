@@ -1,4 +1,6 @@
-"""Slender and stiff beams, small and large steps: full models finish, and their error stays what the step explains."""
+"""Slender and stiff beams, small and large steps: full models finish, and their error stays what
+the step explains.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,14 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import sections
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, energies, energy_drift, integrate, outputs
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Trajectory,
+    energies,
+    energy_drift,
+    integrate,
+    outputs,
+)
 from fmbs_skfem.systems import System
 
 from .. import models
@@ -20,7 +29,10 @@ SECTIONS: dict[str, object] = {
     "stiff": sections.Given(100 * NORMAL.EA, NORMAL.EI, NORMAL.rhoA),
     "normal": models.SECTION,
 }
-EXAMPLES: dict[str, Callable[..., System]] = {"spin_up": models.spin_up, "double_pendulum": models.double_pendulum}
+EXAMPLES: dict[str, Callable[..., System]] = {
+    "spin_up": models.spin_up,
+    "double_pendulum": models.double_pendulum,
+}
 
 
 @functools.cache
@@ -50,9 +62,15 @@ def test_every_step_size_finishes(example: str, section: str) -> None:
 
 
 def test_thin_beams_bend_more() -> None:
-    """The same motion with a hundredth of the bending stiffness: the cases are not one and the same."""
-    bend = {name: float(energies(run("double_pendulum", name, 5e-4))[:, 1].max()) for name in SECTIONS}
-    mass = {name: float(section.of_cable(models.MATERIAL).rhoA) for name, section in SECTIONS.items()}
+    """The same motion with a hundredth of the bending stiffness: the cases are not one and the
+    same.
+    """
+    bend = {
+        name: float(energies(run("double_pendulum", name, 5e-4))[:, 1].max()) for name in SECTIONS
+    }
+    mass = {
+        name: float(section.of_cable(models.MATERIAL).rhoA) for name, section in SECTIONS.items()
+    }
     assert mass["thin"] == pytest.approx(0.09 * mass["normal"])
     thin = outputs(run("double_pendulum", "thin", 5e-4))["C_z"]
     normal = outputs(run("double_pendulum", "normal", 5e-4))["C_z"]

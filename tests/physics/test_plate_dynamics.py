@@ -1,4 +1,6 @@
-"""Plates in motion: start, large rotations with re-used factors; what free plates conserve is in `verification.plates`."""
+"""Plates in motion: start, large rotations with re-used factors; what free plates conserve is in
+`verification.plates`.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ def thrown(kind: str) -> Body:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_rigid_start(kind: str) -> None:
-    """The initial field v + omega x r has the kinetic energy m v^2/2 + omega . J omega/2 about the origin, v . (omega x S)."""
+    """The initial field v + omega x r has the kinetic energy m v^2/2 + omega . J omega/2 about the
+    origin, v . (omega x S).
+    """
     v, omega = np.array([1.0, -2.0, 0.5]), np.array([8.0, 1.0, 20.0])
     system = assemble([thrown(kind)], initial={"plate": Motion(tuple(v), tuple(omega))})
     x, w = np.polynomial.legendre.leggauss(4)
@@ -32,18 +36,26 @@ def test_rigid_start(kind: str) -> None:
 
 
 def flywheel(h: float, steps: int, newton: Newton) -> Trajectory:
-    """A planar ring on a rigid hub that is pinned beside its middle, spun at 200 rad/s about the pin."""
+    """A planar ring on a rigid hub that is pinned beside its middle, spun at 200 rad/s about the
+    pin.
+    """
     rims = {"hub": Rim(("inner",), center=(0.05, 0.0))}
-    body = plate("plate", ring(0.1, 0.5, 20, 5), 0.01, Material(7e10, 2700.0, 0.3), dim=2, rims=rims)
+    body = plate(
+        "plate", ring(0.1, 0.5, 20, 5), 0.01, Material(7e10, 2700.0, 0.3), dim=2, rims=rims
+    )
     hub, spin = At("plate", "hub"), {"plate": Motion((0.0, -10.0), 200.0)}
-    system = assemble([body], [joints.Pin("pin", hub)], outputs={"hub": probes.Slope(hub)}, initial=spin)
+    system = assemble(
+        [body], [joints.Pin("pin", hub)], outputs={"hub": probes.Slope(hub)}, initial=spin
+    )
     return integrate(system, GeneralizedAlpha(h, 0.8), h * steps, newton, every=steps // 20)
 
 
 def test_large_rotation_with_one_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three turns with factors that turn with the plate: one factorisation, the motion of the band to 1e-9 of the norm of q.
+    """Three turns with factors that turn with the plate: one factorisation, the motion of the band
+    to 1e-9 of the norm of q.
 
-    The band has factors of every step: velocities settle on the joints in their directions, which old ones do not turn.
+    The band has factors of every step: velocities settle on the joints in their directions, which
+    old ones do not turn.
     """
     h, steps = 2e-4, 480
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 40)
@@ -53,7 +65,9 @@ def test_large_rotation_with_one_factorisation(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 10_000)
     whole = flywheel(h, steps, Newton(1e-13, slow=1e-12))
     assert compile_system(whole.system).pattern is None
-    np.testing.assert_allclose(large.x, whole.x, rtol=0, atol=1e-9 * np.linalg.norm(large.system.x0))
+    np.testing.assert_allclose(
+        large.x, whole.x, rtol=0, atol=1e-9 * np.linalg.norm(large.system.x0)
+    )
     found = outputs(large)
     turned = np.unwrap(np.arctan2(found["hub_y"], found["hub_x"]))[-1]
     assert turned == pytest.approx(200.0 * h * steps, rel=1e-2)

@@ -1,4 +1,6 @@
-"""Natural frequencies of the crank of example 3 in its plane; those of squares and rings are in `verification.vibration`."""
+"""Natural frequencies of the crank of example 3 in its plane; those of squares and rings are in
+`verification.vibration`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ def lug(name: str) -> Surface:
     """The outline of the crank with two holes, rims and ends as arcs."""
     mesh = plate_meshes.read(MESHES / f"{name}.msh", planar=True)
     points = mesh.points[:, :2]
-    return ancf_plate.surface(points, mesh.cells, ancf_plate.arcs_of(points, mesh.edge_groups), {}, mesh.edge_groups)
+    return ancf_plate.surface(
+        points, mesh.cells, ancf_plate.arcs_of(points, mesh.edge_groups), {}, mesh.edge_groups
+    )
 
 
 @cache
@@ -36,14 +40,19 @@ def in_plane(name: str) -> tuple[np.ndarray, float]:
 
 def test_lug_with_two_holes() -> None:
     """1422 coordinates against 12 318: 0.03 %."""
-    (coarse, coarse_mass), (fine, fine_mass) = in_plane("plate_crank_coarse"), in_plane("plate_crank_fine")
+    (coarse, coarse_mass), (fine, fine_mass) = (
+        in_plane("plate_crank_coarse"),
+        in_plane("plate_crank_fine"),
+    )
     assert coarse_mass == pytest.approx(fine_mass, rel=2e-8)
     np.testing.assert_allclose(coarse, fine, rtol=3e-4)
     assert (coarse > fine).all()
 
 
 def test_lug_on_an_unstructured_mesh() -> None:
-    """2520 coordinates on gmsh's quads with rims of 16 nodes: 0.05 %, the first two modes and the fourth 0.03 %."""
+    """2520 coordinates on gmsh's quads with rims of 16 nodes: 0.05 %, the first two modes and the
+    fourth 0.03 %.
+    """
     found, fine = in_plane("lug_quad")[0], in_plane("plate_crank_fine")[0]
     np.testing.assert_allclose(found, fine, rtol=5e-4)
     np.testing.assert_allclose(found[[0, 1, 3]], fine[[0, 1, 3]], rtol=3e-4)

@@ -1,4 +1,5 @@
-"""Static deflections of plates: both corners of a cantilever move alike, very thin plates do not lock.
+"""Static deflections of plates: both corners of a cantilever move alike, very thin plates do not
+lock.
 
 Set-ups, references and sources: `verification.statics_shells`.
 """
@@ -25,7 +26,9 @@ def test_cantilever_under_end_shear_does_not_twist(kind: str) -> None:
 
 
 def test_rolled_cantilever_does_not_twist() -> None:
-    """Nor does it take many iterations: steps grow behind one that has followed the path (1012 with steps of equal length)."""
+    """Nor does it take many iterations: steps grow behind one that has followed the path (1012 with
+    steps of equal length).
+    """
     path = rolled("ancf", (24, 3), 4)
     corners_move_alike(path)
     assert path.statistics.iterations < 400
@@ -34,4 +37,6 @@ def test_rolled_cantilever_does_not_twist() -> None:
 @pytest.mark.parametrize("kind", THIN)
 def test_very_thin_clamped_square(kind: str) -> None:
     """t/a = 1e-4 under a uniform load gives the same as t/a = 1e-2: no locking."""
-    assert square(kind, THIN[kind], 1e-2, "z") == pytest.approx(square(kind, THIN[kind], 1e-4, "z"), rel=1e-7)
+    assert square(kind, THIN[kind], 1e-2, "z") == pytest.approx(
+        square(kind, THIN[kind], 1e-4, "z"), rel=1e-7
+    )

@@ -1,4 +1,6 @@
-"""Rigid motions cost no energy; stiff chains of beams that move like rigid bodies are in `verification.rigid`."""
+"""Rigid motions cost no energy; stiff chains of beams that move like rigid bodies are in
+`verification.rigid`.
+"""
 
 from __future__ import annotations
 
@@ -20,5 +22,7 @@ def test_no_force_in_a_rotated_and_shifted_beam(ancf: bool) -> None:
     turn *= np.sign(np.linalg.det(turn))
     q = beam.reference @ turn.T + np.outer(beam.constant, [3.0, -2.0, 1.0])
     model = compile_system(system)
-    largest = np.abs(forces(model, 1.001 * system.x0, np.zeros(system.size))).max()  # of a stretch by 0.1 %
+    largest = np.abs(
+        forces(model, 1.001 * system.x0, np.zeros(system.size))
+    ).max()  # of a stretch by 0.1 %
     assert np.abs(forces(model, q.ravel(), np.zeros(system.size))).max() < 1e-9 * largest

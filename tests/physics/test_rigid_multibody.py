@@ -1,4 +1,5 @@
-"""Rigid bodies with joints against exact solutions: a rod, discs, gears, springs, a universal joint.
+"""Rigid bodies with joints against exact solutions: a rod, discs, gears, springs, a universal
+joint.
 
 Pendulums, tops and the slider-crank are in `verification.rigid`.
 """
@@ -30,13 +31,18 @@ def order(errors: Callable[[float], float], h: float) -> float:
 
 
 def test_period_of_a_rod() -> None:
-    """Swing from 90 degrees: 2 pi sqrt(2 L / 3 g) times 1.18034059902 (complete elliptic integral K(1/2) 2/pi), of second order."""
+    """Swing from 90 degrees: 2 pi sqrt(2 L / 3 g) times 1.18034059902 (complete elliptic integral
+    K(1/2) 2/pi), of second order.
+    """
     system = eliminate(
         assemble(
             [rod("rod", (0, 0), (1, 0), 2.0)],
             [joints.Revolute("pin", At("rod", "s"))],
             [loads.Gravity((0, -GRAVITY))],
-            outputs={"angle": probes.Angle(At("rod", "frame")), "rate": probes.AngularVelocity(At("rod", "frame"))},
+            outputs={
+                "angle": probes.Angle(At("rod", "frame")),
+                "rate": probes.AngularVelocity(At("rod", "frame")),
+            },
         )
     )
     period = 1.18034059902 * 2 * np.pi * np.sqrt(2 / (3 * GRAVITY))
@@ -48,12 +54,16 @@ def test_period_of_a_rod() -> None:
     assert error(1e-3) < 1e-3
     assert 1.9 < order(error, 4e-3) < 2.1
     found = run(system, period / 1000, 3 * period, every=250)
-    assert_allclose(found["angle"], -np.pi / 2 + np.pi / 2 * np.array([1, 0, -1, 0] * 3 + [1]), atol=1e-3)
+    assert_allclose(
+        found["angle"], -np.pi / 2 + np.pi / 2 * np.array([1, 0, -1, 0] * 3 + [1]), atol=1e-3
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_torque_on_a_free_disc(dim: int) -> None:
-    """angle = M t^2 / (2 J), rate = M t / J, from a step of the torque at t = 0, over several turns."""
+    """angle = M t^2 / (2 J), rate = M t / J, from a step of the torque at t = 0, over several
+    turns.
+    """
     disc = rigid("disc", 2.0, 0.3 if dim == 2 else (0.2, 0.25, 0.3), (0.0,) * dim, dim=dim)
     at, axis = At("disc", "frame"), None if dim == 2 else Z
     torque = loads.Moment("torque", at, 2.0 if dim == 2 else (0.0, 0.0, 2.0))
@@ -63,7 +73,12 @@ def test_a_torque_on_a_free_disc(dim: int) -> None:
     def error(h: float) -> float:
         found, times = run(system, h, 3.0, every=round(0.1 / h)), 0.1 * np.arange(31)
         assert found["angle"][-1] > 4 * 2 * np.pi
-        return float(max(np.abs(found["angle"] - times**2 / 0.3).max(), np.abs(found["rate"] - 2 * times / 0.3).max()))
+        return float(
+            max(
+                np.abs(found["angle"] - times**2 / 0.3).max(),
+                np.abs(found["rate"] - 2 * times / 0.3).max(),
+            )
+        )
 
     assert error(5e-4) < 1e-3
     assert 1.9 < order(error, 2e-3) < 2.1
@@ -76,13 +91,17 @@ def test_torsional_oscillator() -> None:
     at = At("disc", "frame")
     spring = loads.TorsionSpring("spring", at, None, k, d, rest)
     system = eliminate(
-        assemble([disc], [joints.Revolute("pin", at)], [spring], outputs={"angle": probes.Angle(at)}),
+        assemble(
+            [disc], [joints.Revolute("pin", at)], [spring], outputs={"angle": probes.Angle(at)}
+        ),
     )
     decay, rate = d / (2 * J), np.sqrt(k / J - (d / (2 * J)) ** 2)
 
     def error(h: float) -> float:
         t = h * np.arange(round(2.0 / h) + 1)
-        exact = rest - rest * np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t))
+        exact = rest - rest * np.exp(-decay * t) * (
+            np.cos(rate * t) + decay / rate * np.sin(rate * t)
+        )
         return float(np.abs(run(system, h, 2.0)["angle"] - exact).max())
 
     assert error(1e-3) < 1e-4
@@ -91,15 +110,33 @@ def test_torsional_oscillator() -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_gears_share_a_torque(dim: int) -> None:
-    """20 and 50 teeth: J1 + (20/50)^2 J2 resists the torque on the first wheel; the second turns back at 0.4 of its angle."""
+    """20 and 50 teeth: J1 + (20/50)^2 J2 resists the torque on the first wheel; the second turns
+    back at 0.4 of its angle.
+    """
     axis = {} if dim == 2 else {"axis": Z}
     moments = (lambda J: J) if dim == 2 else (lambda J: (0.6 * J, 0.6 * J, J))
-    wheels = [rigid(name, 1.0, moments(J), (x, 0.0, 0.0)[:dim], dim=dim) for name, J, x in (("a", 0.1, 0.0), ("b", 0.4, 1.0))]
+    wheels = [
+        rigid(name, 1.0, moments(J), (x, 0.0, 0.0)[:dim], dim=dim)
+        for name, J, x in (("a", 0.1, 0.0), ("b", 0.4, 1.0))
+    ]
     a, b = At("a", "frame"), At("b", "frame")
-    pins = [joints.Revolute("A", a, **axis), joints.Revolute("B", b, **axis), joints.Gear("gear", a, b, (20, 50), **axis)]
+    pins = [
+        joints.Revolute("A", a, **axis),
+        joints.Revolute("B", b, **axis),
+        joints.Gear("gear", a, b, (20, 50), **axis),
+    ]
     torque = loads.Moment("torque", a, 0.5 if dim == 2 else (0.0, 0.0, 0.5))
-    sensed = {"first": probes.Angle(a, **axis), "second": probes.Angle(b, **axis), "E": probes.Energy()}
-    trajectory = integrate(eliminate(assemble(wheels, pins, [torque], outputs=sensed)), GeneralizedAlpha(1e-3), 3.0, every=30)
+    sensed = {
+        "first": probes.Angle(a, **axis),
+        "second": probes.Angle(b, **axis),
+        "E": probes.Energy(),
+    }
+    trajectory = integrate(
+        eliminate(assemble(wheels, pins, [torque], outputs=sensed)),
+        GeneralizedAlpha(1e-3),
+        3.0,
+        every=30,
+    )
     found = outputs(trajectory)
     assert_allclose(found["first"], 0.5 * 0.5 / (0.1 + 0.16 * 0.4) * trajectory.times**2, atol=2e-3)
     assert found["first"][-1] > 2 * 2 * np.pi
@@ -107,7 +144,9 @@ def test_gears_share_a_torque(dim: int) -> None:
 
 
 def test_universal_joint() -> None:
-    """Shafts at 30 degrees: tan(second) = tan(first) / cos 30 when the first drives with its fork in the plane of the shafts."""
+    """Shafts at 30 degrees: tan(second) = tan(first) / cos 30 when the first drives with its fork
+    in the plane of the shafts.
+    """
     bend = np.radians(30.0)
     out = np.array([np.cos(bend), np.sin(bend), 0.0])
     cross = np.array([-np.sin(bend), np.cos(bend), 0.0])

@@ -1,8 +1,9 @@
-"""Shells: Scordelis-Lo roof, thin curved shells without membrane locking, snap-through of a hinged roof.
+"""Shells: Scordelis-Lo roof, thin curved shells without membrane locking, snap-through of a hinged
+roof.
 
-Sources: `verification.statics_shells` (Scordelis-Lo roof); Sabir and Lock, Variational Methods in Engineering, Southampton 1973,
-and Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001 (hinged roofs: geometry and
-material; loads are our own).
+Sources: `verification.statics_shells` (Scordelis-Lo roof); Sabir and Lock, Variational Methods in
+Engineering, Southampton 1973, and Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi
+10.1016/j.finel.2003.11.001 (hinged roofs: geometry and material; loads are our own).
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ from fmbs_skfem.systems.measures import probes
 from verification.statics_shells import ROOF_FREE, scordelis_lo
 
 TIGHT = Newton(tolerance=1e-12)
-pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # corners belong to two edges
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::fmbs_skfem.core.notices.Notice"
+)  # corners belong to two edges
 
 
 def test_refinement_of_the_roof() -> None:
@@ -35,14 +38,23 @@ def test_refinement_of_the_roof() -> None:
 
 
 def test_thin_roof_does_not_lock() -> None:
-    """R/t = 1000 in place of 100: cubics on 16 x 16 cells agree with quartics on 24 x 24 to 1 per mille."""
+    """R/t = 1000 in place of 100: cubics on 16 x 16 cells agree with quartics on 24 x 24 to 1 per
+    mille.
+    """
     assert scordelis_lo(16, 3, 0.025)[0] == pytest.approx(scordelis_lo(24, 4, 0.025)[0], rel=1e-3)
 
 
 def hinged(cells: int, t: float, degree: int = 3) -> Body:
-    """R = 2540, 508 x 508 with hinged straight edges, E = 3102.75, nu = 0.3; its point `centre` is in the middle."""
+    """R = 2540, 508 x 508 with hinged straight edges, E = 3102.75, nu = 0.3; its point `centre` is
+    in the middle.
+    """
     shape = nurbs.surface(*nurbs.cylinder_panel(2540.0, 508.0, -0.1, 0.1, cells, cells, degree))
-    return plate("roof", replace(shape, points={"centre": nurbs.place(shape, 0.5, 0.5)}), t, Material(3102.75, 1.0, 0.3))
+    return plate(
+        "roof",
+        replace(shape, points={"centre": nurbs.place(shape, 0.5, 0.5)}),
+        t,
+        Material(3102.75, 1.0, 0.3),
+    )
 
 
 HINGES = joints.Edge("hinges", "roof", ("xi1_min", "xi1_max"))
@@ -56,7 +68,9 @@ def rest(t: np.ndarray) -> np.ndarray:
 def pushed(cells: int, t: float, depths: np.ndarray, degree: int = 3) -> np.ndarray:
     """Load on the centre for given deflections of it."""
     push = joints.DrivenPosition("push", CENTRE, (rest, rest, np.negative))
-    system = eliminate(assemble([hinged(cells, t, degree)], [HINGES, push], outputs={"P": probes.Reaction("push")}))
+    system = eliminate(
+        assemble([hinged(cells, t, degree)], [HINGES, push], outputs={"P": probes.Reaction("push")})
+    )
     found = outputs(solve_equilibria(system, depths, TIGHT))
     side = np.abs([found["P_x"], found["P_y"]]).max()
     assert side < 1e-6 * np.abs(found["P_z"]).max()
@@ -85,7 +99,9 @@ SNAP = {  # deflection: loads of the roofs of thickness 12.7 and 6.35; figures o
 
 @pytest.mark.parametrize("column,t", [(0, 12.7), (1, 6.35)])
 def test_snap_through_by_prescribed_deflection(column: int, t: float) -> None:
-    """The whole path: limit load, falling branch (below zero for the thin roof), second rising branch."""
+    """The whole path: limit load, falling branch (below zero for the thin roof), second rising
+    branch.
+    """
     depths = np.arange(4.0, 30.0, 4.0)
     stored = np.array([SNAP[depth][column] for depth in depths])
     found = pushed(12, t, depths, 4)
@@ -94,7 +110,9 @@ def test_snap_through_by_prescribed_deflection(column: int, t: float) -> None:
 
 
 def test_load_control_reaches_the_limit_point() -> None:
-    """Both controls give the same path below the limit load of about 2.2 kN; above it load control jumps to the far branch."""
+    """Both controls give the same path below the limit load of about 2.2 kN; above it load control
+    jumps to the far branch.
+    """
     w = loaded(8, 12.7, 2000.0, 4)
     np.testing.assert_allclose(pushed(8, 12.7, w[1:]), [500.0, 1000.0, 1500.0, 2000.0], rtol=1e-8)
     beyond = float(loaded(8, 12.7, 2400.0, 6)[-1])

@@ -1,6 +1,7 @@
 """Load paths of roofs and frames that snap through: what their verification cases do not say.
 
-Source of the table: Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001, 3.8.
+Source of the table: Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi
+10.1016/j.finel.2003.11.001, 3.8.
 """
 
 from __future__ import annotations
@@ -8,7 +9,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmbs_skfem.dynamics import ArcLength, Newton, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from fmbs_skfem.dynamics import (
+    ArcLength,
+    Newton,
+    Trajectory,
+    at_load_factor,
+    follow_path,
+    limit_points,
+    outputs,
+    solve_statics,
+)
 from verification.statics import lee_frame, lee_path
 from verification.statics_shells import hinged_roof
 
@@ -20,7 +30,9 @@ def deflection(path: Trajectory) -> np.ndarray:
 
 
 def test_the_thin_roof_snaps_back() -> None:
-    """Load and deflection fall together between w = 17.008 and 14.451 of the table (largest and least of its turning part)."""
+    """Load and deflection fall together between w = 17.008 and 14.451 of the table (largest and
+    least of its turning part).
+    """
     path = follow_path(hinged_roof(6.35, 4), ArcLength(0.05, wanted=4), TIGHT)
     w, first, second = deflection(path), *limit_points(path)
     falling = slice(first, second + 1)
@@ -35,7 +47,11 @@ def test_the_thin_roof_snaps_back() -> None:
 def test_the_limit_load_does_not_depend_on_mesh_or_steps() -> None:
     limits = [
         follow_path(hinged_roof(12.7, cells), control, TIGHT)
-        for cells, control in ((4, ArcLength(0.1)), (4, ArcLength(0.03, wanted=4)), (8, ArcLength(0.1)))
+        for cells, control in (
+            (4, ArcLength(0.1)),
+            (4, ArcLength(0.03, wanted=4)),
+            (8, ArcLength(0.1)),
+        )
     ]
     loads = [path.times[limit_points(path)] for path in limits]
     np.testing.assert_allclose(loads[1], loads[0], rtol=1e-9)

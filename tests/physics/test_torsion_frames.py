@@ -1,4 +1,6 @@
-"""Frames and rings of beams with torsion and shear against published figures: an elbow that swings, buckling, a twisted ring."""
+"""Frames and rings of beams with torsion and shear against published figures: an elbow that swings,
+buckling, a twisted ring.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +15,23 @@ from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import Body
 from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.bodies.sections import BeamSection
-from fmbs_skfem.dynamics import GeneralizedAlpha, buckling, energies, integrate, outputs, solve_equilibria, vibration_modes
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    buckling,
+    energies,
+    integrate,
+    outputs,
+    solve_equilibria,
+    vibration_modes,
+)
 from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
 from fmbs_skfem.systems.connections.constraint_functions import Joint, mark, where
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.places import Draft
 
-# Simo and Vu-Quoc, Comput. Methods Appl. Mech. Eng. 66 (1988) 125-161: z of the elbow, read off by the authors of AeroBeams.jl
+# Simo and Vu-Quoc, Comput. Methods Appl. Mech. Eng. 66 (1988) 125-161: z of the elbow, read off by
+# the authors of AeroBeams.jl
 ELBOW = np.array(
     [
         [0.96, 1.027], [1.923, 4.167], [2.718, 5.347], [3.048, 5.504], [3.6, 5.242], [4.021, 4.273], [4.927, 3.024],
@@ -32,28 +43,50 @@ ELBOW = np.array(
 )  # fmt: skip
 
 
-def leg(name: str, a: Sequence[float], b: Sequence[float], cells: int, section: BeamSection) -> Body:
+def leg(
+    name: str, a: Sequence[float], b: Sequence[float], cells: int, section: BeamSection
+) -> Body:
     """A straight beam from a to b, the y axis of its section that of z."""
     start, end = np.array(a, dtype=float), np.array(b, dtype=float)
     length = float(np.linalg.norm(end - start))
     line = curves.Line(
-        np.linspace(0.0, length, cells + 1), curves.Straight(start, end, length), {"left": 0.0, "right": length}, None
+        np.linspace(0.0, length, cells + 1),
+        curves.Straight(start, end, length),
+        {"left": 0.0, "right": length},
+        None,
     )
     return beam(name, line, section, direction=np.array([0.0, 0.0, 1.0]))
 
 
 def angled(first: Body, second: Body) -> list[joints.Joint]:
     """The first leg clamped, the second one welded to its end."""
-    return [joints.Clamp("root", At(first.name, "left")), joints.Weld("corner", At(second.name, "left"), At(first.name, "right"))]
+    return [
+        joints.Clamp("root", At(first.name, "left")),
+        joints.Weld("corner", At(second.name, "left"), At(first.name, "right")),
+    ]
 
 
 def test_an_elbow_swings_for_thirty_seconds() -> None:
-    """Legs of 10, EA = GA = 1e6, EI = GJ = 1e3, mass 1 and inertia 10 a length; a push of up to 50 out of the plane for 2 s."""
+    """Legs of 10, EA = GA = 1e6, EI = GJ = 1e3, mass 1 and inertia 10 a length; a push of up to 50
+    out of the plane for 2 s.
+    """
     section = BeamSection(np.diag([1e6, 1e6, 1e6, 1e3, 1e3, 1e3]), np.diag([1.0, 10.0, 10.0]))
-    legs = leg("one", (0, 0, 0), (10, 0, 0), 4, section), leg("two", (10, 0, 0), (10, 10, 0), 4, section)
-    push = loads.PointForce("push", At("one", "right"), (0.0, 0.0, 1.0), history=lambda t: np.interp(t, [0, 1, 2], [0, 50, 0]))
+    legs = (
+        leg("one", (0, 0, 0), (10, 0, 0), 4, section),
+        leg("two", (10, 0, 0), (10, 10, 0), 4, section),
+    )
+    push = loads.PointForce(
+        "push",
+        At("one", "right"),
+        (0.0, 0.0, 1.0),
+        history=lambda t: np.interp(t, [0, 1, 2], [0, 50, 0]),
+    )
     sensed = {"elbow": probes.Position(At("one", "right"))}
-    motion = integrate(eliminate(assemble(list(legs), angled(*legs), [push], outputs=sensed)), GeneralizedAlpha(0.025, 0.9), 30.0)
+    motion = integrate(
+        eliminate(assemble(list(legs), angled(*legs), [push], outputs=sensed)),
+        GeneralizedAlpha(0.025, 0.9),
+        30.0,
+    )
     z, (times, read) = outputs(motion)["elbow_z"], ELBOW.T
 
     # points read off steep flanks err by their times, the highest ones by their heights alone
@@ -67,9 +100,14 @@ def test_an_elbow_swings_for_thirty_seconds() -> None:
 
 
 def test_a_right_angle_frame_buckles_out_of_its_plane() -> None:
-    """Argyris 1979, Simo and Vu-Quoc 1986: 1.088 to 1.09 at the end of the second leg, along the first."""
+    """Argyris 1979, Simo and Vu-Quoc 1986: 1.088 to 1.09 at the end of the second leg, along the
+    first.
+    """
     section = sections.Rectangular(0.6, 30.0).of_beam(sections.Material(71240.0, 1e-9, 0.31))
-    legs = leg("one", (0, 0, 0), (240, 0, 0), 8, section), leg("two", (240, 0, 0), (240, -240, 0), 8, section)
+    legs = (
+        leg("one", (0, 0, 0), (240, 0, 0), 8, section),
+        leg("two", (240, 0, 0), (240, -240, 0), 8, section),
+    )
     pull = loads.PointForce("F", At("two", "right"), (1.0, 0.0, 0.0))
     factors = buckling(eliminate(assemble(list(legs), angled(*legs), [pull])), 2).factors
     assert factors[factors > 0.0].min() == pytest.approx(1.088, rel=5e-3)
@@ -78,7 +116,10 @@ def test_a_right_angle_frame_buckles_out_of_its_plane() -> None:
 GJ = 5.0  #: of the ring
 
 
-END, TANGENT = At("rod", "right"), (1.0, 0.0, 0.0)  #: of the ring, where it turns about its own direction
+END, TANGENT = (
+    At("rod", "right"),
+    (1.0, 0.0, 0.0),
+)  #: of the ring, where it turns about its own direction
 
 
 @dataclass(frozen=True)
@@ -95,7 +136,8 @@ class Level(Joint, word=None):
 
 
 def ring(cells: int) -> tuple[Body, list[joints.Joint]]:
-    """A rod of length 1 with EI = 1 and GJ, straight by itself, and closed to a ring, whose end may turn about its direction.
+    """A rod of length 1 with EI = 1 and GJ, straight by itself, and closed to a ring, whose end may
+    turn about its direction.
 
     As it is as stiff in all directions, only its mesh holds it against a tilt of its plane.
     """
@@ -107,28 +149,39 @@ def ring(cells: int) -> tuple[Body, list[joints.Joint]]:
         return point if derivative == 0 else np.stack([np.cos(a), np.sin(a), zero], axis=1)
 
     section = BeamSection(np.diag([1e6, 1e6, 1e6, GJ, 1.0, 1.0]), np.diag([1.0, 1e-6, 1e-6]))
-    line = curves.Line(np.linspace(0.0, 1.0, cells + 1), circle, {"left": 0.0, "middle": 0.5, "right": 1.0}, None)
+    line = curves.Line(
+        np.linspace(0.0, 1.0, cells + 1), circle, {"left": 0.0, "middle": 0.5, "right": 1.0}, None
+    )
     part = beam("rod", line, section, direction=np.array([0.0, 0.0, 1.0]))
     assert part.cells is not None
     rows, first = part.cells.section.copy(), Law.BEAM.section.index("kappa1")
     rows[first : first + 3] = 0.0  # it would be straight
     part = replace(part, cells=replace(part.cells, section=rows))
-    return part, [joints.Clamp("root", At("rod", "left")), joints.Revolute("end", END, axis=TANGENT)]
+    return part, [
+        joints.Clamp("root", At("rod", "left")),
+        joints.Revolute("end", END, axis=TANGENT),
+    ]
 
 
 def twisted_ring(cells: int, *more: joints.Joint) -> System:
     """The ring with more joints, its end twisted by t [rad]."""
     part, held = ring(cells)
-    return eliminate(assemble([part], [*held, *more, joints.DrivenAngle("twist", END, lambda t: t, axis=TANGENT)]))
+    return eliminate(
+        assemble(
+            [part], [*held, *more, joints.DrivenAngle("twist", END, lambda t: t, axis=TANGENT)]
+        )
+    )
 
 
 LEVEL = Level("level", At("rod", "middle"))  #: against a tilt of the plane
 
 
 def test_a_ring_buckles_under_twist() -> None:
-    """Zajac 1962: a straight rod that is closed to a ring buckles at a twist of 2 pi sqrt(3) EI / GJ.
+    """Zajac 1962: a straight rod that is closed to a ring buckles at a twist of 2 pi sqrt(3) EI /
+    GJ.
 
-    The square of the frequency at which it leaves its plane falls to zero there: a cubic through four twists below.
+    The square of the frequency at which it leaves its plane falls to zero there: a cubic through
+    four twists below.
     """
     system = twisted_ring(24, LEVEL)
     critical = 2.0 * np.pi * np.sqrt(3.0) / GJ
@@ -137,15 +190,21 @@ def test_a_ring_buckles_under_twist() -> None:
     squares = np.array([vibration_modes(system, 2, x).squares for x in path.x[1:]])
     assert (np.diff(squares, axis=0) < 0.0).all()
     assert (squares > 0.0).all()
-    assert np.polyval(np.polyfit(squares[:, 1] / squares[0, 1], twists, 3), 0.0) == pytest.approx(1.0, rel=5e-3)
+    assert np.polyval(np.polyfit(squares[:, 1] / squares[0, 1], twists, 3), 0.0) == pytest.approx(
+        1.0, rel=5e-3
+    )
 
 
 def test_stresses_without_loads_do_not_change_what_buckles() -> None:
-    """They move the ring of stiff sections from its reference by 1e-5 of its size, which strains along the path must not feel."""
+    """They move the ring of stiff sections from its reference by 1e-5 of its size, which strains
+    along the path must not feel.
+    """
     factors = []
     for cells in (16, 24):
         part, held = ring(cells)
-        found = buckling(eliminate(assemble([part], [*held, LEVEL], [loads.Moment("M", END, TANGENT)])), 2).factors
+        found = buckling(
+            eliminate(assemble([part], [*held, LEVEL], [loads.Moment("M", END, TANGENT)])), 2
+        ).factors
         assert found[0] == pytest.approx(-found[1], rel=1e-4)  # twisted to the left or to the right
         factors.append(found[0])
     assert factors[0] == pytest.approx(factors[1], rel=1e-2)

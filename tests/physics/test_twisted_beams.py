@@ -1,4 +1,6 @@
-"""Where the section of a beam points along its line: pre-twist, fields of directions, lines that are curved in the reference."""
+"""Where the section of a beam points along its line: pre-twist, fields of directions, lines that
+are curved in the reference.
+"""
 
 from __future__ import annotations
 
@@ -27,22 +29,33 @@ from fmbs_skfem.systems.measures import probes
 
 ROOT, TIP = At("beam", "left"), At("beam", "right")
 SECTION = BeamSection(np.diag([1e6, 4e5, 4e5, 60.0, 80.0, 20.0]), np.diag([1.0, 1e-4, 4e-4]))
-# MacNeal and Harder 1985: L 12, width 1.1, depth 0.32, E 29e6, nu 0.22, 90 degrees from the root to the tip
+# MacNeal and Harder 1985: L 12, width 1.1, depth 0.32, E 29e6, nu 0.22, 90 degrees from the root to
+# the tip
 STRIP, LENGTH = Rectangular(1.1, 0.32).of_beam(Material(29e6, 1.0, 0.22)), 12.0
 
 
-def straight(section: BeamSection, length: float, cells: int, **axes: ArrayLike | Mapping[float, ArrayLike]) -> Body:
+def straight(
+    section: BeamSection, length: float, cells: int, **axes: ArrayLike | Mapping[float, ArrayLike]
+) -> Body:
     """A beam along x."""
     curve = curves.Straight(np.zeros(3), np.array([length, 0.0, 0.0]), length)
-    ends = curves.Line(np.linspace(0.0, length, cells + 1), curve, {"left": 0.0, "right": length}, None)
+    ends = curves.Line(
+        np.linspace(0.0, length, cells + 1), curve, {"left": 0.0, "right": length}, None
+    )
     return beam("beam", ends, section, **axes)  # type: ignore[arg-type]
 
 
 def tip(part: Body, force: tuple[float, ...]) -> np.ndarray:
     """How far the free end of a cantilever goes under a force there (3,)."""
     held, load = joints.Clamp("root", ROOT), loads.PointForce("F", TIP, force)
-    found = outputs(solve_statics(eliminate(assemble([part], [held], [load], outputs={"tip": probes.Position(TIP)})), 1))
-    return np.array([found[f"tip_{c}"][-1] for c in "xyz"]) - part.reference[part.constant > 0.5][-1]
+    found = outputs(
+        solve_statics(
+            eliminate(assemble([part], [held], [load], outputs={"tip": probes.Position(TIP)})), 1
+        )
+    )
+    return (
+        np.array([found[f"tip_{c}"][-1] for c in "xyz"]) - part.reference[part.constant > 0.5][-1]
+    )
 
 
 def frame(part: Body, s: float) -> np.ndarray:
@@ -52,7 +65,9 @@ def frame(part: Body, s: float) -> np.ndarray:
 
 
 def exact(force: np.ndarray) -> np.ndarray:
-    """Tip of the twisted strip by its flexibility: bending by (L - x) e_x x F and shear, in axes that turn with x (3,)."""
+    """Tip of the twisted strip by its flexibility: bending by (L - x) e_x x F and shear, in axes
+    that turn with x (3,).
+    """
     flexible = np.linalg.inv(STRIP.stiffness)
 
     def rate(x: float) -> np.ndarray:
@@ -66,7 +81,9 @@ def exact(force: np.ndarray) -> np.ndarray:
 
 
 def test_the_twisted_strip_of_macneal() -> None:
-    """0.005424 and 0.001754 under unit tip forces, as published; by the beam's own flexibility, with 12 cells."""
+    """0.005424 and 0.001754 under unit tip forces, as published; by the beam's own flexibility,
+    with 12 cells.
+    """
     part = straight(STRIP, LENGTH, 12, direction=(0.0, 1.0, 0.0), twist=0.5 * np.pi)
     for force, published in (((0.0, 1e-3, 0.0), 0.001754), ((0.0, 0.0, 1e-3), 0.005424)):
         found = 1e3 * tip(part, force)
@@ -85,12 +102,16 @@ def test_axes_are_orthonormal_to_the_fifth_power_of_the_cells() -> None:
 
 
 def test_turns_and_directions_at_fractions() -> None:
-    """A twist that rises as a parabola; directions that turn as it does; a point that the y axis points to."""
+    """A twist that rises as a parabola; directions that turn as it does; a point that the y axis
+    points to.
+    """
     y = (0.0, 1.0, 0.0)
     turned = lambda a: [0.0, np.cos(a), np.sin(a)]  # noqa: E731
     even = straight(SECTION, 2.0, 8, direction=y, twist={0.0: 0.1, 0.5: 0.3, 1.0: 0.7})
     for s in (0.0, 0.7, 1.0, 2.0):
-        assert_allclose(frame(even, s)[1], turned(0.1 + 0.2 * s / 2 + 0.4 * (s / 2) ** 2), atol=1e-7)
+        assert_allclose(
+            frame(even, s)[1], turned(0.1 + 0.2 * s / 2 + 0.4 * (s / 2) ** 2), atol=1e-7
+        )
     field = straight(SECTION, 2.0, 8, direction={0.0: y, 1.0: (1.0, 1.0, 1.0)})
     for s in (0.0, 1.0, 2.0):
         assert_allclose(frame(field, s)[1], turned(np.arctan2(s / 2, 1.0)), atol=1e-6)
@@ -120,11 +141,18 @@ def test_a_beam_turns_with_its_section(axes: dict[str, Any]) -> None:
 
 
 def test_twist_of_many_turns_is_told() -> None:
-    """90 degrees a cell: a notice with the cells that do; more is refused; with these cells there is none."""
-    with pytest.warns(Notice, match=r"its axes turn so far in a cell that they are off by 1\.\d %, .* take 14 cells"):
+    """90 degrees a cell: a notice with the cells that do; more is refused; with these cells there
+    is none.
+    """
+    with pytest.warns(
+        Notice,
+        match=r"its axes turn so far in a cell that they are off by 1\.\d %, .* take 14 cells",
+    ):
         straight(SECTION, 1.0, 8, direction=(0.0, 1.0, 0.0), twist=4.0 * np.pi)
     for turns, cells in ((3, 25), (300, 1964)):
-        with pytest.raises(InputError, match=rf"body 'beam': expected {cells} cells or more, got 8"):
+        with pytest.raises(
+            InputError, match=rf"body 'beam': expected {cells} cells or more, got 8"
+        ):
             straight(SECTION, 1.0, 8, direction=(0.0, 1.0, 0.0), twist=turns * 2.0 * np.pi)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -134,10 +162,22 @@ def test_twist_of_many_turns_is_told() -> None:
 @pytest.mark.parametrize(
     "axes, named",
     [
-        ({"direction": (1.0, 0.0, 0.0)}, r"body 'beam'\.direction: expected a direction across the line, got one along it at \("),
-        ({"towards": (5.0, 0.0, 0.0)}, r"body 'beam'\.towards: expected a point across the line, got one along it at \("),
-        ({"direction": {0.0: (0.0, 1.0, 0.0), 1.0: (0.0, -1.0, 0.0)}}, "its axes turn so far in a cell"),
-        ({"direction": (0.0, 1.0, 0.0), "towards": (5.0, 1.0, 0.0)}, "towards: expected a direction or a point, got both"),
+        (
+            {"direction": (1.0, 0.0, 0.0)},
+            r"body 'beam'\.direction: expected a direction across the line, got one along it at \(",
+        ),
+        (
+            {"towards": (5.0, 0.0, 0.0)},
+            r"body 'beam'\.towards: expected a point across the line, got one along it at \(",
+        ),
+        (
+            {"direction": {0.0: (0.0, 1.0, 0.0), 1.0: (0.0, -1.0, 0.0)}},
+            "its axes turn so far in a cell",
+        ),
+        (
+            {"direction": (0.0, 1.0, 0.0), "towards": (5.0, 1.0, 0.0)},
+            "towards: expected a direction or a point, got both",
+        ),
         ({"twist": {0.0: 1.0}}, r"twist: expected two or more at fractions"),
     ],
 )
@@ -168,7 +208,11 @@ def test_a_curved_beam_unrolls() -> None:
     ends = curves.Line(np.linspace(0.0, length, 9), arc, {"left": 0.0, "right": length}, None)
     part = beam("beam", ends, section, direction=(0.0, 0.0, 1.0), twist=0.4)
     moment, sensed = loads.Moment("M", TIP, (0.0, 0.0, -EI / R)), {"tip": probes.Position(TIP)}
-    found = outputs(solve_statics(eliminate(assemble([part], [joints.Clamp("root", ROOT)], [moment], outputs=sensed)), 4))
+    found = outputs(
+        solve_statics(
+            eliminate(assemble([part], [joints.Clamp("root", ROOT)], [moment], outputs=sensed)), 4
+        )
+    )
     assert_allclose([found[f"tip_{c}"][-1] for c in "xyz"], [length, 0.0, 0.0], atol=1e-4)
 
 
@@ -183,17 +227,24 @@ analysis: {type: dynamic, duration: 1 s, step: 1 ms}
 
 
 def test_axes_of_a_scene() -> None:
-    body = reading.loads(SCENE.replace("AXES", "direction: {0: [0, 1, 0], 1: [0, 0, 1]}, twist: 30 deg")).bodies["arm"]
+    body = reading.loads(
+        SCENE.replace("AXES", "direction: {0: [0, 1, 0], 1: [0, 0, 1]}, twist: 30 deg")
+    ).bodies["arm"]
     assert body.direction == {0.0: (0.0, 1.0, 0.0), 1.0: (0.0, 0.0, 1.0)}  # type: ignore[attr-defined]
     assert body.twist == pytest.approx(np.pi / 6)  # type: ignore[attr-defined]
-    body = reading.loads(SCENE.replace("AXES", "towards: [1 m, 0, 0], twist: {0: 0, 0.5: 10 deg, 1: 1 rad}")).bodies["arm"]
+    body = reading.loads(
+        SCENE.replace("AXES", "towards: [1 m, 0, 0], twist: {0: 0, 0.5: 10 deg, 1: 1 rad}")
+    ).bodies["arm"]
     assert body.twist == pytest.approx({0.0: 0.0, 0.5: np.pi / 18, 1.0: 1.0})  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
     "axes, named",
     [
-        ("direction: [0, 1, 0], towards: [1, 1, 1]", "arm.towards: expected a direction or a point, got both"),
+        (
+            "direction: [0, 1, 0], towards: [1, 1, 1]",
+            "arm.towards: expected a direction or a point, got both",
+        ),
         ("direction: [0, 1]", r"arm.direction: expected a list of 3"),
         ("twist: {0: 1 deg, 2: 3 deg}", r"arm.twist.2: expected a number"),
         ("twist: 3 m", r"arm.twist: expected an angle"),
@@ -213,10 +264,18 @@ def test_axes_of_a_scene_that_are_none(axes: str, named: str) -> None:
         (Rectangular(0.02, 0.04), (10.0, 0.0, 0.0), ""),
     ],
 )
-def test_open_sections_that_are_twisted_at_a_clamp(section: Section, push: tuple[float, ...], left: str) -> None:
-    """1 - tanh(L/l) / (L/l) of the twist is left where warping is held, l^2 = E h^2 b^3 t / (24 G J): nothing is said of others."""
-    part = straight(section.of_beam(Material(210e9, 7850.0, 0.3)), 1.0, 4, direction=(0.0, 1.0, 0.0))
-    system = eliminate(assemble([part], [joints.Clamp("root", ROOT)], [loads.Torque("M", TIP, push)]))
+def test_open_sections_that_are_twisted_at_a_clamp(
+    section: Section, push: tuple[float, ...], left: str
+) -> None:
+    """1 - tanh(L/l) / (L/l) of the twist is left where warping is held, l^2 = E h^2 b^3 t / (24 G
+    J): nothing is said of others.
+    """
+    part = straight(
+        section.of_beam(Material(210e9, 7850.0, 0.3)), 1.0, 4, direction=(0.0, 1.0, 0.0)
+    )
+    system = eliminate(
+        assemble([part], [joints.Clamp("root", ROOT)], [loads.Torque("M", TIP, push)])
+    )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         solve_statics(system, 1)

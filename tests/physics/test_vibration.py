@@ -1,4 +1,6 @@
-"""Vibration modes of beams: error of cubic cells, shapes, refusals; frequencies are in `verification.vibration`."""
+"""Vibration modes of beams: error of cubic cells, shapes, refusals; frequencies are in
+`verification.vibration`.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ CLASSICAL = [supports for supports in ROOTS if supports != "clamped-guided"]
 
 @pytest.mark.parametrize("supports", CLASSICAL)
 def test_error_of_cubic_cells(supports: str) -> None:
-    """Cubic Hermite functions: omega is too large by the factor 1 + (beta h)^4/1440, for C1 splines and ANCF alike."""
+    """Cubic Hermite functions: omega is too large by the factor 1 + (beta h)^4/1440, for C1 splines
+    and ANCF alike.
+    """
     roots = np.array(ROOTS[supports])[:4]
     for options in ({}, {"ancf": True}):
         excess = frequencies(supports, 20, **options)[:4] / roots**2 - 1
@@ -34,12 +38,17 @@ def test_shapes_are_normalised_and_satisfy_the_joints() -> None:
 
 def test_there_are_as_many_modes_as_motions() -> None:
     held = beam("clamped-free", 4)
-    assert vibration_modes(held, 1000).shapes.shape == (held.size, held.size - len(held.constraints.names))
+    assert vibration_modes(held, 1000).shapes.shape == (
+        held.size,
+        held.size - len(held.constraints.names),
+    )
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 def test_frequencies_do_not_depend_on_the_unit_of_length(size: float) -> None:
-    """A clamped beam whose rows hold positions and slopes, in another unit: EI L^-4 / rhoA is the same."""
+    """A clamped beam whose rows hold positions and slopes, in another unit: EI L^-4 / rhoA is the
+    same.
+    """
     section = sections.Given(EA=1e6 * size**2, EI=size**4, rhoA=1.0)
     held = [joints.Clamp("left", At("beam", "left")), joints.Pin("pin", At("beam", "left"))]
     part = body.cable("beam", segment(16, end=(size, 0.0, 0.0)), section, dim=2, ancf=True)

@@ -1,4 +1,6 @@
-"""Runs that many tests of reduction share: the two examples of Hou, Liu, Hu (2020) in full, and example 2 reduced."""
+"""Runs that many tests of reduction share: the two examples of Hou, Liu, Hu (2020) in full, and
+example 2 reduced.
+"""
 
 from __future__ import annotations
 
@@ -41,25 +43,33 @@ class Reduced:
     states: np.ndarray  #: (s, n) projected snapshots
 
 
-def full_of(raw: System, scheme: GeneralizedAlpha = SCHEME, duration: float = 3.0, interval: float = 5e-3) -> Full:
+def full_of(
+    raw: System, scheme: GeneralizedAlpha = SCHEME, duration: float = 3.0, interval: float = 5e-3
+) -> Full:
     every = round(interval / scheme.step)
     run = integrate(eliminate(raw), scheme, duration, NEWTON, every)
     return Full(raw, run, reduction.snapshots(run))
 
 
-def reduced(full: Full, components: Mapping[str, tuple[str, ...]], tolerance: float = 1e-12, **options: bool) -> Reduced:
+def reduced(
+    full: Full, components: Mapping[str, tuple[str, ...]], tolerance: float = 1e-12, **options: bool
+) -> Reduced:
     bases = reduction.bases(full.raw, full.data, components, tolerance)
     system = reduction.reduce_system(full.raw, components, bases, **options)
     return Reduced(components, bases, system, projected(system, full.data.q))
 
 
-def hyper_reduced(model: Reduced, level: Level = Level.ELEMENTS, eta: float = 1e-3) -> tuple[System, tuple[Selection, ...]]:
+def hyper_reduced(
+    model: Reduced, level: Level = Level.ELEMENTS, eta: float = 1e-3
+) -> tuple[System, tuple[Selection, ...]]:
     selections = sampling.train([(model.system, model.states)], eta, level)
     return sampling.apply(model.system, selections), selections
 
 
 def error(full: Full, system: System, scheme: GeneralizedAlpha = SCHEME) -> float:
-    """Largest distance of a reduced model from the full one over the largest displacement, in the norm of the mass."""
+    """Largest distance of a reduced model from the full one over the largest displacement, in the
+    norm of the mass.
+    """
     every = round(full.run.times[1] / scheme.step)
     run = integrate(system, scheme, float(full.run.times[-1]), NEWTON, every)
     return reduction.compare(full.run, run).maximum

@@ -16,21 +16,34 @@ from fmbs_skfem.reduction.reduced_models import ReducedModel
 
 
 class HeldOut(NamedTuple):
-    """Largest true error, indicators (k,), and the part of the true errors in the band that their indicators predict."""
+    """Largest true error, indicators (k,), and the part of the true errors in the band that their
+    indicators predict.
+    """
 
     largest: float
     indicators: np.ndarray
     inside: float
 
 
-def hold_out(found: FinishedTraining, points: np.ndarray, model: ReducedModel | None = None, full: Full | None = None) -> HeldOut:
-    """The last model of a training, or another one of it, at points (k, d) with full runs, which several may share."""
+def hold_out(
+    found: FinishedTraining,
+    points: np.ndarray,
+    model: ReducedModel | None = None,
+    full: Full | None = None,
+) -> HeldOut:
+    """The last model of a training, or another one of it, at points (k, d) with full runs, which
+    several may share.
+    """
     task, used = reduced_models.with_polynomials(found.task), model or found.model
     one = Comparator("model", used.cases, len(found.runs), 0.0)
-    (row,) = trials.compare(task, [one], full or functools.partial(full_runs.full_run, found.task), points)
+    (row,) = trials.compare(
+        task, [one], full or functools.partial(full_runs.full_run, found.task), points
+    )
     indicators, inside = [], []
     assert found.calibration is not None
-    for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):
+    for values, trial in zip(
+        (parameters.named(task.parameters, point) for point in points), row.trials, strict=True
+    ):
         motion = full_runs.run_formed(task, used.cases(values))
         indicators.append(reduced_models.indicator(task, motion, values))
         _, low, high = calibration.predict(found.calibration, indicators[-1])
@@ -40,5 +53,7 @@ def hold_out(found: FinishedTraining, points: np.ndarray, model: ReducedModel | 
 
 def share_runs(task: TrainingTask) -> Full:
     """Full runs that are made once however often they are asked for."""
-    cached = functools.cache(lambda row: full_runs.full_run(task, parameters.named(task.parameters, row)))
+    cached = functools.cache(
+        lambda row: full_runs.full_run(task, parameters.named(task.parameters, row))
+    )
     return lambda values: cached(tuple(parameters.row_of(task.parameters, values).tolist()))

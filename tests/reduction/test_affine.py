@@ -1,4 +1,6 @@
-"""Polynomials of parameters: cases that are not assembled again are those that are, for reduced and full models of every kind."""
+"""Polynomials of parameters: cases that are not assembled again are those that are, for reduced and
+full models of every kind.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +65,9 @@ G = Parameter("g", 5.0, 15.0, value=9.81, unit="m/s2")
 def pendulum(values: Mapping[str, float]) -> System:
     """Example 2 with 8 cells a beam and a parameter for gravity."""
     text = (EXAMPLES / "double_pendulum.yaml").read_text()
-    text = text.replace("-9.81 m/s^2", "-g").replace("  d: 10 mm\n", "  d: 10 mm\n  g: 9.81 m/s^2\n")
+    text = text.replace("-9.81 m/s^2", "-g").replace(
+        "  d: 10 mm\n", "  d: 10 mm\n  g: 9.81 m/s^2\n"
+    )
     return build.system(reading.loads(text, EXAMPLES, values), cells=8)
 
 
@@ -96,21 +100,30 @@ def wrong(a: object, b: object) -> float:
 
 
 def constant_parts(case: Case, of: Case) -> System:
-    """The system of a case with the arrays of another where they depend on E, d and g; its lengths are measured as those."""
+    """The system of a case with the arrays of another where they depend on E, d and g; its lengths
+    are measured as those.
+    """
     mine, other = case.system, of.system
     elastic = tuple(
         replace(a, gather=replace(a.gather, section=b.gather.section))  # type: ignore[union-attr]
         for a, b in zip(mine.elastic, other.elastic, strict=True)
     )
-    lines = tuple(replace(a, radius=b.radius, EA=b.EA, EI=b.EI) for a, b in zip(mine.lines, other.lines, strict=True))
+    lines = tuple(
+        replace(a, radius=b.radius, EA=b.EA, EI=b.EI)
+        for a, b in zip(mine.lines, other.lines, strict=True)
+    )
     lengths = {name: getattr(other, name) for name in ("mass", "metric", "weight", "scale")}
     sensors = replace(mine.sensors, offset=other.sensors.offset)
     loads = replace(mine.loads, constant=other.loads.constant)
     return replace(mine, loads=loads, elastic=elastic, lines=lines, sensors=sensors, **lengths)
 
 
-@pytest.mark.parametrize("values", [(7.3e8, 0.0123, 11.0), (5e8, 5e-3, 5.0), (2e9, 0.02, 15.0), (1.9e9, 5.1e-3, 9.81)])
-def test_a_reduced_model_is_the_one_assembled_anew(family: Family, model: ParametricCase, values: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(
+    "values", [(7.3e8, 0.0123, 11.0), (5e8, 5e-3, 5.0), (2e9, 0.02, 15.0), (1.9e9, 5.1e-3, 9.81)]
+)
+def test_a_reduced_model_is_the_one_assembled_anew(
+    family: Family, model: ParametricCase, values: tuple[float, ...]
+) -> None:
     point = dict(zip(("E", "d", "g"), values, strict=True))
     fast, anew = model(point), family(point)
     assert wrong(fast.system.mass, anew.system.mass) < 1e-14
@@ -120,13 +133,17 @@ def test_a_reduced_model_is_the_one_assembled_anew(family: Family, model: Parame
             assert np.abs(row - exact).max() <= 1e-13 * np.abs(exact).max()
     assert wrong(fast.system.sensors.offset, anew.system.sensors.offset) < 1e-14
     for one, two in zip(fast.system.lines, anew.system.lines, strict=True):
-        assert (one.radius, one.EA, one.EI) == pytest.approx((two.radius, two.EA, two.EI), rel=1e-13)
+        assert (one.radius, one.EA, one.EI) == pytest.approx(
+            (two.radius, two.EA, two.EI), rel=1e-13
+        )
     assert same(constant_parts(fast, anew), anew.system)
     assert (fast.scheme, fast.duration, fast.newton) == (anew.scheme, anew.duration, anew.newton)
 
 
 def test_degrees_and_samples(model: ParametricCase) -> None:
-    """EA, EI by E d^2 and E d^4, mass by d^2, weight by g d^2, drawn radius by d, drawn gravity by g."""
+    """EA, EI by E d^2 and E d^4, mass by d^2, weight by g d^2, drawn radius by d, drawn gravity by
+    g.
+    """
     assert affine.degrees(model) == {"E": 1, "d": 4, "g": 1}
     by_place = {part.place[1:]: part.order.degrees for part in model.varying}
     assert by_place == {
@@ -152,7 +169,10 @@ def test_nominal_values_give_the_nominal_case(family: Family, model: ParametricC
 
 def test_motions_agree(family: Family, model: ParametricCase) -> None:
     point = {"E": 7.3e8, "d": 0.0123, "g": 11.0}
-    one, two = (integrate(case.system, case.scheme, case.duration, Newton(1e-12)) for case in (model(point), family(point)))
+    one, two = (
+        integrate(case.system, case.scheme, case.duration, Newton(1e-12))
+        for case in (model(point), family(point))
+    )
     assert np.abs(two.x - two.x[0]).max() > 0.1
     assert np.abs(one.x - two.x).max() < 1e-10
 
@@ -178,10 +198,16 @@ def test_a_parameter_without_influence_costs_nothing(family: Family) -> None:
     assert affine.degrees(two) == {"E": 1, "nothing": 0}
     assert [len(nodes) for nodes in two.nodes] == [2, 1]
     one = affine.fit(lambda values: family(values), (E,))
-    assert [len(part.values) for part in two.varying] == [len(part.values) for part in one.varying] == [1] * 6
+    assert (
+        [len(part.values) for part in two.varying]
+        == [len(part.values) for part in one.varying]
+        == [1] * 6
+    )
     none = affine.fit(lambda values: family({}), (E,))
     assert none.varying == ()
-    assert none.evaluations == 1 + affine.CHECKS + 2  # nominal, two on the axis, two random points; the corners are on the axis
+    assert (
+        none.evaluations == 1 + affine.CHECKS + 2
+    )  # nominal, two on the axis, two random points; the corners are on the axis
     assert none({"E": 6e8}) == none.nominal
 
 
@@ -190,7 +216,13 @@ def test_small_numbers_of_a_wide_range_keep_their_digits(family: Family) -> None
     wide = Parameter("E", 1e8, 1e10, Scale.LOG), Parameter("d", 1e-3, 1e-1, Scale.LOG)
     found = affine.fit(family, wide)
     assert affine.degrees(found) == {"E": 1, "d": 4}
-    unit = np.concatenate([parameters.grid(wide, 2), parameters.grid(wide, 5), parameters.latin_hypercube(wide, 30, 7)])
+    unit = np.concatenate(
+        [
+            parameters.grid(wide, 2),
+            parameters.grid(wide, 5),
+            parameters.latin_hypercube(wide, 30, 7),
+        ]
+    )
     worst = 0.0
     for young, diameter in unit:
         case = found({"E": young, "d": diameter})
@@ -201,7 +233,9 @@ def test_small_numbers_of_a_wide_range_keep_their_digits(family: Family) -> None
 
 
 def test_driven_angles_are_numbers() -> None:
-    """Example 1 with its rate and its time as parameters: constants of the program of the angle; 1 / Ts is smooth."""
+    """Example 1 with its rate and its time as parameters: constants of the program of the angle; 1
+    / Ts is smooth.
+    """
     text = (EXAMPLES / "spin_up.yaml").read_text()
 
     def spun(values: Mapping[str, float]) -> Case:
@@ -238,11 +272,15 @@ def test_times_may_depend_on_a_parameter() -> None:
 
 
 def test_full_models_with_sparse_arrays() -> None:
-    """Density, Young's modulus and both times of Rayleigh damping, which is absent at the nominal values."""
+    """Density, Young's modulus and both times of Rayleigh damping, which is absent at the nominal
+    values.
+    """
 
     def member(values: Mapping[str, float]) -> Case:
         material = sections.Material(values["E"], values["rho"])
-        system = models.double_pendulum(5, damping=Rayleigh(values["alpha"], values["beta"]), all_multipliers=True)
+        system = models.double_pendulum(
+            5, damping=Rayleigh(values["alpha"], values["beta"]), all_multipliers=True
+        )
         section = sections.Circular(0.01).of_cable(material)
         ratio = section.rhoA / sections.Circular(0.01).of_cable(models.MATERIAL).rhoA
         mass = csr_array(system.mass * ratio)
@@ -262,7 +300,9 @@ def test_full_models_with_sparse_arrays() -> None:
         fast, anew = found(point).system, member(point).system
         assert wrong(fast.mass, anew.mass) < 1e-14
         assert wrong(fast.damping, anew.damping) < 1e-14
-        assert [e.beta for e in fast.elastic] == pytest.approx([e.beta for e in anew.elastic], rel=1e-14)
+        assert [e.beta for e in fast.elastic] == pytest.approx(
+            [e.beta for e in anew.elastic], rel=1e-14
+        )
         elastic = anew.elastic
         assert same(replace(fast, mass=anew.mass, damping=anew.damping, elastic=elastic), anew)
     # at the nominal values every place of the damping matrix is there, and holds zero
@@ -284,13 +324,17 @@ def plate() -> Family:
     bases = galerkin.bases(full, data, components, modes=8)
 
     def member(values: Mapping[str, float]) -> Case:
-        return Case(polynomial.exact(galerkin.reduce_system(raw(values), components, bases)), scheme, 1e-3)
+        return Case(
+            polynomial.exact(galerkin.reduce_system(raw(values), components, bases)), scheme, 1e-3
+        )
 
     return member
 
 
 def test_exact_polynomials(plate: Family) -> None:
-    """Coefficients of strain energies are linear in E and smooth in nu: E / (1 - nu^2) and E nu / (1 - nu^2)."""
+    """Coefficients of strain energies are linear in E and smooth in nu: E / (1 - nu^2) and E nu /
+    (1 - nu^2).
+    """
     found = affine.fit(plate, (Parameter("E", 4e10, 7e10), Parameter("torque", 5.0, 15.0)))
     assert affine.degrees(found) == {"E": 1, "torque": 1}
     point = {"E": 5.1e10, "torque": 7.7}
@@ -310,7 +354,9 @@ def check_quartics(fast: Case, anew: Case, tolerance: float) -> None:
         assert one.gather.coefficients.ctypes.data % 64 == 0
     for force, exact in zip(fast.system.loads.forces, anew.system.loads.forces, strict=True):
         assert force.numbers == pytest.approx(exact.numbers, rel=1e-14)
-    rest = replace(fast.system, elastic=anew.system.elastic, loads=anew.system.loads, skins=anew.system.skins)
+    rest = replace(
+        fast.system, elastic=anew.system.elastic, loads=anew.system.loads, skins=anew.system.skins
+    )
     assert same(rest, anew.system)
 
 
@@ -318,7 +364,11 @@ def loaded(force: float, cells: int = 3) -> Case:
     """A cantilever with a force at its tip."""
     tip = partial(lambda f, at: [loads.PointForce("tip", at, (0.0, f))], force)
     return Case(
-        models.cantilever(cells, tip, material=models.MATERIAL, section=models.SECTION, all_multipliers=True), SCHEME, DURATION
+        models.cantilever(
+            cells, tip, material=models.MATERIAL, section=models.SECTION, all_multipliers=True
+        ),
+        SCHEME,
+        DURATION,
     )
 
 
@@ -328,28 +378,38 @@ def test_a_dependence_that_vanishes_at_the_nominal_values_is_found() -> None:
     found = affine.fit(lambda values: loaded(values["F"] * values["s"] ** 3), box)
     assert affine.degrees(found) == {"F": 1, "s": 3}
     coefficients = found({"F": 0.7, "s": 1.3}).system.loads.forces[0].numbers
-    assert coefficients == pytest.approx(loaded(0.7 * 1.3**3).system.loads.forces[0].numbers, rel=1e-14)
+    assert coefficients == pytest.approx(
+        loaded(0.7 * 1.3**3).system.loads.forces[0].numbers, rel=1e-14
+    )
 
 
 def leaning(values: Mapping[str, float]) -> Case:
-    """A beam of six cells at an angle, its end on a slider across; at a = 0 constants and coefficients of joints vanish."""
+    """A beam of six cells at an angle, its end on a slider across; at a = 0 constants and
+    coefficients of joints vanish.
+    """
     a = values["a"]
     tip = (math.cos(a), math.sin(a))
-    beam = body.cable("beam", models.segment(6, (0, 0, 0), (*tip, 0)), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable(
+        "beam", models.segment(6, (0, 0, 0), (*tip, 0)), models.SECTION, models.MATERIAL, dim=2
+    )
     hinge = joints.Pin("hinge", At("beam", "left"), (0.0, 0.0))
     rail = joints.Slider("rail", At("beam", "right"), (-tip[1], tip[0]))
     return Case(assemble([beam], [hinge, rail], [loads.Gravity((0, -9.81))]), SCHEME, DURATION)
 
 
 def test_a_parameter_that_turns_the_geometry_is_a_polynomial() -> None:
-    """Turned coordinates carry more round-off than their own size, and joints other terms at the nominal angle than elsewhere."""
+    """Turned coordinates carry more round-off than their own size, and joints other terms at the
+    nominal angle than elsewhere.
+    """
     found = affine.fit(leaning, (Parameter("a", -1.4, 1.0, value=0.0),))
     assert 8 <= affine.degrees(found)["a"] <= 24
     for a in (-1.3, 0.0, 0.9):
         fast, anew = found({"a": a}).system, leaning({"a": a}).system
         assert np.abs(fast.x0 - anew.x0).max() < 1e-11
         assert wrong(fast.elastic[0].gather.table, anew.elastic[0].gather.table) < 1e-11  # type: ignore[union-attr]
-        one, two = (integrate(eliminate(system), SCHEME, 0.1, Newton(1e-12)) for system in (fast, anew))
+        one, two = (
+            integrate(eliminate(system), SCHEME, 0.1, Newton(1e-12)) for system in (fast, anew)
+        )
         assert np.abs(lifted(one)[0] - lifted(two)[0]).max() < 1e-8
         assert fast.constraints.names == anew.constraints.names
 
@@ -357,12 +417,16 @@ def test_a_parameter_that_turns_the_geometry_is_a_polynomial() -> None:
 def test_what_jumps_is_no_round_off() -> None:
     """A force that depends on the digits of a parameter is not taken for noise of the geometry."""
     with pytest.raises(InputError, match=r"system\.loads\.forces\[0\]\.numbers"):
-        affine.fit(lambda values: loaded(1.0 + (math.frexp(values["F"])[0] * 2**53) % 2), (Parameter("F", 0.1, 1.0),))
+        affine.fit(
+            lambda values: loaded(1.0 + (math.frexp(values["F"])[0] * 2**53) % 2),
+            (Parameter("F", 0.1, 1.0),),
+        )
 
 
 def test_what_is_not_smooth_is_refused() -> None:
     with pytest.raises(
-        InputError, match=r"parameter 'F': expected numbers that are polynomials of it of degree 24 or less, to 1e-11"
+        InputError,
+        match=r"parameter 'F': expected numbers that are polynomials of it of degree 24 or less, to 1e-11",
     ):
         affine.fit(lambda values: loaded(abs(values["F"] - 0.3)), (Parameter("F", 0.0, 1.0),))
     with pytest.raises(
@@ -392,7 +456,12 @@ def test_python_functions_of_time_cannot_be_compared() -> None:
         affine.fit(member, (Parameter("F", 0.0, 1.0),))
 
 
-@given(st.floats(0.0, 1.0), st.sampled_from([Scale.LINEAR, Scale.LOG]), st.integers(1, 8), st.floats(0.0, 1.0))
+@given(
+    st.floats(0.0, 1.0),
+    st.sampled_from([Scale.LINEAR, Scale.LOG]),
+    st.integers(1, 8),
+    st.floats(0.0, 1.0),
+)
 def test_nodes_carry_polynomials(start: float, scale: Scale, degree: int, place: float) -> None:
     low, high = 2.0, 10.0
     plain = Parameter("p", low, high, scale)

@@ -1,4 +1,6 @@
-"""Calibration: coverage of the band on synthetic scatter, exact lines, one pair, limits of the slope."""
+"""Calibration: coverage of the band on synthetic scatter, exact lines, one pair, limits of the
+slope.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.families import calibration
 
 
-def pairs(rng: np.random.Generator, count: int, slope: float, scatter: float) -> tuple[np.ndarray, np.ndarray]:
+def pairs(
+    rng: np.random.Generator, count: int, slope: float, scatter: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Indicators over four decades and errors with a log-normal scatter about their line."""
     x = rng.uniform(-9.0, -5.0, count)
     return 10.0**x, 10.0 ** (1.5 + slope * (x + 7.0) + scatter * rng.standard_normal(count))
@@ -29,9 +33,14 @@ def holds(calibrated: calibration.Calibration, indicators: np.ndarray, errors: n
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
 @pytest.mark.parametrize("scatter", [0.15, 0.2, 0.3])
 @pytest.mark.parametrize("slope", [0.9, 1.0, 1.1])
-def test_the_band_holds_nine_of_ten_further_points(count: int, scatter: float, slope: float) -> None:
+def test_the_band_holds_nine_of_ten_further_points(
+    count: int, scatter: float, slope: float
+) -> None:
     rng = np.random.default_rng(17)
-    held = [holds(calibration.fit(*pairs(rng, count, slope, scatter)), *pairs(rng, 20, slope, scatter)) for _ in range(200)]
+    held = [
+        holds(calibration.fit(*pairs(rng, count, slope, scatter)), *pairs(rng, 20, slope, scatter))
+        for _ in range(200)
+    ]
     assert np.mean(held) >= 0.9
 
 
@@ -47,7 +56,9 @@ def test_one_pair_gives_a_wide_band_that_says_so() -> None:
 
 
 def test_one_pair_knows_little_of_the_slope() -> None:
-    """Indicators two decades above that of one full run, slopes two standard deviations about 1: at least nine of ten are held."""
+    """Indicators two decades above that of one full run, slopes two standard deviations about 1: at
+    least nine of ten are held.
+    """
     rng = np.random.default_rng(11)
     held = []
     for _ in range(400):
@@ -57,7 +68,10 @@ def test_one_pair_knows_little_of_the_slope() -> None:
     assert np.mean(held) >= 0.9
     one = calibration.fit([1e-11], [1e-6])
     widths = [calibration.half_width(one, i) for i in (1e-11, 1e-10, 1e-9)]
-    away = [math.sqrt(2.0 * calibration.PRIOR**2 + (calibration.SLOPE * decades) ** 2) for decades in (0.0, 1.0, 2.0)]
+    away = [
+        math.sqrt(2.0 * calibration.PRIOR**2 + (calibration.SLOPE * decades) ** 2)
+        for decades in (0.0, 1.0, 2.0)
+    ]
     assert widths == pytest.approx([t.ppf(0.975, calibration.BELIEF) * s for s in away], rel=1e-9)
 
 
@@ -72,14 +86,20 @@ def test_one_pair_knows_little_of_the_slope() -> None:
 def test_one_full_run_of_example_3_predicts_the_ends_of_its_range(
     at_the_run: tuple[float, float], elsewhere: tuple[float, float]
 ) -> None:
-    """Own figures of Young's modulus 55 -> 40 GPa and of torques 10.5 -> 5 and 15 -> 5 N m on coarse meshes, eps = 1e-15."""
+    """Own figures of Young's modulus 55 -> 40 GPa and of torques 10.5 -> 5 and 15 -> 5 N m on
+    coarse meshes, eps = 1e-15.
+    """
     one = calibration.fit(at_the_run[:1], at_the_run[1:])
     _, low, high = calibration.predict(one, elsewhere[0])
     assert low <= elsewhere[1] <= high
 
 
-def test_the_line_is_that_of_least_squares_and_the_band_that_of_student(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the expectation of a scatter, band and line are those of the textbook: Draper and Smith (1998), section 1.4."""
+def test_the_line_is_that_of_least_squares_and_the_band_that_of_student(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without the expectation of a scatter, band and line are those of the textbook: Draper and
+    Smith (1998), section 1.4.
+    """
     monkeypatch.setattr(calibration, "BELIEF", 0)
     i, e = pairs(np.random.default_rng(5), 12, 1.05, 0.3)
     c, line = calibration.fit(i, e), linregress(np.log10(i), np.log10(e))
@@ -87,7 +107,11 @@ def test_the_line_is_that_of_least_squares_and_the_band_that_of_student(monkeypa
     x = np.log10(i)
     s = math.sqrt(np.sum((np.log10(e) - line.intercept - line.slope * x) ** 2) / 10)
     at = -4.0
-    half = t.ppf(0.975, 10) * s * math.sqrt(1 + 1 / 12 + (at - x.mean()) ** 2 / np.sum((x - x.mean()) ** 2))
+    half = (
+        t.ppf(0.975, 10)
+        * s
+        * math.sqrt(1 + 1 / 12 + (at - x.mean()) ** 2 / np.sum((x - x.mean()) ** 2))
+    )
     middle, low, high = np.log10(calibration.predict(c, 10.0**at))
     assert (middle - low, high - middle) == pytest.approx((half, half), rel=1e-8)
 
@@ -120,11 +144,20 @@ def test_no_slope_is_fitted_to_neighbours_or_to_two_pairs() -> None:
 
 
 @settings(max_examples=50, deadline=None)
-@given(count=st.integers(1, 8), seed=st.integers(0, 10**6), factor=st.floats(1e-6, 1e6), at=st.floats(-14.0, 0.0))
-def test_units_of_the_indicator_do_not_matter(count: int, seed: int, factor: float, at: float) -> None:
+@given(
+    count=st.integers(1, 8),
+    seed=st.integers(0, 10**6),
+    factor=st.floats(1e-6, 1e6),
+    at=st.floats(-14.0, 0.0),
+)
+def test_units_of_the_indicator_do_not_matter(
+    count: int, seed: int, factor: float, at: float
+) -> None:
     i, e = pairs(np.random.default_rng(seed), count, 1.0, 0.2)
     one = calibration.predict(calibration.fit(i, e), 10.0**at)
-    assert calibration.predict(calibration.fit(factor * i, e), factor * 10.0**at) == pytest.approx(one, rel=1e-6)
+    assert calibration.predict(calibration.fit(factor * i, e), factor * 10.0**at) == pytest.approx(
+        one, rel=1e-6
+    )
     assert one[1] < one[0] < one[2]
 
 

@@ -1,4 +1,6 @@
-"""Comparators on example 1 of Hou, Liu, Hu (2020), doi 10.1016/j.cma.2019.112690, two pendulums and a plate, with few cells."""
+"""Comparators on example 1 of Hou, Liu, Hu (2020), doi 10.1016/j.cma.2019.112690, two pendulums and
+a plate, with few cells.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,12 @@ def spin_up(values: Mapping[str, float]) -> Case:
     shape = models.segment(12, (x, 0.0, 0.0), (x + 1.0, 0.0, 0.0))
     beam = body.cable("beam", shape, models.SECTION, sections.Material(values["E"], 1800.0), dim=2)
     drive = joints.DrivenAngle("drive", root, models.spin_angle)
-    return Case(assemble([beam], [joints.Pin("hinge", root, (x, 0.0)), drive]), GeneralizedAlpha(1e-3), 1.0, SHARP)
+    return Case(
+        assemble([beam], [joints.Pin("hinge", root, (x, 0.0)), drive]),
+        GeneralizedAlpha(1e-3),
+        1.0,
+        SHARP,
+    )
 
 
 def pendulum(values: Mapping[str, float]) -> Case:
@@ -80,8 +87,12 @@ def full(task: TrainingTask) -> Full:
 
 @pytest.fixture(scope="module")
 def rows(task: TrainingTask, full: Full) -> dict[str, Row]:
-    """All comparators without hyper-reduction at seven values of E, of which the first and the last are nodes."""
-    search = training.search((YOUNG,), np.linspace(0.7e9, 1.3e9, 61)[:, None], np.linspace(0.7e9, 1.3e9, 5)[:, None])
+    """All comparators without hyper-reduction at seven values of E, of which the first and the last
+    are nodes.
+    """
+    search = training.search(
+        (YOUNG,), np.linspace(0.7e9, 1.3e9, 61)[:, None], np.linspace(0.7e9, 1.3e9, 5)[:, None]
+    )
     several = [
         comparators.fast_to_slow(task, full, STIFF),
         *(comparators.uniform(task, full, [count]) for count in (2, 3)),
@@ -107,7 +118,9 @@ def at_node(task: TrainingTask, full: Full, values: Mapping[str, float], modes: 
     return space(comparators.fixed(alone, "", [full(values)]).family(values))
 
 
-def test_interpolated_and_nearest_bases_are_exact_at_the_nodes(task: TrainingTask, full: Full, rows: dict[str, Row]) -> None:
+def test_interpolated_and_nearest_bases_are_exact_at_the_nodes(
+    task: TrainingTask, full: Full, rows: dict[str, Row]
+) -> None:
     for make in (comparators.interpolated, comparators.nearest):
         family = make(task, full, [3]).family
         for E in (0.7e9, 1.0e9, 1.3e9):
@@ -115,13 +128,16 @@ def test_interpolated_and_nearest_bases_are_exact_at_the_nodes(task: TrainingTas
             assert grassmann.distance(here, at_node(task, full, {"E": E}, here.shape[1])) < 1e-9
     for name in ("nearest basis 2", "nearest basis 3", "Grassmann 2", "Grassmann 3", "Grassmann 4"):
         found = errors(rows[name])
-        # truncation of eps = 1e-12 is all that is left there, and a small part of the error between the nodes
+        # truncation of eps = 1e-12 is all that is left there, and a small part of the error between
+        # the nodes
         assert max(found[0], found[-1]) < 4e-5
         assert found.max() > 3 * max(found[0], found[-1])
 
 
 def test_errors_between_the_nodes(rows: dict[str, Row]) -> None:
-    """More nodes are better; of equal nodes an interpolated basis is better than the nearest one, one of all runs than both."""
+    """More nodes are better; of equal nodes an interpolated basis is better than the nearest one,
+    one of all runs than both.
+    """
     largest = {name: row.max_error for name, row in rows.items()}
     assert largest["Grassmann 2"] < largest["nearest basis 2"] / 2
     assert largest["Grassmann 3"] < largest["nearest basis 3"] / 2
@@ -134,7 +150,9 @@ def test_errors_between_the_nodes(rows: dict[str, Row]) -> None:
 
 
 def test_fast_to_slow_is_worse_than_greedy_at_the_far_end(rows: dict[str, Row]) -> None:
-    """Figs 13 and 14: the basis of one run is as good as any where it was made, and fails towards the other end of the range."""
+    """Figs 13 and 14: the basis of one run is as good as any where it was made, and fails towards
+    the other end of the range.
+    """
     one, greedy = errors(rows["fast to slow"]), errors(rows["greedy"])
     assert one[-1] < 4e-5
     assert np.all(np.diff(one) < 0.0)
@@ -146,11 +164,19 @@ def test_fast_to_slow_is_worse_than_greedy_at_the_far_end(rows: dict[str, Row]) 
 
 
 @pytest.mark.parametrize("count", [2, 3])
-def test_interpolated_spaces_converge_with_the_order_of_their_nodes(task: TrainingTask, count: int) -> None:
-    """Halving the range divides the distance to the space of a run between the nodes by 2 to the number of nodes."""
+def test_interpolated_spaces_converge_with_the_order_of_their_nodes(
+    task: TrainingTask, count: int
+) -> None:
+    """Halving the range divides the distance to the space of a run between the nodes by 2 to the
+    number of nodes.
+    """
     apart = []
     for half in (2e-2, 1e-2):
-        narrow = replace(task, parameters=(Parameter("E", 1e9 * (1 - half), 1e9 * (1 + half)),), plan=Plan(BEAM, modes=4))
+        narrow = replace(
+            task,
+            parameters=(Parameter("E", 1e9 * (1 - half), 1e9 * (1 + half)),),
+            plan=Plan(BEAM, modes=4),
+        )
         runs, place = share_runs(narrow), {"E": 1e9 * (1 + 0.4 * half)}
         here = space(comparators.interpolated(narrow, runs, [count]).family(place))
         apart.append(grassmann.distance(here, at_node(narrow, runs, place, 4)))
@@ -158,7 +184,9 @@ def test_interpolated_spaces_converge_with_the_order_of_their_nodes(task: Traini
 
 
 def test_initial_state_and_linear_constraints_are_exact_everywhere(task: TrainingTask) -> None:
-    """With a hinge that moves with a parameter: no comparator interpolates the start or loosens the hinge."""
+    """With a hinge that moves with a parameter: no comparator interpolates the start or loosens the
+    hinge.
+    """
     wide = replace(task, parameters=(YOUNG, Parameter("x", 0.0, 2.0)))
     runs = share_runs(wide)
     several = [
@@ -179,7 +207,9 @@ def test_initial_state_and_linear_constraints_are_exact_everywhere(task: Trainin
 
 
 def test_two_parameters_and_two_components() -> None:
-    """The nodes of a tensor grid belong to the runs that were made there; the joint between the components is kept."""
+    """The nodes of a tensor grid belong to the runs that were made there; the joint between the
+    components is kept.
+    """
     both = (Parameter("E", 0.7e9, 1.3e9), Parameter("g", 5.0, 12.0))
     task = TrainingTask(pendulum, both, Plan({"I": ("I",), "II": ("II",)}, 1e-10), 5e-3)
     runs = share_runs(task)
@@ -189,7 +219,8 @@ def test_two_parameters_and_two_components() -> None:
             values = {"E": 1.0e9, "g": g}
             case, own = family(values), comparators.fixed(task, "", [runs(values)]).family(values)
             first, last = case.system.components[0][1:]
-            # the equal number of modes is the largest of the nodes': the space of the run alone is in it
+            # the equal number of modes is the largest of the nodes': the space of the run alone is
+            # in it
             mine, wanted = grassmann.orthonormal(space(case)), space(own)
             assert np.abs(wanted - mine @ (mine.T @ wanted)).max() < 1e-9
             assert [name for name, _, _ in case.system.components] == ["I", "II"]
@@ -197,15 +228,30 @@ def test_two_parameters_and_two_components() -> None:
             assert {joint for joint, _ in case.system.constraints.names} == {"B"}
     coarse = comparators.at_system_level(task)
     assert coarse.plan.components == {"system": ("I", "II")}
-    (row,) = trials.compare(coarse, [comparators.uniform(coarse, share_runs(coarse), [2, 2])], share_runs(coarse), [[1e9, 9.0]])
-    assert (row.name, row.full_runs, list(row.modes), row.elements) == ("uniform grid 2 x 2", 4, ["system"], 12)
+    (row,) = trials.compare(
+        coarse,
+        [comparators.uniform(coarse, share_runs(coarse), [2, 2])],
+        share_runs(coarse),
+        [[1e9, 9.0]],
+    )
+    assert (row.name, row.full_runs, list(row.modes), row.elements) == (
+        "uniform grid 2 x 2",
+        4,
+        ["system"],
+        12,
+    )
     assert row.max_error == row.mean_error < 2e-4
 
 
-def test_hyper_reduction_of_fixed_bases_only(task: TrainingTask, full: Full, rows: dict[str, Row]) -> None:
+def test_hyper_reduction_of_fixed_bases_only(
+    task: TrainingTask, full: Full, rows: dict[str, Row]
+) -> None:
     """Weights are trained over all runs of a basis; an interpolated one keeps all cells."""
     sampled = replace(task, plan=replace(task.plan, hyper=Elements(1e-4)))
-    several = [comparators.uniform(sampled, full, [2]), comparators.interpolated(sampled, full, [2])]
+    several = [
+        comparators.uniform(sampled, full, [2]),
+        comparators.interpolated(sampled, full, [2]),
+    ]
     weighted, plain = trials.compare(sampled, several, full, POINTS[::3])
     assert 0 < weighted.elements < 12 == plain.elements == rows["uniform grid 2"].elements
     assert 0 < weighted.points < plain.points == rows["uniform grid 2"].points
@@ -215,17 +261,27 @@ def test_hyper_reduction_of_fixed_bases_only(task: TrainingTask, full: Full, row
 
 def test_exact_polynomials_of_interpolated_bases() -> None:
     """A planar plate without a single point in use moves as with all of them."""
-    task = TrainingTask(thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3)
+    task = TrainingTask(
+        thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3
+    )
     exact, runs = replace(task, plan=replace(task.plan, hyper=Exact())), share_runs(task)
-    (all_points,) = trials.compare(task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]])
-    (none,) = trials.compare(exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]])
+    (all_points,) = trials.compare(
+        task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]]
+    )
+    (none,) = trials.compare(
+        exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]]
+    )
     assert (all_points.elements, none.elements, none.points) == (8, 0, 0)
     assert errors(none) == pytest.approx(errors(all_points), rel=1e-3)
     assert 0.0 < all_points.max_error < 1e-4
 
 
-def test_full_runs_are_shared_and_counted(task: TrainingTask, full: Full, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Offline are the full runs, and one second for each basis, by a clock that every look at it moves on by as much."""
+def test_full_runs_are_shared_and_counted(
+    task: TrainingTask, full: Full, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Offline are the full runs, and one second for each basis, by a clock that every look at it
+    moves on by as much.
+    """
     wind(monkeypatch, comparators)
     made: list[float] = []
 
@@ -239,13 +295,19 @@ def test_full_runs_are_shared_and_counted(task: TrainingTask, full: Full, monkey
     assert made == [0.7e9, 1.3e9]
     assert [one.full_runs for one in several] == [2, 2]
     spent = runs(SOFT).cpu_s + runs(STIFF).cpu_s
-    assert [one.offline_s for one in several] == pytest.approx([spent + 1.0, spent + 2.0], rel=1e-12)
+    assert [one.offline_s for one in several] == pytest.approx(
+        [spent + 1.0, spent + 2.0], rel=1e-12
+    )
     trials.compare(task, several, runs, np.array([[0.7e9], [1.3e9]]))
     assert made == [0.7e9, 1.3e9]
 
 
-def test_a_member_that_fails_is_listed_with_its_reason(task: TrainingTask, full: Full, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Newton's iteration with too few steps at one point: that run ends with a reason, the others go on."""
+def test_a_member_that_fails_is_listed_with_its_reason(
+    task: TrainingTask, full: Full, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Newton's iteration with too few steps at one point: that run ends with a reason, the others
+    go on.
+    """
     wind(monkeypatch, integration, run)
     model = comparators.fast_to_slow(task, full, STIFF)
 
@@ -253,7 +315,9 @@ def test_a_member_that_fails_is_listed_with_its_reason(task: TrainingTask, full:
         case = model.family(values)
         return replace(case, newton=Newton(1e-12, iterations=1)) if values["E"] < 0.8e9 else case
 
-    (row,) = trials.compare(task, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]]))
+    (row,) = trials.compare(
+        task, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]])
+    )
     assert row.trials[0].error == row.max_error == np.inf
     assert "Newton iteration did not converge" in row.trials[0].reason
     assert row.trials[1].error < 4e-5
@@ -262,14 +326,19 @@ def test_a_member_that_fails_is_listed_with_its_reason(task: TrainingTask, full:
 
 
 def test_a_point_without_a_full_run_is_marked(task: TrainingTask, full: Full) -> None:
-    """The full model fails at one point: that point has no error, with the reason, and the others count."""
+    """The full model fails at one point: that point has no error, with the reason, and the others
+    count.
+    """
 
     def failing(values: Mapping[str, float]) -> FullRun:
         if values["E"] < 0.8e9:
             raise SolverError("no motion", Reason.DIVERGED)
         return full(values)
 
-    model, points = comparators.fast_to_slow(task, full, STIFF), np.array([[0.7e9], [1.0e9], [1.3e9]])
+    model, points = (
+        comparators.fast_to_slow(task, full, STIFF),
+        np.array([[0.7e9], [1.0e9], [1.3e9]]),
+    )
     with pytest.warns(Notice, match="the full model has no motion at E = 7e"):
         (row,) = trials.compare(task, [model], failing, points)
     (all_of_them,) = trials.compare(task, [model], full, points)

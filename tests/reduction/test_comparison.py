@@ -1,4 +1,6 @@
-"""The study of one system: every model against the full one, on a coarse mesh, and the published counts of example 2."""
+"""The study of one system: every model against the full one, on a coarse mesh, and the published
+counts of example 2.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,16 @@ from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.display import DisplayUnits
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, integration, run
-from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, files, plan, task_of
+from fmbs_skfem.reduction import (
+    Elements,
+    HyperReduction,
+    Plan,
+    Points,
+    TrainingTask,
+    files,
+    plan,
+    task_of,
+)
 from fmbs_skfem.reduction.accuracy import comparison, costs, runs
 from fmbs_skfem.reduction.accuracy.comparison import Comparison, ComparisonOptions, ModelRecord
 from fmbs_skfem.reduction.cases import Case
@@ -42,13 +53,19 @@ def task_for(raw: System, duration: float, plan: Plan) -> TrainingTask:
 
 def trained(full: Full, plan: Plan) -> ReducedModel:
     """The model of a plan from the snapshots of a full run."""
-    return make_model(task_for(full.raw, 3.0, plan), [FullRun({}, full.data.times, {}, 0.0, q=full.data.q)])
+    return make_model(
+        task_for(full.raw, 3.0, plan), [FullRun({}, full.data.times, {}, 0.0, q=full.data.q)]
+    )
 
 
 @pytest.fixture(scope="module")
 def small() -> Iterator[Comparison]:
     """Example 2 with 24 cells a beam over 0.8 s."""
-    task = task_for(models.double_pendulum(24, all_multipliers=True), 0.8, Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)))
+    task = task_for(
+        models.double_pendulum(24, all_multipliers=True),
+        0.8,
+        Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)),
+    )
     options = ComparisonOptions(
         tolerances=(1e-6,),
         hyper_tolerances=(1e-2,),
@@ -69,19 +86,31 @@ def test_every_model_is_there_once_and_done(small: Comparison) -> None:
     assert {"full", *MAIN, "ffrf", "coarse-4", "coarse-8", "step-2.5e-4", "step-1e-3"} <= set(names)
     assert "component+ecsw-points 1e-6/1e-2" in names
     assert {record.status for record in small.records} == {"done"}
-    assert all(record.cpu_s > 0 and record.wall_s > 0 and record.iterations > 0 for record in small.records)
+    assert all(
+        record.cpu_s > 0 and record.wall_s > 0 and record.iterations > 0 for record in small.records
+    )
 
 
 def test_parts_of_the_time_are_calls_times_the_time_of_one(small: Comparison) -> None:
-    """An iteration takes a force and a solution, a factorisation has a tangent inside; products are told apart from both."""
+    """An iteration takes a force and a solution, a factorisation has a tangent inside; products are
+    told apart from both.
+    """
     for record in small.records:
         if record.name == "ffrf":  # no elastic terms
             continue
         calls, factored = record.iterations, record.factorisations
-        assert record.force_s + record.product_s == calls * PRICES["force"] + factored * PRICES["tangent"]
-        assert record.solve_s == calls * PRICES["solution"] + factored * (PRICES["factor"] - PRICES["tangent"])
+        assert (
+            record.force_s + record.product_s
+            == calls * PRICES["force"] + factored * PRICES["tangent"]
+        )
+        assert record.solve_s == calls * PRICES["solution"] + factored * (
+            PRICES["factor"] - PRICES["tangent"]
+        )
         assert record.kr_us == 1e6 * PRICES["tangent"]
-    for level, terms in (("system", 1), ("component", 2)):  # each with a gather, a scatter, and U^T D U
+    for level, terms in (
+        ("system", 1),
+        ("component", 2),
+    ):  # each with a gather, a scatter, and U^T D U
         record = small[level]
         products = record.iterations * 2 + record.factorisations * (0.5 * 2 + 1)
         assert record.product_s == terms * products * PRICES["product"]
@@ -105,10 +134,15 @@ def test_error_falls_with_eps(small: Comparison) -> None:
 
 
 def test_hyper_reduction_keeps_fewer_cells_and_the_error(small: Comparison) -> None:
-    whole, cells, points = (small[name] for name in ("component", "component+ecsw", "component+ecsw-points"))
+    whole, cells, points = (
+        small[name] for name in ("component", "component+ecsw", "component+ecsw-points")
+    )
     assert whole.elements == {"I": 24, "II": 24}
     assert whole.points == {"I": 72, "II": 72}
-    assert all(cells.elements[name] < 20 and points.points[name] < cells.points[name] for name in COMPONENTS)
+    assert all(
+        cells.elements[name] < 20 and points.points[name] < cells.points[name]
+        for name in COMPONENTS
+    )
     assert cells.max_error == pytest.approx(whole.max_error, rel=0.05)
     assert points.max_error == pytest.approx(whole.max_error, rel=0.05)
     assert set(cells.snnls_s) == set(COMPONENTS)
@@ -116,26 +150,38 @@ def test_hyper_reduction_keeps_fewer_cells_and_the_error(small: Comparison) -> N
 
 
 def test_full_models_converge_with_the_mesh_and_the_step(small: Comparison) -> None:
-    """Cubic elements: at least third order from 4 to 8 cells; |e(2h)| = 4 |e(h/2)| where e is the distance from the run with h."""
+    """Cubic elements: at least third order from 4 to 8 cells; |e(2h)| = 4 |e(h/2)| where e is the
+    distance from the run with h.
+    """
     assert small["coarse-8"].position_error < small["coarse-4"].position_error / 8
     assert small["coarse-8"].max_error > 0
-    assert small["step-1e-3"].position_error == pytest.approx(4 * small["step-2.5e-4"].position_error, rel=0.3)
+    assert small["step-1e-3"].position_error == pytest.approx(
+        4 * small["step-2.5e-4"].position_error, rel=0.3
+    )
 
 
 def test_what_is_finer_than_the_reference_is_no_worse(small: Comparison) -> None:
-    """The distance of a finer step from the full model is the error of that: it stands in brackets, and in no front."""
+    """The distance of a finer step from the full model is the error of that: it stands in brackets,
+    and in no front.
+    """
     assert [record.name for record in small.records if record.finer] == ["step-2.5e-4"]
-    assert {point.name for point in figures.points(small)} == {record.name for record in small.records} - {"step-2.5e-4"}
+    assert {point.name for point in figures.points(small)} == {
+        record.name for record in small.records
+    } - {"step-2.5e-4"}
     rows = {row[0]: row for row in tables.overview(small, DisplayUnits()).rows}
     assert rows["step-2.5e-4"][4] == f"({small['step-2.5e-4'].max_error:.2e})"
     assert rows["step-1e-3"][4] == f"{small['step-1e-3'].max_error:.2e}"
     size = small["full"].dofs
     told = paper.origin_of({"source": "S", "models": {"full": {"dofs": [2 * size]}}}, small)
-    assert told.startswith(f"paper: S; here: {size} coordinates in the full model, {2 * size} there, compiled Python on ")
+    assert told.startswith(
+        f"paper: S; here: {size} coordinates in the full model, {2 * size} there, compiled Python on "
+    )
 
 
 def test_steps_that_meet_few_states_are_refused() -> None:
-    """0.333 ms meets steps of 0.5 ms at multiples of 166.5 ms alone: an error at t = 0 and four later instants is none."""
+    """0.333 ms meets steps of 0.5 ms at multiples of 166.5 ms alone: an error at t = 0 and four
+    later instants is none.
+    """
     task = task_for(models.double_pendulum(4, all_multipliers=True), 0.8, Plan(COMPONENTS, 1e-9))
     with pytest.raises(
         InputError,
@@ -163,11 +209,18 @@ def test_failures_are_records_with_their_reason() -> None:
     arch = [[np.sin(a), 0.0, np.cos(a) - 1.0] for a in np.linspace(0, 1, 9)]
     parts = [
         body.cable("I", models.polyline(np.array(arch)), models.SECTION, models.MATERIAL),
-        body.cable("II", models.segment(8, arch[-1], (arch[-1][0], 1.0, arch[-1][2])), models.SECTION, models.MATERIAL),
+        body.cable(
+            "II",
+            models.segment(8, arch[-1], (arch[-1][0], 1.0, arch[-1][2])),
+            models.SECTION,
+            models.MATERIAL,
+        ),
     ]
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     raw = assemble(parts, pins, [loads.Gravity((0, 0, -9.81))])
-    task = task_for(raw, 0.05, Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper=Elements(1e-3)))
+    task = task_for(
+        raw, 0.05, Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper=Elements(1e-3))
+    )
     found = comparison.run(task, ComparisonOptions(ffrf_modes=4, repeat=1, order=False))
     assert "more than 3 modes" in found["component"].status
     assert "straight" in found["ffrf"].status
@@ -188,10 +241,16 @@ def test_products_are_those_of_the_source() -> None:
 
 def test_row_widths_and_touched_coordinates() -> None:
     """C1 cubics: two functions a node, so six of them meet in a row, and a cell has four."""
-    spatial, planar = models.double_pendulum(6, all_multipliers=True), models.spin_up(6, all_multipliers=True)
+    spatial, planar = (
+        models.double_pendulum(6, all_multipliers=True),
+        models.spin_up(6, all_multipliers=True),
+    )
     assert costs.bandwidth(spatial) == 18
     assert costs.bandwidth(planar) == 12
-    assert costs.touched(spatial, {"I": np.array([0]), "II": np.array([2, 3])}) == {"I": 12, "II": 18}
+    assert costs.touched(spatial, {"I": np.array([0]), "II": np.array([2, 3])}) == {
+        "I": 12,
+        "II": 18,
+    }
 
 
 def test_ratios_of_two_records() -> None:
@@ -208,12 +267,22 @@ def test_ratios_of_two_records() -> None:
     assert full.pays_after_runs is None
 
 
-@pytest.mark.parametrize("duration,interval,expected", [(3.0, 5e-3, 2), (0.4, 5e-3, 1), (30.0, 5e-3, 10), (3.0, 3.5e-3, 1)])
-def test_stride_divides_the_interval_and_leaves_samples(duration: float, interval: float, expected: int) -> None:
-    assert runs.stride(Case(models.cantilever(1), GeneralizedAlpha(5e-4), duration), interval) == expected
+@pytest.mark.parametrize(
+    "duration,interval,expected",
+    [(3.0, 5e-3, 2), (0.4, 5e-3, 1), (30.0, 5e-3, 10), (3.0, 3.5e-3, 1)],
+)
+def test_stride_divides_the_interval_and_leaves_samples(
+    duration: float, interval: float, expected: int
+) -> None:
+    assert (
+        runs.stride(Case(models.cantilever(1), GeneralizedAlpha(5e-4), duration), interval)
+        == expected
+    )
 
 
-@pytest.mark.parametrize("number,text", [(1.25e-4, "1.25e-4"), (1e-12, "1e-12"), (0.02, "2e-2"), (5.0, "5e0")])
+@pytest.mark.parametrize(
+    "number,text", [(1.25e-4, "1.25e-4"), (1e-12, "1e-12"), (0.02, "2e-2"), (5.0, "5e0")]
+)
 def test_short_numbers(number: float, text: str) -> None:
     assert comparison.short(number) == text
 
@@ -233,17 +302,27 @@ def test_reduced_models_iterate_below_their_truncation() -> None:
 
 
 def test_snapshots_are_sharper_than_the_modes_kept() -> None:
-    assert plan.newton_for(Newton(1e-9), 1e-10).tolerance == pytest.approx(1e-11, rel=1e-12, abs=0.0)
+    assert plan.newton_for(Newton(1e-9), 1e-10).tolerance == pytest.approx(
+        1e-11, rel=1e-12, abs=0.0
+    )
     assert plan.newton_for(Newton(1e-9), 1e-4).tolerance == 1e-9
     assert plan.newton_for(Newton(1e-9), 1e-18).tolerance == plan.FINEST
 
 
 @pytest.mark.parametrize("hyper,kept", [(Elements(1e-3), (18, 18)), (Points(1e-3), (18, 19))])
-def test_example_2_at_component_level(example_2: Full, hyper: HyperReduction, kept: tuple[int, int]) -> None:
-    """eps 1e-12, eta 1e-3: the sizes of the source (18 + 18 elements) within three, the error below 1.2e-4."""
+def test_example_2_at_component_level(
+    example_2: Full, hyper: HyperReduction, kept: tuple[int, int]
+) -> None:
+    """eps 1e-12, eta 1e-3: the sizes of the source (18 + 18 elements) within three, the error below
+    1.2e-4.
+    """
     model = trained(example_2, Plan(COMPONENTS, 1e-12, None, hyper))
-    assert [basis.modes.shape[1] for basis in model.bases.values()] == pytest.approx([23, 23], abs=2)
-    assert [len(selection.sample.indices) for selection in model.selections] == pytest.approx(kept, abs=3)
+    assert [basis.modes.shape[1] for basis in model.bases.values()] == pytest.approx(
+        [23, 23], abs=2
+    )
+    assert [len(selection.sample.indices) for selection in model.selections] == pytest.approx(
+        kept, abs=3
+    )
     assert error(example_2, model.system) < 1.2e-4
 
 

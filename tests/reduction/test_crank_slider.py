@@ -1,4 +1,6 @@
-"""Example 3 on coarse meshes over its first 4 ms: all reduced models of its Table 4, the exact polynomial, files, tolerances."""
+"""Example 3 on coarse meshes over its first 4 ms: all reduced models of its Table 4, the exact
+polynomial, files, tolerances.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,9 @@ def sharp(raw: System) -> Trajectory:
 
 
 def task_for(raw: System, plan: Plan) -> TrainingTask:
-    return task_of(Case(raw, SCHEME, DURATION, Newton(1e-12)), plan, TIMES, partial(build.chosen_form, SCENE))
+    return task_of(
+        Case(raw, SCHEME, DURATION, Newton(1e-12)), plan, TIMES, partial(build.chosen_form, SCENE)
+    )
 
 
 def component(raw: System, run: Trajectory, eps: float) -> ReducedModel:
@@ -68,7 +72,9 @@ def test_all_models_are_run(found: Comparison) -> None:
 
 
 def test_dependent_rows_are_dropped(found: Comparison) -> None:
-    """12 rows of orthonormal axes and 7 of joints; 6 are independent by component and 4 for the system (paper: 550 in full)."""
+    """12 rows of orthonormal axes and 7 of joints; 6 are independent by component and 4 for the
+    system (paper: 550 in full).
+    """
     assert found["full"].constraints == 19
     assert [found[level].constraints for level in LEVELS] == [4, 6]
 
@@ -83,9 +89,15 @@ def test_the_exact_polynomial_is_the_reduced_model(found: Comparison, level: str
 
 @pytest.mark.parametrize("name", MODELS)
 def test_errors_are_those_of_truncation(found: Comparison, name: str) -> None:
-    """37 modes for all and 30 + 31 by component at eps = 1e-16, errors (53) 1.3e-5 and 8.1e-7 (our own figures)."""
+    """37 modes for all and 30 + 31 by component at eps = 1e-16, errors (53) 1.3e-5 and 8.1e-7 (our
+    own figures).
+    """
     record = found[name]
-    modes, bound = ({"system": 37}, 1.5e-5) if name.startswith("system") else ({"crank": 30, "linkage": 31}, 9e-7)
+    modes, bound = (
+        ({"system": 37}, 1.5e-5)
+        if name.startswith("system")
+        else ({"crank": 30, "linkage": 31}, 9e-7)
+    )
     assert record.modes == pytest.approx(modes, abs=1)
     assert record.coordinates_error < bound
     assert record.median_error < record.max_error
@@ -97,7 +109,10 @@ def test_newton_below_truncation_changes_nothing(raw: System, sharp: Trajectory)
     last = np.inf
     for eps in (1e-12, 1e-14, 1e-16):
         model = component(raw, sharp, eps).system
-        runs = [integrate(model, SCHEME, DURATION, Newton(tolerance), np.arange(0, 401, 5)) for tolerance in (1e-12, 1e-13)]
+        runs = [
+            integrate(model, SCHEME, DURATION, Newton(tolerance), np.arange(0, 401, 5))
+            for tolerance in (1e-12, 1e-13)
+        ]
         rough, fine = (reduction.compare(sharp, run).maximum for run in runs)
         assert rough == pytest.approx(fine, rel=0.01)
         assert fine < 0.5 * last
@@ -106,7 +121,9 @@ def test_newton_below_truncation_changes_nothing(raw: System, sharp: Trajectory)
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_sampling_keeps_the_error(found: Comparison, level: str) -> None:
-    plain, cells, points = (found[name] for name in (level, f"{level}+ecsw", f"{level}+ecsw-points"))
+    plain, cells, points = (
+        found[name] for name in (level, f"{level}+ecsw", f"{level}+ecsw-points")
+    )
     assert sum(plain.elements.values()) == 192 + 288
     assert sum(plain.points.values()) == 9 * (192 + 288)
     assert sum(cells.elements.values()) < 192 + 288
@@ -115,15 +132,28 @@ def test_sampling_keeps_the_error(found: Comparison, level: str) -> None:
 
 
 def test_parts_of_the_time_are_calls_times_the_time_of_one(found: Comparison) -> None:
-    """Tangents are turned at no cost, but that of one polynomial for two bodies, which turn by different angles."""
+    """Tangents are turned at no cost, but that of one polynomial for two bodies, which turn by
+    different angles.
+    """
     for record in found.records:
         calls, factored = record.iterations, record.factorisations
         tangents = factored if record.name == "system+exact" else 0
-        assert record.force_s + record.product_s == calls * PRICES["force"] + tangents * PRICES["tangent"]
-        assert record.solve_s == calls * PRICES["solution"] + factored * PRICES["factor"] - tangents * PRICES["tangent"]
+        assert (
+            record.force_s + record.product_s
+            == calls * PRICES["force"] + tangents * PRICES["tangent"]
+        )
+        assert (
+            record.solve_s
+            == calls * PRICES["solution"]
+            + factored * PRICES["factor"]
+            - tangents * PRICES["tangent"]
+        )
         products, rest = divmod(record.product_s, calls * PRICES["product"])
         assert rest == 0.0
-        assert (products % 2, products > 0) == (0, record.family in found.models and record.hyper != "exact")  # gather and scatter
+        assert (products % 2, products > 0) == (
+            0,
+            record.family in found.models and record.hyper != "exact",
+        )  # gather and scatter
 
 
 def test_the_step_has_an_error_of_its_own(found: Comparison) -> None:
@@ -136,8 +166,12 @@ def test_the_step_has_an_error_of_its_own(found: Comparison) -> None:
 
 
 def test_coordinates_behind_rims_are_those_of_their_frames(raw: System) -> None:
-    """All cells touch all coordinates of the plates: 3134 less the 2 of the slider, which has no cells."""
-    everything = {e.name: np.arange(count) for e, count in zip(raw.elastic, (192, 288), strict=True)}
+    """All cells touch all coordinates of the plates: 3134 less the 2 of the slider, which has no
+    cells.
+    """
+    everything = {
+        e.name: np.arange(count) for e, count in zip(raw.elastic, (192, 288), strict=True)
+    }
     assert sum(costs.touched(raw, everything).values()) == raw.size - 2
 
 
@@ -149,7 +183,9 @@ def test_bodies_with_one_basis_share_a_polynomial(found: Comparison) -> None:
     assert two == pytest.approx(one, rel=1e-8)
 
 
-@pytest.mark.parametrize("name", ["component+exact", "system+exact", "component+ecsw", "component+ecsw-points"])
+@pytest.mark.parametrize(
+    "name", ["component+exact", "system+exact", "component+ecsw", "component+ecsw-points"]
+)
 def test_saved_models_run_without_meshes(found: Comparison, name: str, tmp_path: Path) -> None:
     path = files.save(found.models[name].system, tmp_path / "model.h5")
     alone = integrate(files.load(path), SCHEME, 0.001, Newton(1e-12))
@@ -165,7 +201,12 @@ def test_a_polynomial_of_another_length_is_damage(found: Comparison, tmp_path: P
     system = found.models["component+exact"].system
     first, *others = system.elastic
     assert isinstance(first.gather, Quartic)
-    short = dataclasses.replace(first, gather=dataclasses.replace(first.gather, coefficients=first.gather.coefficients[:-8].copy()))
+    short = dataclasses.replace(
+        first,
+        gather=dataclasses.replace(
+            first.gather, coefficients=first.gather.coefficients[:-8].copy()
+        ),
+    )
     path = files.save(dataclasses.replace(system, elastic=(short, *others)), tmp_path / "model.h5")
     with pytest.raises(CorruptFile, match=r"coefficients: expected an array"):
         files.load(path)

@@ -1,4 +1,6 @@
-"""DEIM: its rows and error bound (Chaturantabut and Sorensen 2010, doi 10.1137/090766498), its limit, and its instability."""
+"""DEIM: its rows and error bound (Chaturantabut and Sorensen 2010, doi 10.1137/090766498), its
+limit, and its instability.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ def interpolated(system: System) -> deim.Interpolated:
 
 
 def test_rows_follow_algorithm_1() -> None:
-    """The largest entry first; every further one is where the residual of interpolation is largest, so no row comes twice."""
+    """The largest entry first; every further one is where the residual of interpolation is largest,
+    so no row comes twice.
+    """
     Z = modes()
     found = deim.interpolation(Z)
     assert found.rows[0] == np.abs(Z[:, 0]).argmax()
@@ -57,7 +61,9 @@ def test_the_error_stays_below_its_bound() -> None:
         np.testing.assert_allclose(near[found.rows], f[found.rows], atol=1e-12)
 
 
-def test_the_tangent_is_the_derivative_of_the_force_and_not_symmetric(coarse: Full, small: Reduced) -> None:
+def test_the_tangent_is_the_derivative_of_the_force_and_not_symmetric(
+    coarse: Full, small: Reduced
+) -> None:
     model = interpolated(deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-12))
     x, d = small.states[200], np.random.default_rng(3).normal(size=small.system.size)
     K, e, still = model.tangent(x, 0.0), 1e-6, 0 * x
@@ -66,16 +72,23 @@ def test_the_tangent_is_the_derivative_of_the_force_and_not_symmetric(coarse: Fu
     assert np.abs(K - K.T).max() > 1e-3 * np.abs(K).max()
 
 
-def test_all_modes_give_the_projected_force_and_springs_act_once(coarse: Full, small: Reduced) -> None:
+def test_all_modes_give_the_projected_force_and_springs_act_once(
+    coarse: Full, small: Reduced
+) -> None:
     springs, V = 3.0 * eye_array(coarse.raw.size), np.asarray(small.system.lift.matrix)
-    raw, reduced = replace(coarse.raw, stiffness=csr_array(springs)), replace(small.system, stiffness=V.T @ (springs @ V))
+    raw, reduced = (
+        replace(coarse.raw, stiffness=csr_array(springs)),
+        replace(small.system, stiffness=V.T @ (springs @ V)),
+    )
     system, x = deim.train(raw, reduced, small.components, coarse.data, 1e-24), small.states[300]
     found, exact = (compiled.forces(compile_system(one), x, 0 * x) for one in (system, reduced))
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7 * np.abs(exact).max())
 
 
 def test_deim_is_unstable_where_ecsw_is_not(coarse: Full, small: Reduced) -> None:
-    """Of 102 + 102 rows DEIM reads 41 + 40 and breaks down at 0.052 s with any step; ECSW of 16 + 16 cells keeps its energy."""
+    """Of 102 + 102 rows DEIM reads 41 + 40 and breaks down at 0.052 s with any step; ECSW of 16 +
+    16 cells keeps its energy.
+    """
     system = deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-8)
     assert [len(part.rows) for part in interpolated(system).parts.values()] == [41, 40]
     for step in (5e-4, 2.5e-4):

@@ -1,4 +1,6 @@
-"""Sparse non-negative least squares: exact solutions, tolerance, comparison with scipy, and a hyper-reduced string of bars."""
+"""Sparse non-negative least squares: exact solutions, tolerance, comparison with scipy, and a
+hyper-reduced string of bars.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,12 @@ def relative(G: np.ndarray, w: np.ndarray, b: np.ndarray) -> float:
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10**6), i=st.integers(3, 60), e=st.integers(1, 40), exponent=st.integers(1, 10))
+@given(
+    seed=st.integers(0, 10**6),
+    i=st.integers(3, 60),
+    e=st.integers(1, 40),
+    exponent=st.integers(1, 10),
+)
 def test_tolerance_and_signs(seed: int, i: int, e: int, exponent: int) -> None:
     rng = np.random.default_rng(seed)
     G = rng.standard_normal((i, e)) + rng.uniform(0.0, 2.0)
@@ -58,12 +65,17 @@ def test_the_least_residual_is_that_of_scipy(seed: int, i: int, e: int) -> None:
         best = caught.value.best
         assert caught.value.reason is Reason.NOT_CONVERGED
         assert f"{least:.3g} with {len(best.indices)} columns" in str(caught.value)
-        assert relative(G, dense(best, e), b) == pytest.approx(best.residual) == pytest.approx(least, rel=1e-8)
+        assert (
+            relative(G, dense(best, e), b)
+            == pytest.approx(best.residual)
+            == pytest.approx(least, rel=1e-8)
+        )
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-11])
 def test_a_sparse_solution_is_found_exactly(tolerance: float) -> None:
-    # b from 6 of 40 columns that are linearly independent: the minimiser is unique, so the exact weights come back
+    # b from 6 of 40 columns that are linearly independent: the minimiser is unique, so the exact
+    # weights come back
     rng = np.random.default_rng(3)
     G = rng.uniform(-1.0, 1.0, (200, 40))
     expected = np.zeros(40)
@@ -83,7 +95,8 @@ def test_a_column_that_must_leave_again_leaves() -> None:
 
 
 def test_quadrature_points_are_found() -> None:
-    # moments of 41 equidistant points up to degree 5: six equations at most, so at most six points are kept
+    # moments of 41 equidistant points up to degree 5: six equations at most, so at most six points
+    # are kept
     x = np.linspace(-1.0, 1.0, 41)
     G = np.polynomial.legendre.legvander(x, 5).T
     sample = ecsw.weights(G, 1e-12)
@@ -127,7 +140,10 @@ def test_blocks_of_any_size_give_the_same_as_the_whole() -> None:
 def test_small_tolerances_survive_bad_conditioning() -> None:
     # columns whose Gram matrix has lost half of the digits
     rng = np.random.default_rng(12)
-    u, v = np.linalg.qr(rng.standard_normal((400, 30)))[0], np.linalg.qr(rng.standard_normal((30, 30)))[0]
+    u, v = (
+        np.linalg.qr(rng.standard_normal((400, 30)))[0],
+        np.linalg.qr(rng.standard_normal((30, 30)))[0],
+    )
     G = (u * 10.0 ** -np.linspace(0.0, 7.0, 30)) @ v.T
     b = G.sum(axis=1)
     kept = []
@@ -152,7 +168,8 @@ def test_copies_and_empty_columns_do_no_harm() -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 def test_copies_do_not_spoil_a_search_to_the_end(tolerance: float) -> None:
-    # b lies outside the cone, so that every column is tried; nearly equal ones must not be taken together
+    # b lies outside the cone, so that every column is tried; nearly equal ones must not be taken
+    # together
     rng = np.random.default_rng(21)
     for _ in range(20):
         column, b = rng.standard_normal((30, 8)), rng.standard_normal(30)
@@ -177,7 +194,9 @@ def test_the_unit_of_force_does_not_matter(factor: float) -> None:
 
 
 def bar_forces(q: np.ndarray) -> np.ndarray:
-    """End forces (s,e,4) of a string of bars with energy (|r'|^2 - 1)^2 / 4 for node positions q (s, nodes, 2)."""
+    """End forces (s,e,4) of a string of bars with energy (|r'|^2 - 1)^2 / 4 for node positions q
+    (s, nodes, 2).
+    """
     slope = np.diff(q, axis=1) * (q.shape[1] - 1)
     stress = (np.sum(slope**2, axis=2) - 1.0)[:, :, None] * slope
     return np.concatenate([-stress, stress], axis=2)
@@ -186,15 +205,23 @@ def bar_forces(q: np.ndarray) -> np.ndarray:
 def string(cells: int, times: np.ndarray) -> np.ndarray:
     """Node positions (s, nodes, 2) of a string that is swept by a growing wave."""
     xi, t = np.linspace(0.0, 1.0, cells + 1)[None, :], times[:, None]
-    return np.stack([xi * (1.0 - 0.3 * t**2), 0.2 * t * xi * np.sin(2.0 * np.pi * (1.5 * xi - 2.0 * t))], axis=2)
+    return np.stack(
+        [xi * (1.0 - 0.3 * t**2), 0.2 * t * xi * np.sin(2.0 * np.pi * (1.5 * xi - 2.0 * t))], axis=2
+    )
 
 
 def test_a_hyper_reduced_string_reproduces_the_reduced_force() -> None:
     cells = 60
-    training, unseen = (string(cells, t) for t in (np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 41)[:-1] + 0.0125))
+    training, unseen = (
+        string(cells, t)
+        for t in (np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 41)[:-1] + 0.0125)
+    )
     basis = pod.basis(training.reshape(41, -1).T, tolerance=1e-10)
     local = np.stack([basis.modes[2 * e : 2 * e + 4] for e in range(cells)])
-    G, check = (np.einsum("ebr,seb->sre", local, bar_forces(q)).reshape(-1, cells) for q in (training, unseen))
+    G, check = (
+        np.einsum("ebr,seb->sre", local, bar_forces(q)).reshape(-1, cells)
+        for q in (training, unseen)
+    )
     sizes = []
     for tolerance in (1e-1, 1e-2, 1e-3):
         sample = ecsw.weights(G, tolerance)
@@ -221,7 +248,9 @@ def test_a_hyper_reduced_string_reproduces_the_reduced_force() -> None:
         (np.eye(3), 1e-3, np.array([1.0, np.nan, 0.0]), "b as 3 finite numbers"),
     ],
 )
-def test_bad_input_is_refused(G: np.ndarray, tolerance: float, b: np.ndarray | None, message: str) -> None:
+def test_bad_input_is_refused(
+    G: np.ndarray, tolerance: float, b: np.ndarray | None, message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         ecsw.weights(G, tolerance, b=b)
 
@@ -235,6 +264,8 @@ def test_bad_blocks_are_refused() -> None:
         ecsw.gram([np.eye(3)], np.ones(5))
     with pytest.raises(InputError, match="compressed form"):
         ecsw.weights_from_gram(ecsw.gram(np.eye(3)), 1e-9)
-    with pytest.raises(ecsw.NotReached, match=r"relative residual of 0\.001, got 0\.707 with 1 columns") as caught:
+    with pytest.raises(
+        ecsw.NotReached, match=r"relative residual of 0\.001, got 0\.707 with 1 columns"
+    ) as caught:
         ecsw.weights_from_gram(ecsw.gram(np.eye(2), np.array([1.0, -1.0])), 1e-3)
     assert (caught.value.best.indices.tolist(), caught.value.best.weights.tolist()) == ([0], [1.0])

@@ -1,4 +1,6 @@
-"""Floating frame with linear modes: its frequencies, where it is right, and where and why it is wrong."""
+"""Floating frame with linear modes: its frequencies, where it is right, and where and why it is
+wrong.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +26,22 @@ def spun(rate: float, cells: int = 32) -> System:
     """Example 1 with another final rate [rad/s]."""
     beam = body.cable("beam", models.segment(cells), models.SECTION, models.MATERIAL, dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
-    drive = joints.DrivenAngle("drive", root, of_time(SPIN_UP, {"Ts": models.SPIN_TIME, "ws": rate}))
-    return assemble([beam], [joints.Pin("hinge", root), drive], outputs={"tip": probes.Deflection(tip, root)})
+    drive = joints.DrivenAngle(
+        "drive", root, of_time(SPIN_UP, {"Ts": models.SPIN_TIME, "ws": rate})
+    )
+    return assemble(
+        [beam], [joints.Pin("hinge", root), drive], outputs={"tip": probes.Deflection(tip, root)}
+    )
 
 
 def test_frequencies_are_those_of_the_clamped_beam(example_1: Full) -> None:
-    # Euler and Bernoulli: omega_i = (beta_i L)^2 sqrt(EI / (rhoA L^4)), beta_i L = 1.87510, 4.69409, 7.85476
+    # Euler and Bernoulli: omega_i = (beta_i L)^2 sqrt(EI / (rhoA L^4)), beta_i L = 1.87510,
+    # 4.69409, 7.85476
     cells = example_1.raw.elastic[0].gather
     _, squares = ffrf.floating_fields(example_1.raw, "beam", cells, 3)  # type: ignore[arg-type]
-    expected = np.array([1.875104069, 4.694091133, 7.854757438]) ** 2 * np.sqrt(1e9 * 0.01**2 / 16 / 1800)
+    expected = np.array([1.875104069, 4.694091133, 7.854757438]) ** 2 * np.sqrt(
+        1e9 * 0.01**2 / 16 / 1800
+    )
     assert np.allclose(np.sqrt(squares), expected, rtol=3e-6)
 
 
@@ -65,6 +74,12 @@ def test_frame_and_modes_stay_orthonormal(example_1: Full) -> None:
 def test_a_curved_beam_is_refused() -> None:
     angles = np.linspace(0.0, 1.0, 9)
     mesh = models.polyline(np.column_stack([np.sin(angles), 1 - np.cos(angles), 0 * angles]))
-    raw = assemble([body.cable("arc", mesh, models.SECTION, models.MATERIAL, dim=2)], [joints.Clamp("c", At("arc", "left"))])
-    with pytest.raises(InputError, match="body 'arc': expected a straight reference line for a floating frame, got a curved one"):
+    raw = assemble(
+        [body.cable("arc", mesh, models.SECTION, models.MATERIAL, dim=2)],
+        [joints.Clamp("c", At("arc", "left"))],
+    )
+    with pytest.raises(
+        InputError,
+        match="body 'arc': expected a straight reference line for a floating frame, got a curved one",
+    ):
         reduction.reduce_floating(raw)

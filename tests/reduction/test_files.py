@@ -1,4 +1,6 @@
-"""Files of reduced models: the same bits back, in a process that knows nothing else, and damage of every kind."""
+"""Files of reduced models: the same bits back, in a process that knows nothing else, and damage of
+every kind.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,11 @@ def saved(sampled: System, tmp_path: Path) -> Path:
 def same(a: object, b: object) -> bool:
     """Equal values of equal types, arrays bit for bit."""
     if isinstance(a, np.ndarray):
-        layout = isinstance(b, np.ndarray) and a.dtype == b.dtype and a.flags.c_contiguous == b.flags.c_contiguous
+        layout = (
+            isinstance(b, np.ndarray)
+            and a.dtype == b.dtype
+            and a.flags.c_contiguous == b.flags.c_contiguous
+        )
         return layout and np.array_equal(a, b)
     if hasattr(a, "indptr"):
         return (
@@ -64,7 +70,9 @@ def same(a: object, b: object) -> bool:
             and all(same(getattr(a, k), getattr(b, k)) for k in ("data", "indices", "indptr"))
         )
     if hasattr(a, "__dataclass_fields__"):
-        return type(a) is type(b) and all(same(getattr(a, k), getattr(b, k)) for k in a.__dataclass_fields__)
+        return type(a) is type(b) and all(
+            same(getattr(a, k), getattr(b, k)) for k in a.__dataclass_fields__
+        )
     if isinstance(a, tuple | list):
         return type(a) is type(b) and len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, dict):
@@ -72,11 +80,15 @@ def same(a: object, b: object) -> bool:
     return type(a) is type(b) and a == b
 
 
-def test_a_model_runs_again_in_another_process(sampled: System, saved: Path, tmp_path: Path) -> None:
+def test_a_model_runs_again_in_another_process(
+    sampled: System, saved: Path, tmp_path: Path
+) -> None:
     run = integrate(sampled, SCHEME, 0.1)
     result = tmp_path / "child.npz"
     command = [sys.executable, "-c", CHILD, str(saved), str(result)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=dict(os.environ))
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, env=dict(os.environ)
+    )
     assert done.returncode == 0, done.stderr
     with np.load(result) as child:
         assert np.array_equal(child["x"], run.x)
@@ -85,7 +97,9 @@ def test_a_model_runs_again_in_another_process(sampled: System, saved: Path, tmp
             assert np.array_equal(child[name], values, equal_nan=True)
 
 
-def test_everything_comes_back(sampled: System, coarse: Full, small: Reduced, tmp_path: Path) -> None:
+def test_everything_comes_back(
+    sampled: System, coarse: Full, small: Reduced, tmp_path: Path
+) -> None:
     _, selections = hyper_reduced(small)
     force = force_laws.one("moment_3", (0, 1, 2), (0.0, 0.0, 1.0), (0,))
     signals = (of_time("a*sin(t)", {"a": 0.1}), Cosine(of_time("t**2")), Sine(of_time(2.0)))
@@ -117,9 +131,15 @@ def test_driven_models_keep_their_drive(tmp_path: Path) -> None:
 
 def test_python_functions_are_refused(sampled: System, tmp_path: Path) -> None:
     for signal in (np.sin, Cosine(lambda t: t)):
-        with pytest.raises(InputError, match=r"system\.signals\[0\].*a function of time that a file can hold.*core\.expressions"):
+        with pytest.raises(
+            InputError,
+            match=r"system\.signals\[0\].*a function of time that a file can hold.*core\.expressions",
+        ):
             files.save(replace(sampled, signals=(signal,)), tmp_path / "model.rom")
-    with pytest.raises(InputError, match=r"notes\.load: expected numbers, texts, arrays, tuples, lists or dicts, got Gravity"):
+    with pytest.raises(
+        InputError,
+        match=r"notes\.load: expected numbers, texts, arrays, tuples, lists or dicts, got Gravity",
+    ):
         files.save(sampled, tmp_path / "model.rom", load=loads.Gravity((0, 0, -1)))
     assert not list(tmp_path.iterdir())
 
@@ -137,12 +157,16 @@ def test_a_file_appears_when_it_is_complete(sampled: System, saved: Path, tmp_pa
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.99])
-def test_a_full_disk_is_an_error_wherever_the_file_meets_it(part: float, sampled: System, saved: Path) -> None:
+def test_a_full_disk_is_an_error_wherever_the_file_meets_it(
+    part: float, sampled: System, saved: Path
+) -> None:
     """The largest size of a file stands for the room that is left; the file that is there stays."""
     before, (soft, hard) = saved.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(part * len(before)), hard))
     try:
-        with pytest.raises(NoRoom, match=r"model\.rom: expected room on the disk, got file too large; make room"):
+        with pytest.raises(
+            NoRoom, match=r"model\.rom: expected room on the disk, got file too large; make room"
+        ):
             files.save(sampled, saved, training={"E": 2e9})
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
@@ -153,7 +177,9 @@ def test_a_full_disk_is_an_error_wherever_the_file_meets_it(part: float, sampled
 def test_any_damage_is_found(saved: Path) -> None:
     size = len(saved.read_bytes())
     check_damage_is_found(saved, files.load)
-    with pytest.raises(CorruptFile, match=f"bytes {size - container.HEADER}, got {size // 2 - container.HEADER}"):
+    with pytest.raises(
+        CorruptFile, match=f"bytes {size - container.HEADER}, got {size // 2 - container.HEADER}"
+    ):
         files.load(saved)
 
 
@@ -165,10 +191,16 @@ def test_foreign_and_newer_files_are_named(saved: Path, tmp_path: Path) -> None:
         files.load(foreign)
     whole = saved.read_bytes()
     saved.write_bytes(whole.replace(b"version 4\n", b"version 3\n", 1))
-    with pytest.raises(CorruptFile, match=r"got version 3; it was written before release 0\.2\.0: train and save the model anew"):
+    with pytest.raises(
+        CorruptFile,
+        match=r"got version 3; it was written before release 0\.2\.0: train and save the model anew",
+    ):
         files.load(saved)
     saved.write_bytes(whole.replace(b"version 4\n", b"version 5\n", 1))
-    with pytest.raises(CorruptFile, match="expected version 4 of the format, got version 5; it was written by a newer release"):
+    with pytest.raises(
+        CorruptFile,
+        match="expected version 4 of the format, got version 5; it was written by a newer release",
+    ):
         files.load(saved)
 
 
@@ -176,13 +208,19 @@ def test_foreign_and_newer_files_are_named(saved: Path, tmp_path: Path) -> None:
     "old, new, message",
     [
         (b'"type": "Affine"', b'"type": "Popen0"', "the unknown type Popen0"),
-        (b'"beta": ', b'"bela": ', r"other fields of Elastic .* missing \['beta'\], unknown \['bela'\]"),
+        (
+            b'"beta": ',
+            b'"bela": ',
+            r"other fields of Elastic .* missing \['beta'\], unknown \['bela'\]",
+        ),
         (b'"order": "C"', b'"ardar": "C"', "order"),
         (b'{"tuple"', b'{"tuplx"', "an unknown kind of value"),
         (b'"array": 0,', b'"array":-0x', "Expecting"),
     ],
 )
-def test_content_of_another_shape_is_named(saved: Path, old: bytes, new: bytes, message: str) -> None:
+def test_content_of_another_shape_is_named(
+    saved: Path, old: bytes, new: bytes, message: str
+) -> None:
     # changed on purpose, with a checksum that fits
     data = saved.read_bytes()
     assert old in data

@@ -1,4 +1,6 @@
-"""Parts are held against finer ones: what they err by is known and told in every door, and parts that are good are silent."""
+"""Parts are held against finer ones: what they err by is known and told in every door, and parts
+that are good are silent.
+"""
 
 from __future__ import annotations
 
@@ -71,19 +73,31 @@ def pinned() -> Part:
     return part_files.train(arm(), states())
 
 
-def hung(body: Body, weight: np.ndarray = WEIGHT, *more: loads.Load, damping: Rayleigh | None = None) -> System:
+def hung(
+    body: Body, weight: np.ndarray = WEIGHT, *more: loads.Load, damping: Rayleigh | None = None
+) -> System:
     """The arm clamped at its left end, bent by little."""
-    held, seen = [joints.Weld("A", At("arm", "left"))], {"free": probes.Position(At("arm", "right"))}
+    held, seen = (
+        [joints.Weld("A", At("arm", "left"))],
+        {"free": probes.Position(At("arm", "right"))},
+    )
     return eliminate(assemble([body], held, [loads.Gravity(tuple(weight)), *more], damping, seen))
 
 
-def clamped(body: Body, weight: np.ndarray = WEIGHT, *more: loads.Load, damping: Rayleigh | None = None) -> Trajectory:
+def clamped(
+    body: Body, weight: np.ndarray = WEIGHT, *more: loads.Load, damping: Rayleigh | None = None
+) -> Trajectory:
     return integrate(hung(body, weight, *more, damping=damping), SCHEME, 0.6, SHARP, 3)
 
 
 def errors(full: Trajectory, part: Trajectory) -> dict[str, float]:
     """True errors of outputs by column, over the ranges that count here."""
-    found = output_errors.between(output_errors.columns(full), output_errors.columns(part), full.system.outputs, finer_parts.QUIET)
+    found = output_errors.between(
+        output_errors.columns(full),
+        output_errors.columns(part),
+        full.system.outputs,
+        finer_parts.QUIET,
+    )
     return {name: one.relative for name, one in found.items() if np.isfinite(one.relative)}
 
 
@@ -104,9 +118,13 @@ def silent(make: Callable[[], Trajectory]) -> Trajectory:
 
 
 @pytest.mark.parametrize("damping", [None, Rayleigh(20.0, 0.1)])
-def test_a_clamp_that_the_training_has_not_seen_is_told_with_its_error(damping: Rayleigh | None) -> None:
+def test_a_clamp_that_the_training_has_not_seen_is_told_with_its_error(
+    damping: Rayleigh | None,
+) -> None:
     """Where no strain leaves the training; not of a part that was trained with moments."""
-    with pytest.warns(Notice, match=rf"parts 'arm' {TOLD}.* --alone --push .* --moment .* --fastest .* --continue"):
+    with pytest.warns(
+        Notice, match=rf"parts 'arm' {TOLD}.* --alone --push .* --moment .* --fastest .* --continue"
+    ):
         run = clamped(pinned().body, damping=damping)
     full = clamped(arm(), damping=damping)
     assert check_known(full, run) > 0.02
@@ -115,8 +133,12 @@ def test_a_clamp_that_the_training_has_not_seen_is_told_with_its_error(damping: 
 
 
 @pytest.mark.parametrize(("eps", "error", "told"), [(1e-6, 0.4, True), (1e-8, 0.004, False)])
-def test_a_motion_that_is_too_stiff_is_told_without_outputs_as_well(eps: float, error: float, told: bool) -> None:
-    """Few functions stretch an arm that bends: its end falls by 40 % too little, and all strains are those of the training."""
+def test_a_motion_that_is_too_stiff_is_told_without_outputs_as_well(
+    eps: float, error: float, told: bool
+) -> None:
+    """Few functions stretch an arm that bends: its end falls by 40 % too little, and all strains
+    are those of the training.
+    """
     small = part_files.coarsen(alone(), eps)
 
     def fall(body: Body) -> Trajectory:
@@ -132,17 +154,29 @@ def test_a_motion_that_is_too_stiff_is_told_without_outputs_as_well(eps: float, 
         warnings.simplefilter("always", Notice)
         found = fall(small.body)
     wanted = path(fall(arm()))
-    distance = np.linalg.norm(path(found) - wanted, axis=0).max() / np.linalg.norm(wanted, axis=0).max()
+    distance = (
+        np.linalg.norm(path(found) - wanted, axis=0).max() / np.linalg.norm(wanted, axis=0).max()
+    )
     assert distance == pytest.approx(error, rel=0.1)
     assert found.part_errors == {"arm places": pytest.approx(distance, rel=0.2)}
     said = [str(one.message) for one in seen if one.category is Notice]
-    assert ["'arm' do not stand for their bodies here, arm places is off by" in text for text in said] == [True] * told
+    assert [
+        "'arm' do not stand for their bodies here, arm places is off by" in text for text in said
+    ] == [True] * told
 
 
 def test_a_plate_that_stretches_where_it_bends_is_told_where_it_has_many_functions() -> None:
-    """Three corners are held of a plate that was trained with one: 78 of its 144 functions err by 5 % of what it moves."""
+    """Three corners are held of a plate that was trained with one: 78 of its 144 functions err by 5
+    % of what it moves.
+    """
     full = plate("sheet", rectangle("bfs", 5, 5, 0.5, 0.5), 3e-3, Material(2e9, 1200.0, 0.3), dim=3)
-    part = part_files.train(full, excite(full, Excitation(runs=1, duration=0.4, samples=200, step=1e-3)), 1e-10, None, None)
+    part = part_files.train(
+        full,
+        excite(full, Excitation(runs=1, duration=0.4, samples=200, step=1e-3)),
+        1e-10,
+        None,
+        None,
+    )
 
     def corner(body: Body) -> Trajectory:
         held = [joints.Pin(name, At("sheet", name)) for name in "abd"]
@@ -176,7 +210,9 @@ def test_a_load_path_by_arc_length_is_held_against_that_of_a_finer_part() -> Non
         found = bent(pinned().body)
     wanted = bent(arm())
     ends = [outputs(one)["free_z"][-1] for one in (found, wanted)]
-    assert (found.part_errors or {})["free_z"] == pytest.approx(abs(ends[0] / ends[1] - 1.0), rel=0.2)
+    assert (found.part_errors or {})["free_z"] == pytest.approx(
+        abs(ends[0] / ends[1] - 1.0), rel=0.2
+    )
     silent(lambda: bent(alone().body))
 
 
@@ -189,13 +225,20 @@ def passing(t: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("history", [late, passing])
-def test_the_worst_of_equilibria_over_time_is_told(history: Callable[[np.ndarray], np.ndarray]) -> None:
+def test_the_worst_of_equilibria_over_time_is_told(
+    history: Callable[[np.ndarray], np.ndarray],
+) -> None:
     """At the last one, or in the middle of a load that goes and comes back."""
-    held, pull = [joints.Weld("A", At("arm", "left"))], loads.PointForce("F", At("arm", "right"), (0.0, 0.0, 0.1), history)
+    held, pull = (
+        [joints.Weld("A", At("arm", "left"))],
+        loads.PointForce("F", At("arm", "right"), (0.0, 0.0, 0.1), history),
+    )
     seen = {"free": probes.Position(At("arm", "right"))}
 
     def bent(body: Body) -> Trajectory:
-        return solve_equilibria(eliminate(assemble([body], held, [pull], outputs=seen)), np.linspace(0.0, 3.0, 5))
+        return solve_equilibria(
+            eliminate(assemble([body], held, [pull], outputs=seen)), np.linspace(0.0, 3.0, 5)
+        )
 
     with pytest.warns(Notice, match=TOLD):
         run = bent(pinned().body)
@@ -213,11 +256,21 @@ analysis: {type: ANALYSIS}
 
 
 @pytest.mark.parametrize("analysis", ["dynamic, duration: 0.2 s, step: 2 ms", "static"])
-def test_strict_keeps_the_results_of_a_run_that_is_found_outside_when_it_is_over(tmp_path: Path, analysis: str) -> None:
+def test_strict_keeps_the_results_of_a_run_that_is_found_outside_when_it_is_over(
+    tmp_path: Path, analysis: str
+) -> None:
     part_files.save(pinned(), tmp_path / "arm.part.h5")
     (tmp_path / "scene.yaml").write_text(SCENE.replace("ANALYSIS", analysis), encoding="utf-8")
     done, strict = (
-        fmbs("run", tmp_path / "scene.yaml", "--json", "--no-plots", "--out", tmp_path / f"out{k}", *options)
+        fmbs(
+            "run",
+            tmp_path / "scene.yaml",
+            "--json",
+            "--no-plots",
+            "--out",
+            tmp_path / f"out{k}",
+            *options,
+        )
         for k, options in enumerate(((), ("--strict",)))
     )
     assert done.code == 0, done.err
@@ -226,8 +279,13 @@ def test_strict_keeps_the_results_of_a_run_that_is_found_outside_when_it_is_over
     assert "do not stand for their bodies" in strict.json["message"]
     for key in ("end", "steps", "part_errors", "outputs"):
         assert strict.json[key] == done.json[key]
-    assert json.loads((tmp_path / "out1" / "report.json").read_text(encoding="utf-8"))["status"] == "error"
-    assert (tmp_path / "out1" / "outputs.csv").read_bytes() == (tmp_path / "out0" / "outputs.csv").read_bytes()
+    assert (
+        json.loads((tmp_path / "out1" / "report.json").read_text(encoding="utf-8"))["status"]
+        == "error"
+    )
+    assert (tmp_path / "out1" / "outputs.csv").read_bytes() == (
+        tmp_path / "out0" / "outputs.csv"
+    ).read_bytes()
 
 
 @pytest.mark.filterwarnings("error::fmbs_skfem.core.notices.Notice")
@@ -245,7 +303,9 @@ def test_a_hinge_that_is_locked_in_a_swing_is_told_where_the_training_had_no_mom
 
     def swing(body: Body) -> Trajectory:
         held, damping = [joints.Pin("hinge", At("arm", "left"))], Rayleigh(0.0, 2e-4)
-        system = assemble([body], held, [loads.Gravity((0.0, 0.0, -9.81))], damping, free, events=lock)
+        system = assemble(
+            [body], held, [loads.Gravity((0.0, 0.0, -9.81))], damping, free, events=lock
+        )
         return integrate(eliminate(system), SCHEME, 0.6, SHARP)
 
     def path(run: Trajectory) -> np.ndarray:
@@ -270,17 +330,29 @@ def test_velocities_that_jump_a_step_earlier_are_no_error() -> None:
 
 
 def test_a_clamp_where_a_training_had_no_moments_is_told_before_the_run(tmp_path: Path) -> None:
-    """As a remark, which --strict does not take for an error; not of pins, of forces, of trainings with moments or unknown ones."""
+    """As a remark, which --strict does not take for an error; not of pins, of forces, of trainings
+    with moments or unknown ones.
+    """
     record, moments = {"alone": {"moment": 0.0}}, {"alone": {"moment": 0.1}}
-    pin = SCENE.replace("weld", "spherical").replace("ANALYSIS", "dynamic, duration: 0.2 s, step: 2 ms")
+    pin = SCENE.replace("weld", "spherical").replace(
+        "ANALYSIS", "dynamic, duration: 0.2 s, step: 2 ms"
+    )
     weld = pin.replace("spherical", "weld")
-    motor = pin.replace("loads: {", "loads: {M: {type: torque, at: arm.right, torque: [0, 1 N mm, 0]}, ")
+    motor = pin.replace(
+        "loads: {", "loads: {M: {type: torque, at: arm.right, torque: [0, 1 N mm, 0]}, "
+    )
     short = states()[::40]
     trained = part_files.train(arm(), short, 1e-9, None, 1e-2, **record)
     more = part_files.train(arm(), short, 1e-9, None, 1e-2, trained, **moments)
     other = part_files.train(arm(), short, 1e-9, None, 1e-2, **moments)
     unknown = part_files.train(arm(), short, 1e-9, None, 1e-2)
-    cases = [(trained, weld, "left"), (trained, motor, "right"), (trained, pin, ""), (more, weld, ""), (other, weld, "")]
+    cases = [
+        (trained, weld, "left"),
+        (trained, motor, "right"),
+        (trained, pin, ""),
+        (more, weld, ""),
+        (other, weld, ""),
+    ]
     for number, (part, text, place) in enumerate([*cases, (unknown, weld, "")]):
         folder = tmp_path / f"{number}"
         folder.mkdir()
@@ -289,13 +361,24 @@ def test_a_clamp_where_a_training_had_no_moments_is_told_before_the_run(tmp_path
         done = fmbs("check", folder / "scene.yaml", "--json", "--strict")
         assert done.code == 0, done.err
         told = [one for one in done.json["notices"] if "had no moments" in one]
-        assert [f"act on its direction at {place}, where" in one for one in told] == [True] * bool(place)
+        assert [f"act on its direction at {place}, where" in one for one in told] == [True] * bool(
+            place
+        )
 
 
 def test_a_point_of_a_rim_is_not_told_for_the_axes_of_its_rim() -> None:
-    """Equations of a frame act on the directions of the points that it carries; a clamp at a point off all rims is told."""
+    """Equations of a frame act on the directions of the points that it carries; a clamp at a point
+    off all rims is told.
+    """
     rim = Rim(("left",), slopes=True)
-    full = plate("sheet", rectangle("ancf", 3, 2, 0.3, 0.1), 2e-3, Material(3e9, 1200.0, 0.3), dim=3, rims={"A": rim})
+    full = plate(
+        "sheet",
+        rectangle("ancf", 3, 2, 0.3, 0.1),
+        2e-3,
+        Material(3e9, 1200.0, 0.3),
+        dim=3,
+        rims={"A": rim},
+    )
     moved = excite(full, Excitation(runs=1, duration=0.02, samples=20, step=1e-3))
     part = part_files.train(full, moved, 1e-6, None, None, alone={"moment": 0.1}).body
     pin, clamp = joints.Pin("pin", At("sheet", "A")), joints.Clamp("clamp", At("sheet", "b"))
@@ -305,7 +388,8 @@ def test_a_point_of_a_rim_is_not_told_for_the_axes_of_its_rim() -> None:
 
 def test_a_part_of_which_nothing_can_be_said_is_named() -> None:
     with pytest.warns(
-        Remark, match="parts 'arm': nothing can be said of shapes that they lack, as they know no others.*fmbs part check"
+        Remark,
+        match="parts 'arm': nothing can be said of shapes that they lack, as they know no others.*fmbs part check",
     ):
         run = clamped(unknown(pinned().body))
     assert run.part_errors is None
@@ -320,7 +404,9 @@ def test_a_load_between_the_places_of_a_part_is_held_against_its_body_as_well() 
 
 def test_equilibria_that_bend_too_little_err_by_what_is_said() -> None:
     def sag(body: Body) -> Trajectory:
-        return solve_statics(hung(body, 0.0 * WEIGHT, loads.PointForce("F", At("arm", "right"), (0.0, 0.0, -0.2))), 4)
+        return solve_statics(
+            hung(body, 0.0 * WEIGHT, loads.PointForce("F", At("arm", "right"), (0.0, 0.0, -0.2))), 4
+        )
 
     wanted, whole = sag(arm()), part_files.coarsen(alone(), 1e-12)
     for eps, told in ((1e-9, False), (1e-8, False), (1e-6, True)):
@@ -336,7 +422,9 @@ def test_a_part_that_cannot_bend_is_told() -> None:
     part = part_files.train(full, excite(full, Excitation(runs=2, step=2e-3)))
     held = [joints.Clamp("A", At("arm", "left")), joints.Clamp("B", At("arm", "right"))]
     stiff = part_files.coarsen(part, None, 4).body
-    system = eliminate(assemble([stiff], held, [loads.Gravity((0.0, -9.81))], outputs={"energy": probes.Energy()}))
+    system = eliminate(
+        assemble([stiff], held, [loads.Gravity((0.0, -9.81))], outputs={"energy": probes.Energy()})
+    )
     with pytest.warns(Notice, match="energy_strain is off by 100 %"):
         integrate(system, GeneralizedAlpha(1e-3), 0.1)
 
@@ -345,8 +433,13 @@ def test_errors_depend_on_no_place_and_no_direction() -> None:
     turn = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
     origin = np.array([300.0, -3.0, 2.0])
     with pytest.warns(Notice):
-        one, other = clamped(pinned().body), clamped(parts.placed(pinned().body, "arm", origin, turn), turn @ WEIGHT)
-    assert max((other.part_errors or {}).values()) == pytest.approx(max((one.part_errors or {}).values()), rel=1e-3)
+        one, other = (
+            clamped(pinned().body),
+            clamped(parts.placed(pinned().body, "arm", origin, turn), turn @ WEIGHT),
+        )
+    assert max((other.part_errors or {}).values()) == pytest.approx(
+        max((one.part_errors or {}).values()), rel=1e-3
+    )
 
 
 def test_errors_are_the_same_in_any_units() -> None:
@@ -357,11 +450,15 @@ def test_errors_are_the_same_in_any_units() -> None:
     assert Material(1e9, 1800.0) == models.MATERIAL
     with pytest.warns(Notice):
         one, other = clamped(pinned().body), clamped(body, 1e3 * WEIGHT)
-    assert (other.part_errors or {})["free_z"] == pytest.approx((one.part_errors or {})["free_z"], rel=1e-2)
+    assert (other.part_errors or {})["free_z"] == pytest.approx(
+        (one.part_errors or {})["free_z"], rel=1e-2
+    )
 
 
 def check_sizes(again: Callable[[System], np.ndarray], make: Callable[[Body], System]) -> None:
-    """Numbers that are too high without moments in the training are said to be, by a tenth; nothing of a full body."""
+    """Numbers that are too high without moments in the training are said to be, by a tenth; nothing
+    of a full body.
+    """
     wanted = again(make(arm()))
     assert finer_parts.of_finer(make(arm()), again) is None
     for body, least in ((pinned().body, 0.02), (alone().body, 0.0)):
@@ -372,8 +469,13 @@ def check_sizes(again: Callable[[System], np.ndarray], make: Callable[[Body], Sy
         assert_allclose(said, true, rtol=0.1, atol=1e-3)
 
 
-def test_frequencies_of_a_clamp_that_the_training_has_not_seen_are_too_high_by_as_much_as_is_said() -> None:
-    check_sizes(lambda system: vibration_modes(system, 6).angular_frequencies, lambda body: replace_loads(body))
+def test_frequencies_of_a_clamp_that_the_training_has_not_seen_are_too_high_by_as_much_as_is_said() -> (
+    None
+):
+    check_sizes(
+        lambda system: vibration_modes(system, 6).angular_frequencies,
+        lambda body: replace_loads(body),
+    )
 
 
 def replace_loads(body: Body) -> System:
@@ -413,7 +515,9 @@ def test_the_second_run_may_fail() -> None:
         raise SolverError("Newton's iteration diverged", Reason.DIVERGED)
 
     motion = clamped(alone().body)
-    with pytest.warns(Notice, match="it fails .Newton's iteration diverged.: their error is not known"):
+    with pytest.warns(
+        Notice, match="it fails .Newton's iteration diverged.: their error is not known"
+    ):
         found = finer_parts.hold_against(motion, hung(alone().body), fails)
     assert found.part_errors == motion.part_errors
 
@@ -421,7 +525,14 @@ def test_the_second_run_may_fail() -> None:
 def test_the_second_run_is_shown_and_its_cost_is_known() -> None:
     shown: list[tuple[str, float]] = []
     system = hung(alone().body)
-    run = integrate(system, SCHEME, 0.6, SHARP, 3, Labelled(lambda label, done: shown.append((label, done)), "integrating"))
+    run = integrate(
+        system,
+        SCHEME,
+        0.6,
+        SHARP,
+        3,
+        Labelled(lambda label, done: shown.append((label, done)), "integrating"),
+    )
     assert list(dict.fromkeys(label for label, _ in shown)) == ["integrating", "checking parts"]
     assert shown[-1] == ("checking parts", 1.0)
     other = finer_parts.finer(system)
@@ -444,9 +555,13 @@ def test_a_scene_may_ask_for_no_check(tmp_path: Path) -> None:
     part_files.save(pinned(), tmp_path / "arm.part.h5")
     text = SCENE.replace("ANALYSIS", "dynamic, duration: 0.2 s, step: 2 ms")
     for name, asked in (("with", ""), ("without", ", check: false")):
-        (tmp_path / f"{name}.yaml").write_text(text.replace("arm.part.h5", f"arm.part.h5{asked}"), encoding="utf-8")
+        (tmp_path / f"{name}.yaml").write_text(
+            text.replace("arm.part.h5", f"arm.part.h5{asked}"), encoding="utf-8"
+        )
     checked, plain = (
-        fmbs("run", tmp_path / f"{name}.yaml", "--json", "--no-plots", "--out", tmp_path / name).json
+        fmbs(
+            "run", tmp_path / f"{name}.yaml", "--json", "--no-plots", "--out", tmp_path / name
+        ).json
         for name in ("with", "without")
     )
     assert set(checked["part_check"]) == {"unknowns", "cpu_s", "wall_s"}
@@ -455,11 +570,17 @@ def test_a_scene_may_ask_for_no_check(tmp_path: Path) -> None:
     assert plain["outputs"] == checked["outputs"]
 
 
-def test_runs_that_differ_in_their_step_alone_are_checked_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither the run that says how far the step is off nor a repeated one finds the errors of parts again."""
+def test_runs_that_differ_in_their_step_alone_are_checked_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Neither the run that says how far the step is off nor a repeated one finds the errors of
+    parts again.
+    """
     found: list[float] = []
     errors_of = finer_parts.errors
-    monkeypatch.setattr(finer_parts, "errors", lambda *given: found.append(1.0) or errors_of(*given))
+    monkeypatch.setattr(
+        finer_parts, "errors", lambda *given: found.append(1.0) or errors_of(*given)
+    )
     case = Case(hung(alone().body), SCHEME, 0.2, SHARP)
     kept = np.arange(0, 101, 5)
     full = runs.run_fastest(case, kept, 3)
@@ -474,7 +595,9 @@ def test_parts_made_of_other_numbers_err_alike_where_all_forces_grow_alike() -> 
     stiff = changed(pinned().body, {"young_modulus": 4e9, "density": 7200.0})
     with pytest.warns(Notice):
         one, other = clamped(pinned().body), clamped(stiff)
-    assert (other.part_errors or {})["free_z"] == pytest.approx((one.part_errors or {})["free_z"], rel=1e-3)
+    assert (other.part_errors or {})["free_z"] == pytest.approx(
+        (one.part_errors or {})["free_z"], rel=1e-3
+    )
 
 
 def check_is_reduced(full: Body, part: Body, functions: np.ndarray) -> None:
@@ -483,7 +606,9 @@ def check_is_reduced(full: Body, part: Body, functions: np.ndarray) -> None:
     assert fine.shapes is not None
     assert wanted.shapes is not None
     assert_allclose(fine.mass.toarray(), wanted.mass.toarray(), atol=1e-9 * abs(wanted.mass).max())
-    assert_allclose(fine.shapes.table, wanted.shapes.table, atol=1e-9 * np.abs(wanted.shapes.table).max())
+    assert_allclose(
+        fine.shapes.table, wanted.shapes.table, atol=1e-9 * np.abs(wanted.shapes.table).max()
+    )
     assert_allclose(fine.reference, wanted.reference, atol=1e-9)
     assert_allclose(fine.constant, wanted.constant, atol=1e-9)
     for name in (*part.places, *part.frames):
@@ -493,12 +618,17 @@ def check_is_reduced(full: Body, part: Body, functions: np.ndarray) -> None:
 
 
 def test_a_finer_part_is_its_body_with_more_functions(tmp_path: Path) -> None:
-    """Also from a file, of a body with rims, and of a part that was made coarser, whose finer part has what it left."""
+    """Also from a file, of a body with rims, and of a part that was made coarser, whose finer part
+    has what it left.
+    """
     rims = {"hub": Rim(("inner",), slopes=True), "edge": Rim(("outer",), slopes=True)}
     steel = Material(young_modulus=2e8, density=1000.0, poisson_ratio=0.3)
     washer = plate("washer", ring(0.1, 0.3, 8), 5e-3, steel, dim=3, rims=rims)
     moved = excite(washer, Excitation(runs=1, step=2e-3, duration=0.05, samples=25))
-    for full, part in ((arm(), pinned()), (washer, part_files.train(washer, moved, 1e-8, None, None))):
+    for full, part in (
+        (arm(), pinned()),
+        (washer, part_files.train(washer, moved, 1e-8, None, None)),
+    ):
         read = part_files.resume(part_files.save(part, tmp_path / f"{full.name}.part.h5"))
         assert read.memory is not None
         missing = read.body.shapes.missing  # type: ignore[union-attr]

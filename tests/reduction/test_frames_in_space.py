@@ -1,4 +1,6 @@
-"""Rigid frames of a plate in space: rows of their axes that a basis cannot meet would lock the reduced motion."""
+"""Rigid frames of a plate in space: rows of their axes that a basis cannot meet would lock the
+reduced motion.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,8 @@ def trained(eps: float) -> tuple[ReducedModel, float]:
     plan = Plan(body_level(raw), eps, eliminate=True)
     case = Case(raw, STEP, 0.1, NEWTON)
     model = reduction.train(
-        task_of(case, plan, 1.2e-3, partial(build.chosen_form, scenes.loads(SCENE, EXAMPLES))), motion=motion
+        task_of(case, plan, 1.2e-3, partial(build.chosen_form, scenes.loads(SCENE, EXAMPLES))),
+        motion=motion,
     ).model
     return model, reduction.compare(motion, integrate(model.system, STEP, 0.1, NEWTON)).maximum
 
@@ -76,14 +79,18 @@ def test_rows_that_lock_are_left_out(eps: float, bound: float) -> None:
 
 
 def test_with_all_rows_the_motion_locks() -> None:
-    """Few modes of the link hardly move some rows of its frames: those are named, with the error that they would make."""
+    """Few modes of the link hardly move some rows of its frames: those are named, with the error
+    that they would make.
+    """
     raw, motion = full()
     model, error = trained(1e-11)
     left = {name for name, why in model.left_out.items() if why.startswith("locks the motion")}
     assert left
     assert all(name.startswith("link.") for name in left)
     data, parts = reduction.snapshots(motion, 1.2e-3), body_level(raw)
-    every = reduction.reduce_system(raw, parts, reduction.bases(raw, data, parts, 1e-11), True, data.q)
+    every = reduction.reduce_system(
+        raw, parts, reduction.bases(raw, data, parts, 1e-11), True, data.q
+    )
     assert {".".join(name) for name in every.constraints.names} == left | {
         ".".join(name) for name in model.system.constraints.names
     }

@@ -1,4 +1,6 @@
-"""Galerkin projection: exact limits, classes of constraints, hard cases, and the sizes and errors of example 2."""
+"""Galerkin projection: exact limits, classes of constraints, hard cases, and the sizes and errors
+of example 2.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,16 @@ from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import linear_part
 from tests import models
-from tests.reduction.conftest import NEWTON, SCHEME, Full, Reduced, error, full_of, reduced, strain_energy
+from tests.reduction.conftest import (
+    NEWTON,
+    SCHEME,
+    Full,
+    Reduced,
+    error,
+    full_of,
+    reduced,
+    strain_energy,
+)
 
 
 def complete(system: System, components: dict[str, tuple[str, ...]]) -> dict[str, Basis]:
@@ -32,7 +43,9 @@ def complete(system: System, components: dict[str, tuple[str, ...]]) -> dict[str
     for name, members in components.items():
         rows = component.rows_of(system, members)
         inner, _ = component.inner_constraints(system, rows)
-        found[name] = Basis(null_space(inner) if len(inner) else np.eye(len(rows)), system.x0[rows], np.zeros(0))
+        found[name] = Basis(
+            null_space(inner) if len(inner) else np.eye(len(rows)), system.x0[rows], np.zeros(0)
+        )
     return found
 
 
@@ -41,15 +54,23 @@ def complete(system: System, components: dict[str, tuple[str, ...]]) -> dict[str
 def test_a_complete_basis_gives_the_full_model(level: object, eliminated: bool) -> None:
     raw = models.double_pendulum(4, all_multipliers=True)
     components = level(raw)  # type: ignore[operator]
-    system = reduction.reduce_system(raw, components, complete(raw, components), eliminate=eliminated)
+    system = reduction.reduce_system(
+        raw, components, complete(raw, components), eliminate=eliminated
+    )
     # with 1e-12 dense factors leave 3.7e-9 of the motion, those of the full model 4e-10
-    full, other = (integrate(s, SCHEME, 0.5, Newton(tolerance=1e-13), every=10) for s in (eliminate(raw), system))
+    full, other = (
+        integrate(s, SCHEME, 0.5, Newton(tolerance=1e-13), every=10)
+        for s in (eliminate(raw), system)
+    )
     assert system.size == raw.size - (3 if len(components) == 2 and not eliminated else 6)
     assert reduction.compare(full, other).maximum < 2e-9  # 1000 steps of tolerance 1e-13
 
 
-def test_modes_and_errors_of_example_2(example_2: Full, by_component: Reduced, by_system: Reduced) -> None:
-    # 23 + 23 and 41 in an independent implementation, errors 9.6e-5 and 7.0e-5; the kept state may cost a mode
+def test_modes_and_errors_of_example_2(
+    example_2: Full, by_component: Reduced, by_system: Reduced
+) -> None:
+    # 23 + 23 and 41 in an independent implementation, errors 9.6e-5 and 7.0e-5; the kept state may
+    # cost a mode
     sizes = [b.modes.shape[1] for b in by_component.bases.values()]
     assert np.abs(np.subtract(sizes, 23)).max() <= 2
     assert abs(by_system.system.size - 41) <= 2
@@ -75,7 +96,10 @@ def test_errors_fall_with_the_tolerance(coarse: Full) -> None:
 
 def test_rows_that_look_like_zero_are_dropped_by_structure(coarse: Full) -> None:
     raw = coarse.raw
-    noisy = replace(coarse.data, q=coarse.data.q + 1e-9 * np.random.default_rng(0).standard_normal(coarse.data.q.shape))
+    noisy = replace(
+        coarse.data,
+        q=coarse.data.q + 1e-9 * np.random.default_rng(0).standard_normal(coarse.data.q.shape),
+    )
     for level, left in ((reduction.body_level, {"B"}), (reduction.system_level, set())):
         components = level(raw)
         bases = reduction.bases(raw, noisy, components, 1e-18)
@@ -85,7 +109,10 @@ def test_rows_that_look_like_zero_are_dropped_by_structure(coarse: Full) -> None
         names = np.array([joint for joint, _ in raw.constraints.names])
         dropped = ~np.isin(names, list(left))
         x = np.random.default_rng(1).standard_normal((system.size, 5))
-        gaps = A[np.flatnonzero(dropped)] @ (system.lift.matrix @ x + system.lift.offset[:, None]) + a[dropped, None]
+        gaps = (
+            A[np.flatnonzero(dropped)] @ (system.lift.matrix @ x + system.lift.offset[:, None])
+            + a[dropped, None]
+        )
         assert np.abs(gaps).max() < 1e-12
 
 
@@ -101,7 +128,10 @@ def test_eliminated_interfaces_give_the_same_motion(coarse: Full) -> None:
 def test_a_basis_too_small_for_its_interfaces_is_refused(coarse: Full) -> None:
     components = reduction.body_level(coarse.raw)
     bases = reduction.bases(coarse.raw, coarse.data, components, modes=3)
-    with pytest.raises(InputError, match=r"component 'I': expected more than 3 modes for its 3 constraints .* got 3 modes"):
+    with pytest.raises(
+        InputError,
+        match=r"component 'I': expected more than 3 modes for its 3 constraints .* got 3 modes",
+    ):
         reduction.reduce_system(coarse.raw, components, bases)
     enough = reduction.bases(coarse.raw, coarse.data, components, modes=4)
     assert reduction.reduce_system(coarse.raw, components, enough).size == 8
@@ -120,21 +150,29 @@ def test_a_slender_beam_needs_its_initial_state_in_the_basis() -> None:
         bases = {}
         for name, members in components.items():
             rows = component.rows_of(full.raw, members)
-            states = component.satisfy(full.data.q[:, rows], *component.inner_constraints(full.raw, rows))
+            states = component.satisfy(
+                full.data.q[:, rows], *component.inner_constraints(full.raw, rows)
+            )
             bases[name] = pod.basis(states.T, tolerance)
         return reduction.reduce_system(full.raw, components, bases)
 
     # the projected start is strained, and apart in the joints where the tolerance is wide
     spurious = plain(1e-10)
     assert strain_energy(spurious, spurious.x0) > 1e-9
-    with pytest.raises(SolverError, match=r"the initial state does not satisfy the joints: .*B\.") as caught:
+    with pytest.raises(
+        SolverError, match=r"the initial state does not satisfy the joints: .*B\."
+    ) as caught:
         integrate(plain(1e-8), SCHEME, 0.1)
     assert caught.value.reason is Reason.INCONSISTENT
     assert error(full, reduced(full, components, 1e-8).system) < 2e-2
 
 
 def test_stiff_beams() -> None:
-    stiff = sections.Given(EA=100 * 1e9 * np.pi * 0.01**2 / 4, EI=1e9 * np.pi * 0.01**4 / 64, rhoA=1800 * np.pi * 0.01**2 / 4)
+    stiff = sections.Given(
+        EA=100 * 1e9 * np.pi * 0.01**2 / 4,
+        EI=1e9 * np.pi * 0.01**4 / 64,
+        rhoA=1800 * np.pi * 0.01**2 / 4,
+    )
     full = full_of(models.double_pendulum(16, section=stiff, all_multipliers=True), duration=1.0)
     assert error(full, reduced(full, reduction.body_level(full.raw)).system) < 2e-3
 
@@ -161,7 +199,13 @@ def test_hermite_coordinates_reproduce_the_published_sizes(example_2_hermite: Fu
 def chain(cells: int = 8) -> System:
     """Three planar beams in a row, hung at both ends of the first, free at the last."""
     bodies = [
-        body.cable(name, models.segment(cells, (k, 0, 0), (k + 1, 0, 0)), models.SECTION, models.MATERIAL, dim=2)
+        body.cable(
+            name,
+            models.segment(cells, (k, 0, 0), (k + 1, 0, 0)),
+            models.SECTION,
+            models.MATERIAL,
+            dim=2,
+        )
         for k, name in enumerate("abc")
     ]
     pins = [
@@ -202,9 +246,12 @@ def test_a_basis_of_another_mesh_is_refused(coarse: Full, by_component: Reduced)
 
 
 def test_dependent_rows_are_dropped() -> None:
-    # both rods have one length, so in a basis of motions common to the two masses one of their constraints implies the other
+    # both rods have one length, so in a basis of motions common to the two masses one of their
+    # constraints implies the other
     masses = [body.point_mass(name, 1.0, np.array([1.0, 0.0])) for name in ("one", "two")]
-    rods = [joints.RigidLink(f"rod {name}", At(name, "center"), (0.0, 0.0)) for name in ("one", "two")]
+    rods = [
+        joints.RigidLink(f"rod {name}", At(name, "center"), (0.0, 0.0)) for name in ("one", "two")
+    ]
     raw = assemble(masses, rods)
     angles = np.linspace(0.0, 1.0, 20)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -238,14 +285,23 @@ def test_snapshots_at_listed_times(coarse: Full) -> None:
 
 
 def test_a_drive_that_has_not_moved_is_no_equation_of_the_modes() -> None:
-    """Of its row round-off is left, 1e-14 of the others: kept, it held a combination of all modes (a third of the motion)."""
+    """Of its row round-off is left, 1e-14 of the others: kept, it held a combination of all modes
+    (a third of the motion).
+    """
     root = At("beam", "left")
     beam = body.cable("beam", models.segment(6), models.SECTION, models.MATERIAL, dim=2)
     drive = joints.DrivenPosition("drive", root, (of_time("0*t"), of_time("0.1*sin(20*t)")))
-    raw = assemble([beam], [drive], [loads.Gravity((0.0, -9.81))], outputs={"tip": probes.Position(At("beam", "right"))})
+    raw = assemble(
+        [beam],
+        [drive],
+        [loads.Gravity((0.0, -9.81))],
+        outputs={"tip": probes.Position(At("beam", "right"))},
+    )
     scheme, components = GeneralizedAlpha(1e-3), reduction.body_level(raw)
     full = integrate(eliminate(raw), scheme, 0.3, every=5)
-    system = reduction.reduce_system(raw, components, reduction.bases(raw, reduction.snapshots(full), components, 1e-10))
+    system = reduction.reduce_system(
+        raw, components, reduction.bases(raw, reduction.snapshots(full), components, 1e-10)
+    )
     assert [".".join(name) for name in system.constraints.names] == ["drive.y"]
     found, exact = outputs(integrate(system, scheme, 0.3, every=5)), outputs(full)
     assert np.abs(found["tip_y"] - exact["tip_y"]).max() < 5e-3 * np.ptp(exact["tip_y"])

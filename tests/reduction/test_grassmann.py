@@ -1,4 +1,6 @@
-"""Subspaces against exact facts of the Grassmann manifold (Edelman, Arias, Smith 1998, doi 10.1137/S0895479895290954)."""
+"""Subspaces against exact facts of the Grassmann manifold (Edelman, Arias, Smith 1998, doi
+10.1137/S0895479895290954).
+"""
 
 from __future__ import annotations
 
@@ -44,17 +46,25 @@ def test_log_and_exp_are_inverse(r: int, more: int, size: float, seed: int) -> N
     assert np.abs(base.T @ tangent).max() < ROUND_OFF
     assert np.abs(other.T @ other - np.eye(r)).max() < ROUND_OFF
     back = grassmann.log(base, other)
-    # cosines carry round-off, so that angles near a right one are known to 1e-16 / cos of the largest one
+    # cosines carry round-off, so that angles near a right one are known to 1e-16 / cos of the
+    # largest one
     assert np.abs(back - tangent).max() < 10 * ROUND_OFF / np.cos(size)
     assert np.abs(projector(grassmann.exp(base, back)) - projector(other)).max() < 10 * ROUND_OFF
-    assert grassmann.distance(base, other) == pytest.approx(np.linalg.norm(tangent), rel=1e-7, abs=1e-13)
+    assert grassmann.distance(base, other) == pytest.approx(
+        np.linalg.norm(tangent), rel=1e-7, abs=1e-13
+    )
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.3, np.pi / 4, 1.5])
 def test_distance_of_known_planes(angle: float) -> None:
     e = np.eye(4)
     one = e[:, :2]
-    both = np.column_stack([np.cos(angle) * e[:, 0] + np.sin(angle) * e[:, 2], np.cos(angle) * e[:, 1] + np.sin(angle) * e[:, 3]])
+    both = np.column_stack(
+        [
+            np.cos(angle) * e[:, 0] + np.sin(angle) * e[:, 2],
+            np.cos(angle) * e[:, 1] + np.sin(angle) * e[:, 3],
+        ]
+    )
     single = np.column_stack([np.cos(angle) * e[:, 0] + np.sin(angle) * e[:, 2], e[:, 1]])
     assert grassmann.distance(one, both) == pytest.approx(np.sqrt(2) * angle, abs=1e-15)
     assert grassmann.distance(one, single) == pytest.approx(angle, abs=1e-15)
@@ -69,18 +79,24 @@ def test_geodesic_has_constant_speed() -> None:
     base = plane(12, 4, 1)
     tangent = horizontal(base, 1.2, 2)
     for t in (0.25, 0.5, 1.0):
-        assert grassmann.distance(base, grassmann.exp(base, t * tangent)) == pytest.approx(t * np.linalg.norm(tangent), rel=1e-13)
+        assert grassmann.distance(base, grassmann.exp(base, t * tangent)) == pytest.approx(
+            t * np.linalg.norm(tangent), rel=1e-13
+        )
 
 
 @pytest.mark.parametrize("reference", [None, 0, 1, 2])
 @pytest.mark.parametrize("count", [2, 3])
-def test_a_plane_that_turns_evenly_is_interpolated_exactly(reference: int | None, count: int) -> None:
+def test_a_plane_that_turns_evenly_is_interpolated_exactly(
+    reference: int | None, count: int
+) -> None:
     if reference is not None and reference >= count:
         reference = count - 1
     base = plane(9, 3, 5)
     tangent = horizontal(base, 1.4, 6)
     nodes = np.linspace(0.0, 1.0, count)
-    spaces = grassmann.chart([nodes], [grassmann.exp(base, mu * tangent) for mu in nodes], reference)
+    spaces = grassmann.chart(
+        [nodes], [grassmann.exp(base, mu * tangent) for mu in nodes], reference
+    )
     for mu in (0.0, 0.123, 0.5, 0.91, 1.0):
         exact = grassmann.exp(base, mu * tangent)
         assert grassmann.distance(grassmann.interpolate(spaces, [mu]), exact) < 1e-13
@@ -104,12 +120,16 @@ def test_other_columns_of_the_same_subspaces_change_nothing() -> None:
     mixed = [space @ (rng.standard_normal((4, 4)) + 4 * np.eye(4)) for space in spaces]
     one, two = grassmann.chart([nodes], spaces, 1), grassmann.chart([nodes], mixed, 1)
     for mu in (0.0, 0.2, 0.7, 1.0):
-        assert grassmann.distance(grassmann.interpolate(one, [mu]), grassmann.interpolate(two, [mu])) < 1e-13
+        assert (
+            grassmann.distance(grassmann.interpolate(one, [mu]), grassmann.interpolate(two, [mu]))
+            < 1e-13
+        )
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_order_of_the_interpolation_is_the_number_of_nodes(count: int) -> None:
-    # a smooth curve of subspaces that is no geodesic: the error at the middle of [0, h] falls as h^count, the middle being no node
+    # a smooth curve of subspaces that is no geodesic: the error at the middle of [0, h] falls as
+    # h^count, the middle being no node
     S, base = 0.4 * rotation(8, 7), plane(8, 3, 8)
 
     def space(mu: float) -> np.ndarray:
@@ -149,7 +169,12 @@ def test_the_reference_is_the_central_subspace() -> None:
 
 def test_one_subspace_is_constant_and_the_whole_space_too() -> None:
     one = plane(5, 2, 13)
-    assert grassmann.distance(grassmann.interpolate(grassmann.chart([np.array([0.5])], [one]), [3.0]), one) < 1e-15
+    assert (
+        grassmann.distance(
+            grassmann.interpolate(grassmann.chart([np.array([0.5])], [one]), [3.0]), one
+        )
+        < 1e-15
+    )
     whole = grassmann.chart([np.array([0.0, 1.0])], [plane(4, 4, 14), plane(4, 4, 15)])
     assert np.abs(projector(grassmann.interpolate(whole, [0.3])) - np.eye(4)).max() < ROUND_OFF
 

@@ -1,4 +1,6 @@
-"""The greedy loop on indicators that are formulas: counts, stopping rules, failures, resumption, one to six parameters."""
+"""The greedy loop on indicators that are formulas: counts, stopping rules, failures, resumption,
+one to six parameters.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ Formula = Callable[[np.ndarray, np.ndarray], float]
 
 @dataclasses.dataclass
 class Model:
-    """A reduced model in the place of a mechanical one: its indicator is a formula of the parameters and of the full runs made."""
+    """A reduced model in the place of a mechanical one: its indicator is a formula of the
+    parameters and of the full runs made.
+    """
 
     candidates: np.ndarray
     formula: Formula
@@ -41,25 +45,45 @@ class Model:
             raise SolverError(f"full run {i} diverged", Reason.DIVERGED)
         self.points.append(i)
 
-    def run(self, samples: Sequence[int], first: int, done: Sequence[Iteration] = (), **options: object) -> Enrichment:
+    def run(
+        self, samples: Sequence[int], first: int, done: Sequence[Iteration] = (), **options: object
+    ) -> Enrichment:
         chosen = Options(**options)  # type: ignore[arg-type]
         return greedy.run(
-            GreedyProblem(self.evaluate, self.extend, self.candidates, tuple(samples), first, chosen, self.kept.append), done
+            GreedyProblem(
+                self.evaluate,
+                self.extend,
+                self.candidates,
+                tuple(samples),
+                first,
+                chosen,
+                self.kept.append,
+            ),
+            done,
         )
 
 
 def interpolation(floor: float) -> Formula:
-    """The error of an interpolation between the full runs, |mu - mu_1| |mu - mu_2| ..., above a floor of truncation."""
+    """The error of an interpolation between the full runs, |mu - mu_1| |mu - mu_2| ..., above a
+    floor of truncation.
+    """
 
     def formula(mu: np.ndarray, full: np.ndarray) -> float:
-        return 1e-4 * float(np.prod(np.linalg.norm(full - mu, axis=1))) * (1.0 + 0.3 * float(mu[0])) + floor
+        return (
+            1e-4 * float(np.prod(np.linalg.norm(full - mu, axis=1))) * (1.0 + 0.3 * float(mu[0]))
+            + floor
+        )
 
     return formula
 
 
 def test_the_published_case_takes_two_full_and_at_most_twelve_reduced_runs() -> None:
-    """Hou, Liu, Hu (2020), section 5.3.3 (a): 101 candidates, five first samples, first full run at the middle: 2 and 12."""
-    model = Model(LINE, lambda mu, full: 1e-9 * float(np.min(np.abs(full - mu))) / len(full) ** 12 + 6e-13)
+    """Hou, Liu, Hu (2020), section 5.3.3 (a): 101 candidates, five first samples, first full run at
+    the middle: 2 and 12.
+    """
+    model = Model(
+        LINE, lambda mu, full: 1e-9 * float(np.min(np.abs(full - mu))) / len(full) ** 12 + 6e-13
+    )
     outcome = model.run(FIVE, 50)
     assert (outcome.extensions, outcome.stop) == (2, StopReason.FLOOR)
     assert outcome.evaluations == len(model.evaluated) <= 12
@@ -93,7 +117,13 @@ def test_a_basis_as_large_as_the_full_model_ends_the_loop() -> None:
     """After its second full run here, and before any other one."""
     model = Model(LINE, interpolation(1e-12))
     problem = GreedyProblem(
-        model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=20), pays=lambda: len(model.points) < 2
+        model.evaluate,
+        model.extend,
+        LINE,
+        FIVE,
+        50,
+        Options(iterations=20),
+        pays=lambda: len(model.points) < 2,
     )
     outcome = greedy.run(problem)
     assert outcome.stop is StopReason.LARGE
@@ -109,10 +139,14 @@ def test_a_maximiser_that_has_its_full_run_ends_the_loop() -> None:
 
 
 def test_truncation_is_recognised_as_the_floor() -> None:
-    """The indicator falls to 1e-8 everywhere, rising slightly off the full runs: more of them would change nothing."""
+    """The indicator falls to 1e-8 everywhere, rising slightly off the full runs: more of them would
+    change nothing.
+    """
 
     def formula(mu: np.ndarray, full: np.ndarray) -> float:
-        return 1e-8 * (1.0 + 0.5 * float(np.min(np.abs(full - mu)))) + (1e-5 if len(full) == 1 else 0.0) * abs(float(mu[0]) - 0.5)
+        return 1e-8 * (1.0 + 0.5 * float(np.min(np.abs(full - mu)))) + (
+            1e-5 if len(full) == 1 else 0.0
+        ) * abs(float(mu[0]) - 0.5)
 
     model = Model(LINE, formula)
     outcome = model.run(FIVE, 50, iterations=10)
@@ -122,7 +156,9 @@ def test_truncation_is_recognised_as_the_floor() -> None:
 
 
 def test_the_floor_is_found_where_no_sample_has_a_full_run() -> None:
-    """When the largest indicator has not fallen, the reduced run at the last full run tells whether it can."""
+    """When the largest indicator has not fallen, the reduced run at the last full run tells whether
+    it can.
+    """
 
     def formula(mu: np.ndarray, full: np.ndarray) -> float:
         bump = 10.0 ** (0.5 - 6.0 * (float(mu[0]) - 0.5) ** 2)
@@ -136,7 +172,9 @@ def test_the_floor_is_found_where_no_sample_has_a_full_run() -> None:
 
 
 def test_the_floor_is_that_of_all_full_runs() -> None:
-    """Example 3 (b): truncation grows with the torque, and of two full runs only the smaller torque is a sample."""
+    """Example 3 (b): truncation grows with the torque, and of two full runs only the smaller torque
+    is a sample.
+    """
 
     def formula(mu: np.ndarray, full: np.ndarray) -> float:
         torque = 5.0 + 10.0 * float(mu[0])
@@ -150,18 +188,34 @@ def test_the_floor_is_that_of_all_full_runs() -> None:
 
 
 def test_bases_that_leave_nothing_out_have_no_floor() -> None:
-    """One full run whose few snapshots are all kept: the indicator is as large there as elsewhere, and another run helps."""
+    """One full run whose few snapshots are all kept: the indicator is as large there as elsewhere,
+    and another run helps.
+    """
     model = Model(LINE, lambda mu, full: 1e-7 if len(full) == 1 else 1e-9)
     leaves_out = lambda: len(model.points) > 1  # noqa: E731
-    outcome = greedy.run(GreedyProblem(model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=5), truncates=leaves_out))
+    outcome = greedy.run(
+        GreedyProblem(
+            model.evaluate,
+            model.extend,
+            LINE,
+            FIVE,
+            50,
+            Options(iterations=5),
+            truncates=leaves_out,
+        )
+    )
     assert (outcome.extensions, outcome.stop) == (2, StopReason.FLOOR)
     assert outcome.iterations[-1].largest == 1e-9
 
 
 def test_equal_corners_are_no_floor() -> None:
-    """Four corners of a square are equally bad; a full run in one leaves the largest indicator as it was, and the loop goes on."""
+    """Four corners of a square are equally bad; a full run in one leaves the largest indicator as
+    it was, and the loop goes on.
+    """
     x = np.array([[a, b] for a in np.linspace(0, 1, 11) for b in np.linspace(0, 1, 11)])
-    model = Model(x, lambda mu, full: 1e-10 + 1e-4 * float(np.min(np.linalg.norm(full - mu, axis=1))) ** 2)
+    model = Model(
+        x, lambda mu, full: 1e-10 + 1e-4 * float(np.min(np.linalg.norm(full - mu, axis=1))) ** 2
+    )
     outcome = model.run((0, 10, 60, 110, 120), 60, iterations=5)
     assert set(outcome.points) == {60, 0, 10, 110, 120}
     assert outcome.stop is StopReason.ITERATIONS
@@ -196,9 +250,13 @@ def test_equal_samples_and_equal_candidates_are_run_once() -> None:
 
 
 def test_a_parameter_without_influence() -> None:
-    """An indicator of the first of two parameters, largest inside at 0.62 before the second full run."""
+    """An indicator of the first of two parameters, largest inside at 0.62 before the second full
+    run.
+    """
     x = qmc.Sobol(2, rng=1).random(256)
-    model = Model(x, lambda mu, full: 10.0 ** (-4.0 - 30.0 * float(mu[0] - 0.62) ** 2) / len(full) ** 20)
+    model = Model(
+        x, lambda mu, full: 10.0 ** (-4.0 - 30.0 * float(mu[0] - 0.62) ** 2) / len(full) ** 20
+    )
     outcome = model.run(tuple(range(8)), 0, iterations=2, max_samples=25)
     assert abs(x[outcome.points[1], 0] - 0.62) < 0.03
     assert len(outcome.iterations[0].samples) <= 20
@@ -206,7 +264,11 @@ def test_a_parameter_without_influence() -> None:
 
 def test_an_indicator_over_ten_decades() -> None:
     model = Model(
-        LINE, lambda mu, full: 10.0 ** (-12.0 + 10.0 * math.exp(-(((float(mu[0]) - 0.33) / 0.15) ** 2))) / len(full) ** 30
+        LINE,
+        lambda mu, full: (
+            10.0 ** (-12.0 + 10.0 * math.exp(-(((float(mu[0]) - 0.33) / 0.15) ** 2)))
+            / len(full) ** 30
+        ),
     )
     outcome = model.run(FIVE, 50, iterations=2)
     assert abs(LINE[outcome.points[1], 0] - 0.33) <= 0.01
@@ -215,21 +277,30 @@ def test_an_indicator_over_ten_decades() -> None:
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 6])
 def test_an_interior_maximum_is_found_with_few_reduced_runs(dimension: int) -> None:
-    """log10 I is -4 at a peak inside and falls to the sides; 512 candidates, at most 40 runs, within 0.15 decades of the best."""
+    """log10 I is -4 at a peak inside and falls to the sides; 512 candidates, at most 40 runs,
+    within 0.15 decades of the best.
+    """
     x = qmc.Sobol(dimension, rng=dimension).random(512)
     peak, width = np.linspace(0.35, 0.7, dimension), np.linspace(1.0, 0.4, dimension)
 
     def formula(mu: np.ndarray, full: np.ndarray) -> float:
         return 10.0 ** (-4.0 - 4.0 * float(width @ (mu - peak) ** 2)) / len(full) ** 20
 
-    outcome = Model(x, formula).run(tuple(range(2 * dimension + 1)), 0, iterations=2, max_samples=40)
+    outcome = Model(x, formula).run(
+        tuple(range(2 * dimension + 1)), 0, iterations=2, max_samples=40
+    )
     largest = max(formula(mu, x[:1]) for mu in x)
     assert outcome.iterations[0].largest > 10**-0.15 * largest
     assert len(outcome.iterations[0].samples) <= 40
 
 
 def test_a_reduced_run_that_fails_is_taken_next() -> None:
-    model = Model(LINE, lambda mu, full: math.inf if len(full) == 1 and mu[0] > 0.9 else interpolation(1e-9)(mu, full))
+    model = Model(
+        LINE,
+        lambda mu, full: (
+            math.inf if len(full) == 1 and mu[0] > 0.9 else interpolation(1e-9)(mu, full)
+        ),
+    )
     outcome = model.run(FIVE, 50, iterations=2)
     assert outcome.points == (50, 100)
     assert outcome.iterations[0].samples == FIVE  # the maximum is found, Kriging is not asked
@@ -295,7 +366,11 @@ def test_stored_iterations_are_not_run_again(complete: int) -> None:
     outcome = later.run(FIVE, 50, straight.kept[:complete], iterations=3)
     assert later.tried == list(expected.points[complete:])
     assert later.evaluated == [k for i in expected.iterations[complete:] for k in i.samples]
-    assert (outcome.points, outcome.stop, outcome.evaluations) == (expected.points, expected.stop, expected.evaluations)
+    assert (outcome.points, outcome.stop, outcome.evaluations) == (
+        expected.points,
+        expected.stop,
+        expected.evaluations,
+    )
     for one, two in zip(outcome.iterations, expected.iterations, strict=True):
         assert (one.samples, one.indicators, one.next) == (two.samples, two.indicators, two.next)
         assert np.array_equal(one.mean, two.mean)
@@ -306,7 +381,11 @@ def test_a_finished_loop_is_only_read_and_more_runs_continue_it() -> None:
     outcome = model.run(FIVE, 50, iterations=2)
     calls = len(model.tried), len(model.evaluated)
     again = model.run(FIVE, 50, outcome.iterations, iterations=2)
-    assert (again.points, again.stop, again.failed) == (outcome.points, outcome.stop, outcome.failed)
+    assert (again.points, again.stop, again.failed) == (
+        outcome.points,
+        outcome.stop,
+        outcome.failed,
+    )
     assert (len(model.tried), len(model.evaluated)) == calls
     more = model.run(FIVE, 50, outcome.iterations, iterations=3)
     assert more.points[:2] == outcome.points
@@ -322,9 +401,18 @@ def test_iterations_of_other_candidates_are_refused() -> None:
 
 @pytest.mark.parametrize(
     "samples,first,candidates",
-    [((), 0, LINE), ((0, 101), 0, LINE), ((0,), -1, LINE), ((0,), 0, 2.0 * LINE), ((0,), 0, LINE[:0]), ((0,), 0, LINE * np.nan)],
+    [
+        ((), 0, LINE),
+        ((0, 101), 0, LINE),
+        ((0,), -1, LINE),
+        ((0,), 0, 2.0 * LINE),
+        ((0,), 0, LINE[:0]),
+        ((0,), 0, LINE * np.nan),
+    ],
 )
-def test_bad_problems_are_refused(samples: tuple[int, ...], first: int, candidates: np.ndarray) -> None:
+def test_bad_problems_are_refused(
+    samples: tuple[int, ...], first: int, candidates: np.ndarray
+) -> None:
     with pytest.raises(InputError, match=r"greedy\.GreedyProblem"):
         Model(candidates, interpolation(0.0)).run(samples, first)
 

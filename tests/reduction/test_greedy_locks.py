@@ -46,13 +46,17 @@ def family(values: Mapping[str, float]) -> Case:
 
 @pytest.fixture(scope="module")
 def trained() -> FinishedTraining:
-    task = TrainingTask(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-4)), 4e-3)
+    task = TrainingTask(
+        family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-4)), 4e-3
+    )
     search = training.search((YOUNG,), boxes.grid((YOUNG,), 11), boxes.grid((YOUNG,), 3))
     return training.train(task, search, greedy.Options(iterations=2))
 
 
 @pytest.mark.parametrize("young", [0.83e9, 1.27e9])
-def test_models_of_the_family_are_caught_as_the_full_ones(trained: FinishedTraining, young: float) -> None:
+def test_models_of_the_family_are_caught_as_the_full_ones(
+    trained: FinishedTraining, young: float
+) -> None:
     case = family({"E": young})
     full = integrate(eliminate(case.system), case.scheme, case.duration)
     small = trained.model.cases({"E": young})
@@ -60,7 +64,9 @@ def test_models_of_the_family_are_caught_as_the_full_ones(trained: FinishedTrain
     assert found.system.size < 0.7 * full.system.size
     (one,), (other,) = full.events, found.events
     assert other.time == pytest.approx(one.time, abs=1e-6)
-    assert 0.0 < one.loss < other.loss  # fewer unknowns have less room around a point that stops at once
+    assert (
+        0.0 < one.loss < other.loss
+    )  # fewer unknowns have less room around a point that stops at once
     for name, values in outputs(found).items():
         error = np.abs(values - outputs(full)[name])
         assert error.max() < 5e-4  # in the waves behind the catch, which no step resolves

@@ -1,7 +1,8 @@
 """Example 1 over Young's modulus: two full runs serve the range from 0.7 to 1.3 GPa.
 
-Figures of an independent implementation at eps = 1e-12: 2 full runs bring the error (48) below 1e-4 at 26 values, 1.1e-5 with 100
-elements. Example 1 of Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
+Figures of an independent implementation at eps = 1e-12: 2 full runs bring the error (48) below 1e-4
+at 26 values, 1.1e-5 with 100 elements. Example 1 of Hou, Liu, Hu, CMAME 361 (2020) 112690, doi
+10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ ANGLE = expressions.of_time(
 
 
 def family(values: Mapping[str, float]) -> Case:
-    """Example 1 with 20 elements; its response depends on the mesh by less than 1e-6 m from 25 elements on."""
+    """Example 1 with 20 elements; its response depends on the mesh by less than 1e-6 m from 25
+    elements on.
+    """
     material = sections.Material(values["E"], models.MATERIAL.density)
     root = At("beam", "left")
     drives = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, ANGLE)]
@@ -44,7 +47,9 @@ def family(values: Mapping[str, float]) -> Case:
 
 @pytest.fixture(scope="module")
 def trained() -> FinishedTraining:
-    task = TrainingTask(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-3)), 5e-3)
+    task = TrainingTask(
+        family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-3)), 5e-3
+    )
     search = training.search((YOUNG,), boxes.grid((YOUNG,), 101), boxes.grid((YOUNG,), 5))
     return training.train(task, search, greedy.Options(iterations=4))
 
@@ -56,7 +61,9 @@ def checked(trained: FinishedTraining) -> tuple[HeldOut, HeldOut]:
     return hold_out(trained, points, trained.models[0], full), hold_out(trained, points, full=full)
 
 
-def test_two_full_runs_are_enough(trained: FinishedTraining, checked: tuple[HeldOut, HeldOut]) -> None:
+def test_two_full_runs_are_enough(
+    trained: FinishedTraining, checked: tuple[HeldOut, HeldOut]
+) -> None:
     assert len(trained.runs) == 2
     assert trained.reduced_runs <= 12
     assert [len(model.selections) for model in trained.models] == [1, 1]

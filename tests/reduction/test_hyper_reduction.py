@@ -74,16 +74,28 @@ class EveryOther(HyperReduction):
 
 def test_a_scene_takes_the_one_of_its_extension(known: None, tmp_path: Path) -> None:
     """The key `sample` is checked against what is registered when the scene is read."""
-    text = (EXAMPLES / "double_pendulum.yaml").read_text(encoding="utf-8").replace("../meshes", "meshes")
+    text = (
+        (EXAMPLES / "double_pendulum.yaml")
+        .read_text(encoding="utf-8")
+        .replace("../meshes", "meshes")
+    )
     (tmp_path / "meshes").mkdir()
     (tmp_path / "every_other.py").write_text(FILE, encoding="utf-8")
     shutil.copy(EXAMPLES.parent / "meshes" / "double_pendulum_100.msh", tmp_path / "meshes")
     path = tmp_path / "own.yaml"
     path.write_text(text.replace("sample: elements", "sample: every other"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"sample: expected one of none, elements, points, exact, got 'every other'"):
+    with pytest.raises(
+        InputError,
+        match=r"sample: expected one of none, elements, points, exact, got 'every other'",
+    ):
         scenes.read(path)
-    path.write_text("extensions: [every_other.py]\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
+    path.write_text(
+        "extensions: [every_other.py]\n" + path.read_text(encoding="utf-8"), encoding="utf-8"
+    )
     found = studies.reduce(path, duration=0.02)
-    assert (found.report["hyper_reduction"], found.report["hyper_tolerance"]) == ("every other", 1e-3)
+    assert (found.report["hyper_reduction"], found.report["hyper_tolerance"]) == (
+        "every other",
+        1e-3,
+    )
     assert found.report["elements"] == {"first": 50, "second": 50}
     assert found.report["max_error"] < 1e-2

@@ -1,4 +1,6 @@
-"""Invariant bases: they hold every rotation of a state, their points keep the Kronecker form, and they serve other directions."""
+"""Invariant bases: they hold every rotation of a state, their points keep the Kronecker form, and
+they serve other directions.
+"""
 
 from __future__ import annotations
 
@@ -43,13 +45,18 @@ DOWN, ASKEW = (0.0, 0.0, -9.81), (0.0, -6.937, 6.937)
 
 def arms() -> list[Body]:
     first = body.cable("I", models.segment(16), models.SECTION, models.MATERIAL)
-    return [first, body.cable("II", models.segment(16, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL)]
+    return [
+        first,
+        body.cable("II", models.segment(16, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL),
+    ]
 
 
 def pendulum(weight: tuple[float, ...] = DOWN) -> System:
     """Two arms at right angles, hung at I.left."""
     held = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
-    return assemble(arms(), held, [loads.Gravity(weight)], outputs={"free": probes.Position(At("II", "right"))})
+    return assemble(
+        arms(), held, [loads.Gravity(weight)], outputs={"free": probes.Position(At("II", "right"))}
+    )
 
 
 @cache
@@ -58,14 +65,23 @@ def full(weight: tuple[float, ...] = DOWN) -> Trajectory:
 
 
 def reduced(
-    weight: tuple[float, ...] = DOWN, hyper: HyperReduction | None = None, invariant: bool = True, solve: bool = True
+    weight: tuple[float, ...] = DOWN,
+    hyper: HyperReduction | None = None,
+    invariant: bool = True,
+    solve: bool = True,
 ) -> System:
     """Trained on the pendulum whose weight points down, used with another weight."""
-    plan = Plan(COMPONENTS, 1e-12, hyper=hyper or reduction.NONE, eliminate=solve, invariant=invariant)
-    model = reduction.train(task_of(Case(pendulum(), SCHEME, DURATION), plan, 2e-3), motion=full()).model
+    plan = Plan(
+        COMPONENTS, 1e-12, hyper=hyper or reduction.NONE, eliminate=solve, invariant=invariant
+    )
+    model = reduction.train(
+        task_of(Case(pendulum(), SCHEME, DURATION), plan, 2e-3), motion=full()
+    ).model
     if weight == DOWN:
         return model.system
-    modes = {name: replace(one, mean=one.mean + raw_start(name)) for name, one in model.bases.items()}
+    modes = {
+        name: replace(one, mean=one.mean + raw_start(name)) for name, one in model.bases.items()
+    }
     return galerkin.reduce_system(pendulum(weight), COMPONENTS, modes, solve)
 
 
@@ -75,7 +91,9 @@ def raw_start(name: str) -> np.ndarray:
 
 
 def test_the_basis_holds_every_turned_state_and_keeps_the_joints() -> None:
-    """A turned state is as near as the state itself where nothing is pinned, and pinned coordinates stay."""
+    """A turned state is as near as the state itself where nothing is pinned, and pinned coordinates
+    stay.
+    """
     raw = assemble(arms())
     data = reduction.snapshots(full())
     found = reduction.bases(raw, data, COMPONENTS, 1e-10, invariant=True)["II"]
@@ -85,7 +103,13 @@ def test_the_basis_holds_every_turned_state_and_keeps_the_joints() -> None:
 
     def missed(values: np.ndarray) -> float:
         apart = (values.reshape(len(values), -1) - found.mean).T
-        left = apart - found.modes @ np.linalg.lstsq(found.modes.T @ (W @ found.modes), found.modes.T @ (W @ apart), rcond=None)[0]
+        left = (
+            apart
+            - found.modes
+            @ np.linalg.lstsq(
+                found.modes.T @ (W @ found.modes), found.modes.T @ (W @ apart), rcond=None
+            )[0]
+        )
         return float(np.sqrt(np.sum(left * (W @ left))))
 
     R = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
@@ -113,7 +137,10 @@ def test_points_keep_the_kronecker_form_and_are_consistent(solve: bool) -> None:
 def test_it_serves_a_weight_in_another_direction_and_modes_of_coordinates_do_not() -> None:
     """The second row of the table: largest error of a motion of two metres."""
     wanted = full(ASKEW)
-    mine, others = (integrate(reduced(ASKEW, invariant=kind), SCHEME, DURATION, SHARP, 2) for kind in (True, False))
+    mine, others = (
+        integrate(reduced(ASKEW, invariant=kind), SCHEME, DURATION, SHARP, 2)
+        for kind in (True, False)
+    )
     errors = [reduction.compare(wanted, one).summary["position_error"] for one in (mine, others)]
     assert errors[0] < 1e-4
     assert errors[1] > 100.0 * errors[0]
@@ -124,11 +151,18 @@ def test_it_is_sampled(hyper: HyperReduction, most: int) -> None:
     system = reduced(hyper=hyper)
     assert all(isinstance(one.gather, ShapePoints) for one in system.elastic)
     assert sum(len(one.gather.cell) for one in system.elastic) <= most
-    assert reduction.compare(full(), integrate(system, SCHEME, DURATION, SHARP, 2)).summary["position_error"] < 1e-3
+    assert (
+        reduction.compare(full(), integrate(system, SCHEME, DURATION, SHARP, 2)).summary[
+            "position_error"
+        ]
+        < 1e-3
+    )
 
 
 def test_a_number_of_modes_is_the_largest() -> None:
-    found = reduction.bases(pendulum(), reduction.snapshots(full()), COMPONENTS, modes=20, invariant=True)
+    found = reduction.bases(
+        pendulum(), reduction.snapshots(full()), COMPONENTS, modes=20, invariant=True
+    )
     assert [found[name].modes.shape[1] for name in COMPONENTS] == [18, 18]
 
 
@@ -161,8 +195,15 @@ def young(values: Mapping[str, float]) -> Case:
 
 
 def test_families_and_comparators_take_it() -> None:
-    """One basis of two full runs, as a polynomial of Young's modulus and at the corner of it; Grassmann interpolation as well."""
-    task = TrainingTask(young, (Parameter("E", 0.7e9, 1.3e9, unit="Pa"),), Plan(COMPONENTS, 1e-11, invariant=True), 3e-3)
+    """One basis of two full runs, as a polynomial of Young's modulus and at the corner of it;
+    Grassmann interpolation as well.
+    """
+    task = TrainingTask(
+        young,
+        (Parameter("E", 0.7e9, 1.3e9, unit="Pa"),),
+        Plan(COMPONENTS, 1e-11, invariant=True),
+        3e-3,
+    )
     runs = share_runs(task)
     given = [comparators.uniform(task, runs, (2,)), comparators.interpolated(task, runs, (2,))]
     rows = trials.compare(task, given, runs, np.array([[1.0e9]]))
@@ -178,7 +219,14 @@ def test_families_and_comparators_take_it() -> None:
 def hinged_ring(duration: float) -> tuple[System, Trajectory]:
     """A ring in the plane turns about its inner rim, driven by a torque."""
     steel = Material(young_modulus=2e8, density=7800.0, poisson_ratio=0.3)
-    shape = plate("ring", ring(0.1, 0.3, 12), 0.01, steel, dim=2, rims={"hub": Rim(("inner",)), "edge": Rim(("outer",))})
+    shape = plate(
+        "ring",
+        ring(0.1, 0.3, 12),
+        0.01,
+        steel,
+        dim=2,
+        rims={"hub": Rim(("inner",)), "edge": Rim(("outer",))},
+    )
     forces = [loads.Gravity((0.0, -9.81)), loads.Torque("motor", At("ring", "hub"), 800.0)]
     seen = {"angle": probes.Angle(At("ring", "hub"))}
     raw = assemble([shape], [joints.Pin("hinge", At("ring", "hub"))], forces, outputs=seen)
@@ -192,7 +240,10 @@ def test_in_the_plane_modes_are_closed_under_quarter_turns(hyper: HyperReduction
     model = reduction.train(task_of(Case(raw, SCHEME, 0.1), plan, 2e-3), motion=wanted).model
     modes = model.bases["ring"].modes
     turned = modes.reshape(-1, 2, modes.shape[1])[:, ::-1] * np.array([-1.0, 1.0])[None, :, None]
-    left = turned.reshape(modes.shape) - modes @ np.linalg.lstsq(modes, turned.reshape(modes.shape), rcond=None)[0]
+    left = (
+        turned.reshape(modes.shape)
+        - modes @ np.linalg.lstsq(modes, turned.reshape(modes.shape), rcond=None)[0]
+    )
     assert np.abs(left).max() < 1e-9 * np.abs(modes).max()
     motion = integrate(model.system, SCHEME, 0.1, SHARP, 2)
     assert reduction.compare(wanted, motion).maximum < 1e-6

@@ -1,4 +1,6 @@
-"""Which constraint rows a reduced model keeps: a bead on a helix, and what is decided of any errors; what is said of bases."""
+"""Which constraint rows a reduced model keeps: a bead on a helix, and what is decided of any
+errors; what is said of bases.
+"""
 
 from __future__ import annotations
 
@@ -47,18 +49,30 @@ class Helix(OwnJoint, word="helix_of_tests"):
     def equations(at, radius, pitch):  # type: ignore[no-untyped-def,override]
         x, y, z = at.position
         a = 2 * sympy.pi * z / pitch
-        return {"radius": (x**2 + y**2 - radius**2) / (2 * radius), "angle": y * sympy.cos(a) - x * sympy.sin(a)}
+        return {
+            "radius": (x**2 + y**2 - radius**2) / (2 * radius),
+            "angle": y * sympy.cos(a) - x * sympy.sin(a),
+        }
 
 
-joints.Joint.known.pop(Helix.word)  # scenes of other tests do not know it, whichever of these run in the same process
+joints.Joint.known.pop(
+    Helix.word
+)  # scenes of other tests do not know it, whichever of these run in the same process
 
 
 def pendulum() -> System:
     """A beam of 20 cells whose one end slides down a helix."""
     section, material = Circular(0.02), Material(young_modulus=1e9, density=1800.0)
-    beam = body.cable("arm", models.segment(20), section, material, origin=np.array([0.5, 0.0, 0.0]))
+    beam = body.cable(
+        "arm", models.segment(20), section, material, origin=np.array([0.5, 0.0, 0.0])
+    )
     tip = {"root": probes.Position(At("arm", "left"))}
-    return assemble([beam], [Helix("rail", At("arm", "left"), 0.5, 0.8)], [loads.Gravity((0.0, 0.0, -9.81))], outputs=tip)
+    return assemble(
+        [beam],
+        [Helix("rail", At("arm", "left"), 0.5, 0.8)],
+        [loads.Gravity((0.0, 0.0, -9.81))],
+        outputs=tip,
+    )
 
 
 @functools.cache
@@ -70,22 +84,34 @@ def sliding() -> tuple[System, Trajectory]:
 
 @pytest.mark.parametrize("eps,bound", [(1e-8, 1e-3), (1e-10, 3e-4), (1e-12, 2e-4), (1e-14, 1e-4)])
 def test_no_row_of_a_joint_is_left_out_by_noise(eps: float, bound: float) -> None:
-    """Closing the gap of `angle` takes 6 and 9 times the distance of the basis at 1e-10 and 1e-12; without it errors are 1e-2."""
+    """Closing the gap of `angle` takes 6 and 9 times the distance of the basis at 1e-10 and 1e-12;
+    without it errors are 1e-2.
+    """
     raw, full = sliding()
-    model = reduction.train(task_of(Case(raw, STEP, 0.3, TIGHT), Plan({"arm": ("arm",)}, eps), 5e-3), motion=full).model
+    model = reduction.train(
+        task_of(Case(raw, STEP, 0.3, TIGHT), Plan({"arm": ("arm",)}, eps), 5e-3), motion=full
+    ).model
     assert model.left_out == {}
     assert set(model.system.constraints.names) == {("rail", "radius"), ("rail", "angle")}
     assert reduction.compare(full, cases.run(model.cases({}))).maximum < bound
 
 
 def test_rows_of_joints_that_lock_are_named() -> None:
-    """Three modes of a basis of eps = 1e-4 cannot follow the helix: a warning says what is left out, and what that does."""
+    """Three modes of a basis of eps = 1e-4 cannot follow the helix: a warning says what is left
+    out, and what that does.
+    """
     raw, full = sliding()
     task = task_of(Case(raw, STEP, 0.3, TIGHT), Plan({"arm": ("arm",)}, 1e-4), 5e-3)
-    with pytest.warns(Notice, match=r"leaves out rail\.angle, rail\.radius: its modes cannot follow them \(error .* with them"):
+    with pytest.warns(
+        Notice,
+        match=r"leaves out rail\.angle, rail\.radius: its modes cannot follow them \(error .* with them",
+    ):
         model = reduction.train(task, motion=full).model
     assert set(model.left_out) == {"rail.angle", "rail.radius"}
-    assert all(why.startswith("locks the motion: with all such rows it errs by") for why in model.left_out.values())
+    assert all(
+        why.startswith("locks the motion: with all such rows it errs by")
+        for why in model.left_out.values()
+    )
 
 
 FRAMES = ("a.A", "e1.e1"), ("b.B", "e1.e1"), ("b.C", "e1.e1")
@@ -99,23 +125,37 @@ JOINTS = ("rail", "angle"), ("rail", "radius"), ("screw", "x")
         (["a.A"], [], ["a.A"]),
         (["a.A", "b.B", "b.C"], [], ["a.A", "b.B", "b.C"]),
         (["a.A", "b.C"], ["b.B"], ["a.A", "b.C"]),
-        (["a.A", "b.B", "b.C"], ["rail", "screw"], ["a.A", "b.B", "b.C"]),  # joints that guide beside frames that lock
+        (
+            ["a.A", "b.B", "b.C"],
+            ["rail", "screw"],
+            ["a.A", "b.B", "b.C"],
+        ),  # joints that guide beside frames that lock
         (["screw"], ["rail"], ["screw"]),  # what no step with all of a kind shows
         (["rail"], ["a.A", "b.B", "b.C", "screw"], ["rail"]),
     ],
 )
-def test_what_locks_is_found_among_what_is_needed(locking: list[str], needed: list[str], left: list[str]) -> None:
-    """Errors of a model: 1e-2 for every row that locks and is kept, or, if larger, 0.3 for every one that is needed and is not."""
+def test_what_locks_is_found_among_what_is_needed(
+    locking: list[str], needed: list[str], left: list[str]
+) -> None:
+    """Errors of a model: 1e-2 for every row that locks and is kept, or, if larger, 0.3 for every
+    one that is needed and is not.
+    """
     every = (*FRAMES, *JOINTS)
 
     def error(out: Names) -> float:
         kept, gone = ({joint for joint, _ in some} for some in (frozenset(every) - out, out))
-        locks, misses = 1e-2 * sum(joint in kept for joint in locking), 0.3 * sum(joint in gone for joint in needed)
+        locks, misses = (
+            1e-2 * sum(joint in kept for joint in locking),
+            0.3 * sum(joint in gone for joint in needed),
+        )
         return max(1e-5, locks, misses)
 
     out, with_all, now = kept_rows.find_locking(every, error, lambda: 1e-8)
     assert out == {name for name in every if name[0] in left}
-    assert (with_all, now) == (error(frozenset()), error(frozenset(name for name in every if name[0] in left)))
+    assert (with_all, now) == (
+        error(frozenset()),
+        error(frozenset(name for name in every if name[0] in left)),
+    )
 
 
 def test_a_run_that_fails_is_an_error_without_bound() -> None:
@@ -135,17 +175,30 @@ def swinging(force: float, idle: bool) -> TrainingTask:
     beams = [body.cable("arm", models.segment(8), models.SECTION, models.MATERIAL, dim=2)]
     held: list[Joint] = [joints.Pin("hinge", At("arm", "left"))]
     if idle:
-        beams.append(body.cable("idle", models.segment(8), models.SECTION, models.MATERIAL, dim=2, origin=np.array([0.0, 1.0])))
+        beams.append(
+            body.cable(
+                "idle",
+                models.segment(8),
+                models.SECTION,
+                models.MATERIAL,
+                dim=2,
+                origin=np.array([0.0, 1.0]),
+            )
+        )
         held.append(joints.Clamp("wall", At("idle", "left")))
     raw = assemble(beams, held, [loads.PointForce("push", At("arm", "right"), (0.0, -force))])
-    return task_of(Case(raw, STEP, 0.1, TIGHT), Plan({beam.name: (beam.name,) for beam in beams}, 1e-10), 2e-3)
+    return task_of(
+        Case(raw, STEP, 0.1, TIGHT), Plan({beam.name: (beam.name,) for beam in beams}, 1e-10), 2e-3
+    )
 
 
 @pytest.mark.parametrize("invariant", [False, True])
 def test_components_at_rest_are_named(invariant: bool) -> None:
     """They have the fewest modes that there are; 81 were made of round-off."""
     task = swinging(1.0, True)
-    with pytest.warns(Notice, match=r"at rest in the training, and in the reduced model: 'idle' \(moves by"):
+    with pytest.warns(
+        Notice, match=r"at rest in the training, and in the reduced model: 'idle' \(moves by"
+    ):
         model = reduction.train(replace(task, plan=replace(task.plan, invariant=invariant))).model
     assert model.modes["idle"] <= 3
     assert model.modes["arm"] > 5
@@ -157,7 +210,9 @@ def test_a_motion_at_rest_is_refused() -> None:
     family = replace(task, parameters=(Parameter("E", 1.0, 2.0),))
     for one in (task, family):
         run = full_runs.full_run(one, {"E": 1.0})
-        with pytest.raises(InputError, match="expected a motion, got none: nothing moves in the training run"):
+        with pytest.raises(
+            InputError, match="expected a motion, got none: nothing moves in the training run"
+        ):
             reduced_models.make_model(one, [run])
 
 

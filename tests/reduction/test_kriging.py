@@ -16,15 +16,22 @@ from fmbs_skfem.families import kriging
 def forrester(x: np.ndarray) -> np.ndarray:
     """(6x - 2)^2 sin(12x - 4): smallest value -6.020740 at x = 0.757249.
 
-    A. Forrester, A. Sobester, A. Keane, Engineering Design via Surrogate Modelling, Wiley 2008, doi 10.1002/9780470770801.
+    A. Forrester, A. Sobester, A. Keane, Engineering Design via Surrogate Modelling, Wiley 2008, doi
+    10.1002/9780470770801.
     """
     return (6.0 * x[:, 0] - 2.0) ** 2 * np.sin(12.0 * x[:, 0] - 4.0)
 
 
 def branin(x: np.ndarray) -> np.ndarray:
-    """Branin's function of the unit square: three smallest values 0.397887, see Jones, Schonlau, Welch (1998), section 6."""
+    """Branin's function of the unit square: three smallest values 0.397887, see Jones, Schonlau,
+    Welch (1998), section 6.
+    """
     a, b = 15.0 * x[:, 0] - 5.0, 15.0 * x[:, 1]
-    return (b - 5.1 / (4.0 * np.pi**2) * a**2 + 5.0 / np.pi * a - 6.0) ** 2 + 10.0 * (1.0 - 1.0 / (8.0 * np.pi)) * np.cos(a) + 10.0
+    return (
+        (b - 5.1 / (4.0 * np.pi**2) * a**2 + 5.0 / np.pi * a - 6.0) ** 2
+        + 10.0 * (1.0 - 1.0 / (8.0 * np.pi)) * np.cos(a)
+        + 10.0
+    )
 
 
 def design(count: int, dimension: int, seed: int) -> np.ndarray:
@@ -42,7 +49,9 @@ def test_the_published_minima_are_those_of_the_functions_here() -> None:
 
 
 def holdout_error(function: object, points: np.ndarray, others: np.ndarray, unit: float) -> float:
-    """Largest error of the mean at `others` over the range of the function; log10 of the samples is the function over `unit`."""
+    """Largest error of the mean at `others` over the range of the function; log10 of the samples is
+    the function over `unit`.
+    """
     exact = function(others) / unit  # type: ignore[operator]
     mean, _ = kriging.predict(kriging.fit(points, 10.0 ** (function(points) / unit)), others)  # type: ignore[operator]
     return float(np.abs(mean - exact).max() / np.ptp(exact))
@@ -50,20 +59,29 @@ def holdout_error(function: object, points: np.ndarray, others: np.ndarray, unit
 
 def test_errors_fall_with_the_samples_forrester() -> None:
     others = np.linspace(0.0, 1.0, 501)[:, None]
-    errors = [holdout_error(forrester, np.linspace(0.0, 1.0, k)[:, None], others, 1.0) for k in (5, 9, 17, 25)]
+    errors = [
+        holdout_error(forrester, np.linspace(0.0, 1.0, k)[:, None], others, 1.0)
+        for k in (5, 9, 17, 25)
+    ]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] < 0.005
-    assert np.log(errors[1] / errors[3]) / np.log(3.0) > 2.0  # order of convergence, 5/2 in the native space of the kernel
+    assert (
+        np.log(errors[1] / errors[3]) / np.log(3.0) > 2.0
+    )  # order of convergence, 5/2 in the native space of the kernel
 
 
 def test_errors_fall_with_the_samples_branin() -> None:
     others = qmc.Sobol(2, rng=1).random(512)
-    errors = [holdout_error(branin, qmc.Sobol(2, rng=2).random(k), others, 50.0) for k in (8, 16, 32, 128)]
+    errors = [
+        holdout_error(branin, qmc.Sobol(2, rng=2).random(k), others, 50.0) for k in (8, 16, 32, 128)
+    ]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] < 0.01
 
 
-def added_until(value: np.ndarray, x: np.ndarray, start: list[int], wanted: np.ndarray, most: int) -> int:
+def added_until(
+    value: np.ndarray, x: np.ndarray, start: list[int], wanted: np.ndarray, most: int
+) -> int:
     """Number of samples after which one of the wanted candidates is among them."""
     found = list(start)
     while not wanted[found].any() and len(found) < most:
@@ -82,7 +100,9 @@ def test_expected_gain_finds_the_minimum_of_forrester() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_expected_gain_finds_a_minimum_of_branin(seed: int) -> None:
-    """Within 0.05 decades after 28 samples, of which 21 are the first; Jones, Schonlau, Welch (1998) need 28 for 1 %."""
+    """Within 0.05 decades after 28 samples, of which 21 are the first; Jones, Schonlau, Welch
+    (1998) need 28 for 1 %.
+    """
     x = np.vstack([design(21, 2, seed), qmc.Sobol(2, rng=3).random(4096)])
     value = 10.0 ** (-branin(x) / 50.0)
     assert added_until(value, x, list(range(21)), value >= value.max() * 10**-0.05, 29) <= 28
@@ -99,7 +119,9 @@ def test_the_mean_follows_the_samples_where_they_are_smooth() -> None:
 
 
 def test_roughness_is_not_interpolated() -> None:
-    """A line with a scatter of 0.1 decades: the surrogate is the line, and says how large the scatter is."""
+    """A line with a scatter of 0.1 decades: the surrogate is the line, and says how large the
+    scatter is.
+    """
     x = np.linspace(0.0, 1.0, 41)[:, None]
     line = -6.0 - 1.5 * x[:, 0]
     surrogate = kriging.fit(x, 10.0 ** (line + 0.1 * np.random.default_rng(5).standard_normal(41)))
@@ -114,7 +136,11 @@ def test_expected_gain_is_its_integral() -> None:
     mean, std = kriging.predict(surrogate, at)
     best = kriging.predict(surrogate, surrogate.points)[0].max()
     for m, s, g in zip(mean, std, kriging.gain(surrogate, at), strict=True):
-        exact = quad(lambda z, m=m, s=s: (z - best) * norm.pdf(z, m, s), best, best + 12.0 * s + abs(m - best))[0]
+        exact = quad(
+            lambda z, m=m, s=s: (z - best) * norm.pdf(z, m, s),
+            best,
+            best + 12.0 * s + abs(m - best),
+        )[0]
         assert g == pytest.approx(exact, rel=1e-6)
 
 
@@ -129,7 +155,9 @@ def test_a_parameter_without_influence_has_the_longest_length() -> None:
 def test_ten_decades() -> None:
     x = np.linspace(0.0, 1.0, 11)[:, None]
     surrogate = kriging.fit(x, 10.0 ** (-12.0 + 10.0 * x[:, 0]))
-    assert kriging.predict(surrogate, column(0.05, 0.55))[0] == pytest.approx([-11.5, -6.5], abs=0.02)
+    assert kriging.predict(surrogate, column(0.05, 0.55))[0] == pytest.approx(
+        [-11.5, -6.5], abs=0.02
+    )
 
 
 def test_constant_values_promise_nothing() -> None:
@@ -157,7 +185,9 @@ def test_equal_points_are_averaged() -> None:
 
 
 def test_nearly_equal_points_are_no_obstacle() -> None:
-    surrogate = kriging.fit(column(0.2, 0.2 + 1e-13, 0.2 + 2e-13, 0.9), [1e-6, 1.1e-6, 0.9e-6, 1e-4])
+    surrogate = kriging.fit(
+        column(0.2, 0.2 + 1e-13, 0.2 + 2e-13, 0.9), [1e-6, 1.1e-6, 0.9e-6, 1e-4]
+    )
     assert kriging.predict(surrogate, column(0.2))[0] == pytest.approx([-6.0], abs=0.1)
 
 
@@ -178,7 +208,9 @@ def test_zeros_are_better_than_all_others() -> None:
 
 def test_a_likely_maximum_has_a_least_gain() -> None:
     x = np.linspace(0.0, 1.0, 201)[:, None]
-    surrogate = kriging.fit(column(0.0, 0.25, 0.5, 0.75, 1.0), 10.0 ** np.array([-6.0, -5.0, -6.0, -5.0, -6.0]))
+    surrogate = kriging.fit(
+        column(0.0, 0.25, 0.5, 0.75, 1.0), 10.0 ** np.array([-6.0, -5.0, -6.0, -5.0, -6.0])
+    )
     best = kriging.likely_maximum(surrogate, x)
     assert best is not None
     assert best == np.argmax(kriging.gain(surrogate, x))
@@ -216,10 +248,16 @@ def test_bad_samples_are_refused(points: list[object], values: list[object]) -> 
 
 
 def test_the_deviation_is_held_against_every_sample_left_out() -> None:
-    """The factor is that of processes of one kernel from which one sample after the other is left out, computed one by one."""
+    """The factor is that of processes of one kernel from which one sample after the other is left
+    out, computed one by one.
+    """
     points = design(9, 2, 3)
     found = kriging.fit(points, 10.0 ** (branin(points) / 100.0))
-    K, y, missed = found.covariance(found.points) + found.noise * np.eye(9), (found.values - found.mean) / found.scale, []
+    K, y, missed = (
+        found.covariance(found.points) + found.noise * np.eye(9),
+        (found.values - found.mean) / found.scale,
+        [],
+    )
     for k in range(9):
         rest = np.delete(np.arange(9), k)
         weights = np.linalg.solve(K[np.ix_(rest, rest)], K[rest, k])

@@ -1,4 +1,6 @@
-"""Errors of outputs: in their unit and as parts of their ranges, for a known difference of two motions."""
+"""Errors of outputs: in their unit and as parts of their ranges, for a known difference of two
+motions.
+"""
 
 from __future__ import annotations
 
@@ -44,10 +46,14 @@ def changed(**by: float) -> Mapping[str, np.ndarray]:
 
 
 def test_errors_stand_in_their_unit_and_as_parts_of_their_range() -> None:
-    found = output_errors.between(reference(), changed(tip_x=1e-3, clamp_x=0.2, clamp_slope_x=0.01), KNOWN)
+    found = output_errors.between(
+        reference(), changed(tip_x=1e-3, clamp_x=0.2, clamp_slope_x=0.01), KNOWN
+    )
     assert found["tip_x"].error == pytest.approx(1e-3, rel=1e-9)
     assert found["tip_x"].relative == pytest.approx(5e-4, rel=1e-9)
-    assert (found["clamp_x"].range, found["clamp_x"].relative) == pytest.approx((20.0, 0.01), rel=1e-12)
+    assert (found["clamp_x"].range, found["clamp_x"].relative) == pytest.approx(
+        (20.0, 0.01), rel=1e-12
+    )
     assert found["clamp_slope_x"].relative == pytest.approx(0.02)
     assert [found[name].unit for name in ("tip_x", "clamp_x", "clamp_slope_x")] == ["m", "N", "N m"]
     assert output_errors.measure(found) == pytest.approx(0.02)
@@ -55,7 +61,9 @@ def test_errors_stand_in_their_unit_and_as_parts_of_their_range() -> None:
 
 @pytest.mark.parametrize("unit,least", [("m", 0.02), ("rad", 0.02), ("N", 0.1), ("m/s", 0.1)])
 def test_positions_and_angles_that_are_lost_are_named(unit: str, least: float) -> None:
-    """A small turn of what swings far, lost by a tenth in a model whose motion errs by 1e-4; forces err by ten times more."""
+    """A small turn of what swings far, lost by a tenth in a model whose motion errs by 1e-4; forces
+    err by ten times more.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
         output_errors.warn_of_wrong({"a": 0.9 * least}, {"a": unit})
@@ -64,14 +72,20 @@ def test_positions_and_angles_that_are_lost_are_named(unit: str, least: float) -
 
 
 def test_a_column_that_hardly_moves_counts_relative_to_its_output() -> None:
-    """1e-9 m of a component that moves by 1e-6 m beside one that moves by 2 m is 5e-8 of what counts, a hundredth of 2 m."""
+    """1e-9 m of a component that moves by 1e-6 m beside one that moves by 2 m is 5e-8 of what
+    counts, a hundredth of 2 m.
+    """
     found = output_errors.between(reference(), changed(tip_y=1e-9, tip_z=1e-9), KNOWN)
-    assert [found[name].relative for name in ("tip_y", "tip_z")] == pytest.approx([5e-8, 5e-8], rel=1e-6)
+    assert [found[name].relative for name in ("tip_y", "tip_z")] == pytest.approx(
+        [5e-8, 5e-8], rel=1e-6
+    )
     assert found["tip_y"].range == pytest.approx(1e-6)
 
 
 def test_how_fast_a_contact_slides_counts_where_both_motions_touch() -> None:
-    """It is 0 where nothing touches and jumps there: motions that touch a little sooner or later are not wrong by all of it."""
+    """It is 0 where nothing touches and jumps there: motions that touch a little sooner or later
+    are not wrong by all of it.
+    """
     sliding, forces = np.where(T > 0.5, 1.0 + T, 0.0), np.maximum(T - 0.5, 0.0)
     ours = {"c_force": forces, "c_friction": 0.3 * forces, "c_gap": 0.5 - T, "c_slip": sliding}
     known = {"c": Output("contact", (), tuple(ours))}
@@ -94,7 +108,9 @@ def test_the_energy_balance_counts_relative_to_the_energies() -> None:
 
 def test_what_stands_still_has_no_part_of_a_range_and_what_is_unknown_no_error() -> None:
     only = {"still": KNOWN["still"], "clamp": KNOWN["clamp"]}
-    found = output_errors.between(reference(), {**changed(), "clamp_x": np.full(len(T), np.nan)}, only)
+    found = output_errors.between(
+        reference(), {**changed(), "clamp_x": np.full(len(T), np.nan)}, only
+    )
     assert math.isnan(found["still"].relative)
     assert found["still"].error == 0.0
     assert math.isnan(found["clamp_x"].error)
@@ -103,13 +119,19 @@ def test_what_stands_still_has_no_part_of_a_range_and_what_is_unknown_no_error()
 
 
 def test_what_is_zero_up_to_round_off_counts_with_what_moves_elsewhere() -> None:
-    """A force of 1e-9 N beside one of 20 N: other round-off is no error, 2 N in its place are ten times a hundredth of the 20 N."""
+    """A force of 1e-9 N beside one of 20 N: other round-off is no error, 2 N in its place are ten
+    times a hundredth of the 20 N.
+    """
     known = {**KNOWN, "link": Output("reaction", (), ("link_x",), "link")}
     mine = {**reference(), "link_x": 1e-9 * np.sin(9.0 * T)}
     found = output_errors.between(mine, {**mine, "link_x": 2e-9 * np.cos(7.0 * T)}, known)
     assert found["link_x"].relative < 2e-8
-    assert output_errors.between(mine, {**mine, "link_x": 2.0 * T}, known)["link_x"].relative == pytest.approx(10.0, rel=1e-6)
-    assert output_errors.between(mine, {**mine, "still": 200.0 + 2.0 * T}, known)["still"].relative == pytest.approx(100.0)
+    assert output_errors.between(mine, {**mine, "link_x": 2.0 * T}, known)[
+        "link_x"
+    ].relative == pytest.approx(10.0, rel=1e-6)
+    assert output_errors.between(mine, {**mine, "still": 200.0 + 2.0 * T}, known)[
+        "still"
+    ].relative == pytest.approx(100.0)
 
 
 def test_round_off_of_the_only_force_is_known_by_the_mechanism() -> None:
@@ -126,12 +148,18 @@ def test_round_off_of_the_only_force_is_known_by_the_mechanism() -> None:
 def test_tolerances_are_met_in_their_unit() -> None:
     found = output_errors.between(reference(), changed(tip_x=1e-3, clamp_x=5.0), KNOWN)
     assert output_errors.measure(found, {"tip": 1e-4}) == pytest.approx(10.0, rel=1e-9)
-    assert output_errors.measure(found, {"tip": 1e-2, "clamp": 10.0}) == pytest.approx(0.5, rel=1e-9)
+    assert output_errors.measure(found, {"tip": 1e-2, "clamp": 10.0}) == pytest.approx(
+        0.5, rel=1e-9
+    )
 
 
 def test_a_reduced_cantilever_in_all_its_outputs() -> None:
-    """A beam that is pushed: the errors are those that the two motions show, as far as the reduced one knows the output."""
-    full = models.cantilever(6, lambda tip: [loads.PointForce("tip", tip, (0.0, -1.0))], all_multipliers=True)
+    """A beam that is pushed: the errors are those that the two motions show, as far as the reduced
+    one knows the output.
+    """
+    full = models.cantilever(
+        6, lambda tip: [loads.PointForce("tip", tip, (0.0, -1.0))], all_multipliers=True
+    )
     scheme, sharp = GeneralizedAlpha(2e-3), Newton(1e-12)
     motion = integrate(eliminate(full), scheme, 0.2, sharp)
     components = component.system_level(full)
@@ -141,9 +169,13 @@ def test_a_reduced_cantilever_in_all_its_outputs() -> None:
     mine, theirs = output_errors.columns(motion), output_errors.columns(other)
     assert set(found) == set(mine)
     for name, one in found.items():
-        assert one.error == pytest.approx(float(np.abs(mine[name][::2] - theirs[name]).max()), nan_ok=True)
+        assert one.error == pytest.approx(
+            float(np.abs(mine[name][::2] - theirs[name]).max()), nan_ok=True
+        )
         assert one.range == float(np.ptp(mine[name][::2]))
     assert 1e-4 < found["tip_y"].relative < 1e-2 < output_errors.measure(found)
-    assert all(math.isnan(one.error) for one in found.values() if one.output == "clamp"), "its constraint is in the basis"
+    assert all(math.isnan(one.error) for one in found.values() if one.output == "clamp"), (
+        "its constraint is in the basis"
+    )
     with pytest.raises(InputError, match="two trajectories with common times"):
         output_errors.compare(motion, replace(other, times=other.times + 1e-3))

@@ -21,7 +21,9 @@ BOTH = (E, D)
 
 @given(st.lists(st.tuples(st.floats(-0.5, 1.5), st.floats(-0.5, 1.5)), min_size=1, max_size=5))
 def test_the_box_and_back(unit: list[tuple[float, float]]) -> None:
-    assert parameters.to_box(BOTH, parameters.from_box(BOTH, unit)) == pytest.approx(np.array(unit), abs=1e-14)
+    assert parameters.to_box(BOTH, parameters.from_box(BOTH, unit)) == pytest.approx(
+        np.array(unit), abs=1e-14
+    )
 
 
 def test_scales_and_ends() -> None:
@@ -41,7 +43,10 @@ def test_scales_and_ends() -> None:
         ((1.0, 1.0), "got 1 to 1"),
         ((0.0, math.inf), "got 0 to inf"),
         ((math.nan, 1.0), "got nan to 1"),
-        ((0.0, 1.0, Scale.LOG), "a positive range on a logarithmic scale, got 0 to 1; take a linear scale"),
+        (
+            (0.0, 1.0, Scale.LOG),
+            "a positive range on a logarithmic scale, got 0 to 1; take a linear scale",
+        ),
         ((1.0, 2.0, Scale.LINEAR, "", 3.0), "a nominal value from 1 to 2, got 3"),
     ],
 )
@@ -61,7 +66,9 @@ def test_grids() -> None:
     expected = [[e, d] for e in (4e10, 5.5e10, 7e10) for d in (1e-3, 1e-1)]
     assert points == pytest.approx(np.array(expected), rel=1e-15)
     assert np.array_equal(parameters.grid(BOTH, {"d": 2, "E": 3}), points)
-    assert parameters.grid((E,), 101)[:, 0] == pytest.approx(np.linspace(4e10, 7e10, 101), rel=1e-15)
+    assert parameters.grid((E,), 101)[:, 0] == pytest.approx(
+        np.linspace(4e10, 7e10, 101), rel=1e-15
+    )
     assert parameters.grid(BOTH, 1).tolist() == [[5.5e10, pytest.approx(1e-2)]]
     for counts in (0, (3,), (3, 0)):
         with pytest.raises(InputError, match="grid"):
@@ -74,8 +81,12 @@ def test_one_point_in_every_slice() -> None:
     unit = parameters.to_box(BOTH, parameters.latin_hypercube(BOTH, 40, seed=3))
     for column in unit.T:
         assert sorted(np.floor(40 * column).astype(int)) == list(range(40))
-    assert np.array_equal(parameters.latin_hypercube(BOTH, 40, seed=3), parameters.latin_hypercube(BOTH, 40, seed=3))
-    assert not np.array_equal(parameters.latin_hypercube(BOTH, 40, seed=3), parameters.latin_hypercube(BOTH, 40, seed=4))
+    assert np.array_equal(
+        parameters.latin_hypercube(BOTH, 40, seed=3), parameters.latin_hypercube(BOTH, 40, seed=3)
+    )
+    assert not np.array_equal(
+        parameters.latin_hypercube(BOTH, 40, seed=3), parameters.latin_hypercube(BOTH, 40, seed=4)
+    )
 
 
 def test_sobol_sequences_go_on() -> None:

@@ -1,4 +1,6 @@
-"""The reduced model of a parameter range as a file: the same bits back, in three lines, and damage of every kind."""
+"""The reduced model of a parameter range as a file: the same bits back, in three lines, and damage
+of every kind.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,10 @@ from tests.hard_cases import check_damage_is_found
 from tests.reduction.test_files import same
 
 SCHEME, DURATION = GeneralizedAlpha(2e-3), 0.1
-BOX = (Parameter("E", 5e8, 2e9, Scale.LOG, "Pa", 1e9), Parameter("force", -1.0, 1.0, unit="N", value=0.5))
+BOX = (
+    Parameter("E", 5e8, 2e9, Scale.LOG, "Pa", 1e9),
+    Parameter("force", -1.0, 1.0, unit="N", value=0.5),
+)
 
 
 def raw(values: Mapping[str, float]) -> System:
@@ -43,7 +48,9 @@ def raw(values: Mapping[str, float]) -> System:
     def pull(tip: At) -> list[loads.PointForce]:
         return [loads.PointForce("tip", tip, force, history)]
 
-    system = models.cantilever(4, pull, section=models.SECTION, material=material, all_multipliers=True)
+    system = models.cantilever(
+        4, pull, section=models.SECTION, material=material, all_multipliers=True
+    )
     return replace(system, outputs={"tip": system.outputs["tip"]})
 
 
@@ -53,8 +60,16 @@ def rom() -> ParametricModel:
     data = galerkin.snapshots(integrate(full, SCHEME, DURATION, Newton(1e-12)))
     components = component.system_level(full)
     bases = galerkin.bases(full, data, components, 1e-10)
-    model = affine.fit(lambda values: Case(galerkin.reduce_system(raw(values), components, bases), SCHEME, DURATION), BOX)
-    return ParametricModel(model, {"scene": "cantilever", "training": {"E": (1e9,), "force": (1.0,)}, "errors": [1e-5, 2e-5]})
+    model = affine.fit(
+        lambda values: Case(
+            galerkin.reduce_system(raw(values), components, bases), SCHEME, DURATION
+        ),
+        BOX,
+    )
+    return ParametricModel(
+        model,
+        {"scene": "cantilever", "training": {"E": (1e9,), "force": (1.0,)}, "errors": [1e-5, 2e-5]},
+    )
 
 
 @pytest.fixture
@@ -87,22 +102,33 @@ def test_everything_comes_back(rom: ParametricModel, saved: Path) -> None:
 def test_the_form_with_all_multipliers_is_left_out(tmp_path: Path) -> None:
     def eliminated(values: Mapping[str, float]) -> Case:
         material = sections.Material(values["E"], 1800.0)
-        return Case(models.cantilever(3, section=models.SECTION, material=material), SCHEME, DURATION)
+        return Case(
+            models.cantilever(3, section=models.SECTION, material=material), SCHEME, DURATION
+        )
 
     model = affine.fit(eliminated, BOX[:1])
     assert model.nominal.system.full is not None
-    loaded = parametric_model.load(parametric_model.save(ParametricModel(model), tmp_path / "full.rom"))
+    loaded = parametric_model.load(
+        parametric_model.save(ParametricModel(model), tmp_path / "full.rom")
+    )
     assert loaded.model.nominal.system.full is None
-    one, two = parametric_model.run(loaded, E=7e8), parametric_model.run(ParametricModel(model), E=7e8)
+    one, two = (
+        parametric_model.run(loaded, E=7e8),
+        parametric_model.run(ParametricModel(model), E=7e8),
+    )
     assert np.array_equal(one.x, two.x)
 
 
 def test_unknown_parameters_are_refused(saved: Path) -> None:
     loaded = parametric_model.load(saved)
-    with pytest.raises(InputError, match=r"one of E, force, got 'forse'; did you mean 'force'\?") as caught:
+    with pytest.raises(
+        InputError, match=r"one of E, force, got 'forse'; did you mean 'force'\?"
+    ) as caught:
         parametric_model.run(loaded, forse=1.0)
     assert caught.value.exit_code == 3
-    with pytest.raises(InputError, match="parameter 'E': expected a positive number, as all of its range"):
+    with pytest.raises(
+        InputError, match="parameter 'E': expected a positive number, as all of its range"
+    ):
         parametric_model.run(loaded, E=-1)
 
 
@@ -111,7 +137,10 @@ def test_a_sign_that_no_value_of_the_range_has_is_refused(saved: Path) -> None:
     loaded = parametric_model.load(saved)
     linear = tuple(replace(one, scale=Scale.LINEAR) for one in loaded.model.parameters)
     rom = replace(loaded, model=replace(loaded.model, parameters=linear))
-    with pytest.raises(InputError, match=r"parameter 'E': expected a positive number, as all of its range, 5e\+08 to 2e\+09 Pa"):
+    with pytest.raises(
+        InputError,
+        match=r"parameter 'E': expected a positive number, as all of its range, 5e\+08 to 2e\+09 Pa",
+    ):
         parametric_model.case_of(rom, {"E": -1.0})
     parametric_model.case_of(rom, {"force": -0.5})
 
@@ -126,7 +155,9 @@ def test_a_notice_outside_of_the_training(saved: Path) -> None:
 
 def test_a_notice_of_a_longer_run_and_of_another_step(saved: Path) -> None:
     loaded, h = parametric_model.load(saved), SCHEME.step
-    with pytest.warns(Notice, match="runs for 0.2 s, trained for 0.1 s; a step of 0.004 s, trained with 0.002 s"):
+    with pytest.warns(
+        Notice, match="runs for 0.2 s, trained for 0.1 s; a step of 0.004 s, trained with 0.002 s"
+    ):
         motion = parametric_model.run(loaded, 1, 0.2, 4e-3, E=1e9)
     assert (motion.times[-1], len(motion.times)) == (pytest.approx(0.2), 51)
     with warnings.catch_warnings():
@@ -161,9 +192,15 @@ def test_content_that_does_not_fit_is_found(saved: Path, old: bytes, new: bytes)
 
 def test_kinds_of_files_are_told_apart(rom: ParametricModel, saved: Path, tmp_path: Path) -> None:
     plain = files.save(rom.model.nominal.system, tmp_path / "plain.rom")
-    with pytest.raises(CorruptFile, match="'fmbs_skfem parametric model' in its first line, got 'fmbs_skfem reduced model'"):
+    with pytest.raises(
+        CorruptFile,
+        match="'fmbs_skfem parametric model' in its first line, got 'fmbs_skfem reduced model'",
+    ):
         parametric_model.load(plain)
-    with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line, got 'fmbs_skfem parametric model'"):
+    with pytest.raises(
+        CorruptFile,
+        match="'fmbs_skfem reduced model' in its first line, got 'fmbs_skfem parametric model'",
+    ):
         files.load(saved)
     saved.write_bytes(saved.read_bytes().replace(b"version 4\n", b"version 5\n", 1))
     with pytest.raises(CorruptFile, match="expected version 4 of the format, got version 5"):
@@ -171,14 +208,23 @@ def test_kinds_of_files_are_told_apart(rom: ParametricModel, saved: Path, tmp_pa
     with pytest.raises(InputError, match="a file of a reduced model, got no file"):
         parametric_model.load(tmp_path / "absent.rom")
     (tmp_path / "model.h5").touch()
-    with pytest.raises(InputError, match=r"got a folder; give the file itself, such as .*model\.h5"):
+    with pytest.raises(
+        InputError, match=r"got a folder; give the file itself, such as .*model\.h5"
+    ):
         parametric_model.load(tmp_path)
 
 
 def test_python_functions_are_refused(rom: ParametricModel, tmp_path: Path) -> None:
     nominal = rom.model.nominal
-    bad = replace(rom.model, nominal=replace(nominal, system=replace(nominal.system, signals=(np.sin,))), varying=())
-    with pytest.raises(InputError, match=r"model\.nominal\.system\.signals\[0\].*a function of time that a file can hold"):
+    bad = replace(
+        rom.model,
+        nominal=replace(nominal, system=replace(nominal.system, signals=(np.sin,))),
+        varying=(),
+    )
+    with pytest.raises(
+        InputError,
+        match=r"model\.nominal\.system\.signals\[0\].*a function of time that a file can hold",
+    ):
         parametric_model.save(ParametricModel(bad), tmp_path / "bad.rom")
     assert not list(tmp_path.iterdir())
 

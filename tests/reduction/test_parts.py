@@ -1,4 +1,6 @@
-"""Reduced parts: bases of vectors, bodies with few shape functions, and mechanisms that none of them was trained in."""
+"""Reduced parts: bases of vectors, bodies with few shape functions, and mechanisms that none of
+them was trained in.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +54,9 @@ def motion() -> np.ndarray:
     bob = models.body.point_mass("bob", 0.1, np.array([1.0, 0.0, 0.0]))
     held = [joints.Pin("A", At("arm", "left")), joints.Pin("B", At("arm", "right"), At("bob"))]
     forces = [loads.Gravity(DOWN), loads.PointForce("push", At("arm", "right"), (0.0, 0.3, 0.0))]
-    found = snapshots(integrate(eliminate(assemble([arm(), bob], held, forces)), SCHEME, 0.6, SHARP, 2)).q
+    found = snapshots(
+        integrate(eliminate(assemble([arm(), bob], held, forces)), SCHEME, 0.6, SHARP, 2)
+    ).q
     return found[:, : arm().reference.size].reshape(len(found), -1, 3)
 
 
@@ -64,7 +68,11 @@ def functions(tolerance: float = 1e-11) -> np.ndarray:
 @cache
 def part(eta: float | None = None) -> Body:
     found = parts.reduced_body(arm(), functions())
-    return found if eta is None else parts.sampled(found, parts.coordinates(arm(), functions(), motion()), eta)
+    return (
+        found
+        if eta is None
+        else parts.sampled(found, parts.coordinates(arm(), functions(), motion()), eta)
+    )
 
 
 @cache
@@ -81,12 +89,20 @@ def strain_energy(body: Body) -> float:
 
 
 def two(made: Body, weight: np.ndarray, R: np.ndarray, other: bool = False) -> System:
-    """A double pendulum of one part twice in the directions (x, y) of the turned axes R, hung at I.left, or at II.right."""
+    """A double pendulum of one part twice in the directions (x, y) of the turned axes R, hung at
+    I.left, or at II.right.
+    """
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     bodies = [parts.placed(made, "I", rotation=R), parts.placed(made, "II", R[:, 0], R @ quarter)]
-    hung, free = (At("II", "right"), At("I", "left")) if other else (At("I", "left"), At("II", "right"))
+    hung, free = (
+        (At("II", "right"), At("I", "left")) if other else (At("I", "left"), At("II", "right"))
+    )
     held = [joints.Pin("A", hung), joints.Pin("B", At("I", "right"), At("II", "left"))]
-    return eliminate(assemble(bodies, held, [loads.Gravity(tuple(weight))], outputs={"free": probes.Position(free)}))
+    return eliminate(
+        assemble(
+            bodies, held, [loads.Gravity(tuple(weight))], outputs={"free": probes.Position(free)}
+        )
+    )
 
 
 def path(run: Trajectory) -> np.ndarray:
@@ -101,7 +117,9 @@ def test_the_basis_holds_the_field_one_and_the_reference_and_is_as_accurate_as_a
     states = np.moveaxis(motion(), 0, 1).reshape(len(fields), -1)
     found = S @ np.linalg.solve(S.T @ (W @ S), S.T @ (W @ np.column_stack([fields, states])))
     assert_allclose(found[:, :4], fields, atol=1e-13)
-    deviation = states - np.outer(arm().constant, arm().constant @ (W @ states) / (arm().constant @ (W @ arm().constant)))
+    deviation = states - np.outer(
+        arm().constant, arm().constant @ (W @ states) / (arm().constant @ (W @ arm().constant))
+    )
     rest = found[:, 4:] - states
     assert np.sum(rest * (W @ rest)) <= 1e-11 * np.sum(deviation * (W @ deviation))
     assert S.shape[1] <= 9
@@ -116,8 +134,14 @@ def test_positions_at_places_are_coordinates_and_the_others_vanish_there() -> No
 
 @pytest.mark.parametrize("eta", [None, 1e-3])
 def test_a_system_of_reduced_bodies_keeps_the_contract(eta: float | None) -> None:
-    held = [joints.Weld("weld", At("I", "right"), At("II", "left")), joints.Pin("pin", At("I", "left"))]
-    bodies = [replace(part(eta), name="I"), parts.placed(part(eta), "II", np.array([1.0, 0.0, 0.0]))]
+    held = [
+        joints.Weld("weld", At("I", "right"), At("II", "left")),
+        joints.Pin("pin", At("I", "left")),
+    ]
+    bodies = [
+        replace(part(eta), name="I"),
+        parts.placed(part(eta), "II", np.array([1.0, 0.0, 0.0])),
+    ]
     system = assemble(bodies, held, [loads.Gravity(DOWN)], Rayleigh(0.1, 1e-3))
     check_system(system)
     check_system(eliminate(system))
@@ -127,7 +151,9 @@ def test_many_reduced_bodies_keep_the_contract_in_a_band() -> None:
     places = [np.array([float(k), 0.0, 0.0]) for k in range(12)]
     bodies = [parts.placed(part(1e-3), f"{k}", place) for k, place in enumerate(places)]
     held = [joints.Pin(f"{k}", At(f"{k}", "right"), At(f"{k + 1}", "left")) for k in range(11)]
-    system = eliminate(assemble(bodies, [joints.Pin("root", At("0", "left")), *held], [loads.Gravity(DOWN)]))
+    system = eliminate(
+        assemble(bodies, [joints.Pin("root", At("0", "left")), *held], [loads.Gravity(DOWN)])
+    )
     assert not compile_system(system).arrays.dense
     check_system(system)
 
@@ -141,12 +167,18 @@ def test_the_kronecker_form_equals_dense_rows() -> None:
     f = compiled.forces(one, x, v)
     assert_allclose(f, compiled.forces(other, x, v), atol=1e-12 * np.abs(f).max())
     K = as_dense(compiled.tangent(one, x, np.zeros(0), gh=0.2))
-    assert_allclose(K, as_dense(compiled.tangent(other, x, np.zeros(0), gh=0.2)), atol=1e-12 * np.abs(K).max())
+    assert_allclose(
+        K, as_dense(compiled.tangent(other, x, np.zeros(0), gh=0.2)), atol=1e-12 * np.abs(K).max()
+    )
     assert_allclose(compiled.strain_energy(one, x), compiled.strain_energy(other, x), rtol=1e-13)
 
 
-def test_forces_of_sampled_points_are_as_good_as_asked_for_in_the_energy_of_what_they_move() -> None:
-    """Measured by the compliance of every state, so that a beam's small bending forces count beside its large axial ones."""
+def test_forces_of_sampled_points_are_as_good_as_asked_for_in_the_energy_of_what_they_move() -> (
+    None
+):
+    """Measured by the compliance of every state, so that a beam's small bending forces count beside
+    its large axial ones.
+    """
     full, few = part(), part(1e-3)
     z = parts.coordinates(arm(), functions(), motion()).reshape(len(motion()), -1)
     systems = [compile_system(assemble([one])) for one in (full, few)]
@@ -161,10 +193,18 @@ def test_forces_of_sampled_points_are_as_good_as_asked_for_in_the_energy_of_what
 
 @pytest.mark.parametrize("eta", [None, 1e-3])
 def test_rigid_motions_cost_nothing(eta: float | None) -> None:
-    bent = replace(part(eta), reference=part(eta).reference + 0.02 * np.sin(np.arange(part(eta).reference.size)).reshape(-1, 3))
+    bent = replace(
+        part(eta),
+        reference=part(eta).reference
+        + 0.02 * np.sin(np.arange(part(eta).reference.size)).reshape(-1, 3),
+    )
     for R in (turn(), np.diag([-1.0, -1.0, 1.0])):
-        assert strain_energy(parts.placed(part(eta), "arm", np.array([3.0, -2.0, 1.0]), R)) <= 1e-20 * strain_energy(bent)
-        assert strain_energy(parts.placed(bent, "arm", None, R)) == pytest.approx(strain_energy(bent), rel=1e-10)
+        assert strain_energy(
+            parts.placed(part(eta), "arm", np.array([3.0, -2.0, 1.0]), R)
+        ) <= 1e-20 * strain_energy(bent)
+        assert strain_energy(parts.placed(bent, "arm", None, R)) == pytest.approx(
+            strain_energy(bent), rel=1e-10
+        )
 
 
 @pytest.mark.parametrize("eta", [None, 1e-3])
@@ -177,9 +217,13 @@ def test_a_turned_scene_moves_alike_to_round_off(eta: float | None) -> None:
 @pytest.mark.filterwarnings("ignore:part 'I.*outside since")
 @pytest.mark.parametrize("other", [False, True])
 @pytest.mark.parametrize("weight", [DOWN, (0.0, -6.9, 6.9)])
-def test_a_part_trained_as_a_pendulum_swings_in_a_double_pendulum(other: bool, weight: tuple[float, ...]) -> None:
+def test_a_part_trained_as_a_pendulum_swings_in_a_double_pendulum(
+    other: bool, weight: tuple[float, ...]
+) -> None:
     made = (arm(), part(), part(1e-3))
-    full, reduced, small = (integrate(two(one, np.array(weight), np.eye(3), other), SCHEME, 0.5, SHARP) for one in made)
+    full, reduced, small = (
+        integrate(two(one, np.array(weight), np.eye(3), other), SCHEME, 0.5, SHARP) for one in made
+    )
     assert np.linalg.norm(path(full)[-1] - path(full)[0]) > 0.5
     assert np.linalg.norm(path(reduced) - path(full), axis=1).max() < 2e-4
     assert np.linalg.norm(path(small) - path(full), axis=1).max() < 4e-4
@@ -187,7 +231,9 @@ def test_a_part_trained_as_a_pendulum_swings_in_a_double_pendulum(other: bool, w
 
 
 def test_momentum_and_energy_of_a_free_flying_part() -> None:
-    """Linear momentum is kept to round-off, angular momentum and energy as well as the scheme does: their drift falls with h^2."""
+    """Linear momentum is kept to round-off, angular momentum and energy as well as the scheme does:
+    their drift falls with h^2.
+    """
     start = {"arm": Motion((0.3, 0.0, 0.1), (0.5, 4.0, 2.0))}
     system = assemble([part(1e-3)], outputs={"energy": probes.Energy()}, initial=start)
     drifts = []
@@ -196,9 +242,16 @@ def test_momentum_and_energy_of_a_free_flying_part() -> None:
         q, rate, _ = lifted(run)
         x, p = q.reshape(len(q), -1, 3), (rate @ system.mass).reshape(len(q), -1, 3)
         linear, angular = np.einsum("b,sbc->sc", part().constant, p), np.cross(x, p).sum(axis=1)
-        assert_allclose(linear, linear[:1].repeat(len(q), axis=0), atol=1e-10 * np.abs(linear).max())
+        assert_allclose(
+            linear, linear[:1].repeat(len(q), axis=0), atol=1e-10 * np.abs(linear).max()
+        )
         energy = outputs(run)["energy_balance"]
-        drifts.append((np.abs(angular - angular[0]).max() / np.linalg.norm(angular[0]), np.ptp(energy) / energy[0]))
+        drifts.append(
+            (
+                np.abs(angular - angular[0]).max() / np.linalg.norm(angular[0]),
+                np.ptp(energy) / energy[0],
+            )
+        )
     (a, e), (b, f) = drifts
     assert a / b == pytest.approx(4.0, abs=0.5)
     assert e / f == pytest.approx(4.0, abs=0.8)
@@ -226,9 +279,13 @@ def test_rims_of_a_reduced_plate_are_places_and_its_frames_stay_orthonormal() ->
     assert wanted["angle"][-1] > 0.5
     assert len(S.T) < 0.5 * len(S)
     assert_allclose(seen["angle"], wanted["angle"], atol=1e-5 * wanted["angle"][-1])
-    few = scene(parts.reduced_body(full, parts.shape_functions(full, states, None, 3)))  # fewer functions than rows of its frame
+    few = scene(
+        parts.reduced_body(full, parts.shape_functions(full, states, None, 3))
+    )  # fewer functions than rows of its frame
     assert_allclose(few.x0.reshape(-1, 2).shape, (2, 2))
-    with pytest.raises(InputError, match="at least 3 modes, which hold the fields that are kept, got 2"):
+    with pytest.raises(
+        InputError, match="at least 3 modes, which hold the fields that are kept, got 2"
+    ):
         parts.shape_functions(full, states, None, 2)
     assert_allclose(np.hypot(seen["axis_x"], seen["axis_y"]), 1.0, atol=1e-10)
 

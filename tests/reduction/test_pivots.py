@@ -21,7 +21,9 @@ def test_elimination_solves_the_constraints_for_every_y(seed: int, m: int, more:
     assert T.shape == (m + more, more)
     scale = np.linalg.norm(D) * max(np.linalg.norm(T), 1.0)
     assert np.linalg.norm(D @ T) < 1e-13 * scale
-    assert np.linalg.norm(D @ x0 + d) < 1e-13 * (np.linalg.norm(D) * np.linalg.norm(x0) + np.linalg.norm(d))
+    assert np.linalg.norm(D @ x0 + d) < 1e-13 * (
+        np.linalg.norm(D) * np.linalg.norm(x0) + np.linalg.norm(d)
+    )
     free = np.setdiff1d(np.arange(m + more), ranks.independent_rows(D.T, alike=True))
     assert np.array_equal(T[free], np.eye(more))
     assert np.array_equal(x0[free], np.zeros(more))
@@ -45,7 +47,12 @@ def test_columns_that_nearly_vanish_are_not_chosen() -> None:
 def test_a_large_coupled_system_stays_well_conditioned() -> None:
     # two bases of falling weight at a joint: the pivots must come from the leading modes
     rng = np.random.default_rng(6)
-    D = np.hstack([rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0), rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0)])
+    D = np.hstack(
+        [
+            rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0),
+            rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0),
+        ]
+    )
     indices = ranks.independent_rows(D.T, alike=True)
     assert np.linalg.cond(D[:, indices]) < 20.0
     assert np.all(indices % 20 < 5)
@@ -59,7 +66,10 @@ def test_no_constraint_eliminates_nothing() -> None:
 
 @pytest.mark.parametrize("r", [2, 3])
 def test_a_basis_too_small_for_the_constraints_is_refused(r: int) -> None:
-    with pytest.raises(InputError, match=rf"more than 3 modes for 3 constraints, got {r} modes; the basis is too small"):
+    with pytest.raises(
+        InputError,
+        match=rf"more than 3 modes for 3 constraints, got {r} modes; the basis is too small",
+    ):
         pivots.eliminate(np.eye(3, r), np.zeros(3))
 
 
@@ -95,10 +105,19 @@ def test_bad_input_is_refused() -> None:
 
 
 @settings(max_examples=40, deadline=None)
-@given(seed=st.integers(0, 10**6), rank=st.integers(1, 5), more=st.integers(0, 5), configurations=st.integers(1, 4))
-def test_rows_kept_span_all_rows_in_every_configuration(seed: int, rank: int, more: int, configurations: int) -> None:
+@given(
+    seed=st.integers(0, 10**6),
+    rank=st.integers(1, 5),
+    more=st.integers(0, 5),
+    configurations=st.integers(1, 4),
+)
+def test_rows_kept_span_all_rows_in_every_configuration(
+    seed: int, rank: int, more: int, configurations: int
+) -> None:
     rng = np.random.default_rng(seed)
-    mix = np.vstack([np.eye(rank), rng.uniform(-1.0, 1.0, (more, rank))])[rng.permutation(rank + more)]
+    mix = np.vstack([np.eye(rank), rng.uniform(-1.0, 1.0, (more, rank))])[
+        rng.permutation(rank + more)
+    ]
     stack = [mix @ rng.standard_normal((rank, 12)) for _ in range(configurations)]
     rows = pivots.independent_rows(stack)
     assert rows.size == rank
@@ -129,5 +148,10 @@ def test_rows_that_are_first_are_kept() -> None:
     """Of two rows that are alike, and of three of which one is the sum of the others."""
     alike = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.5, 0.0]])
     assert pivots.independent_rows([alike]).tolist() == [1, 2]
-    assert pivots.independent_rows([alike], first=np.array([True, False, False, True])).tolist() == [0, 3]
-    assert pivots.independent_rows([alike], first=np.array([True, True, True, True])).tolist() == [1, 2]
+    assert pivots.independent_rows(
+        [alike], first=np.array([True, False, False, True])
+    ).tolist() == [0, 3]
+    assert pivots.independent_rows([alike], first=np.array([True, True, True, True])).tolist() == [
+        1,
+        2,
+    ]

@@ -1,4 +1,6 @@
-"""Proper orthogonal decomposition: the truncation identity, orthogonality, the kept state, merging of runs."""
+"""Proper orthogonal decomposition: the truncation identity, orthogonality, the kept state, merging
+of runs.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +24,22 @@ def decaying(seed: int, n: int, s: int, ratio: float = 0.3) -> np.ndarray:
     rng = np.random.default_rng(seed)
     r = min(n, s)
     values = ratio ** np.arange(r)
-    return rng.standard_normal(n)[:, None] + orthonormal(rng, n, r) * values @ orthonormal(rng, s, r).T
+    return (
+        rng.standard_normal(n)[:, None] + orthonormal(rng, n, r) * values @ orthonormal(rng, s, r).T
+    )
 
 
 @settings(max_examples=40, deadline=None)
 @given(
-    seed=st.integers(0, 10**6), n=st.integers(2, 30), s=st.integers(2, 30), exponent=st.integers(1, 13), ratio=st.floats(0.1, 0.9)
+    seed=st.integers(0, 10**6),
+    n=st.integers(2, 30),
+    s=st.integers(2, 30),
+    exponent=st.integers(1, 13),
+    ratio=st.floats(0.1, 0.9),
 )
-def test_truncation_is_the_squared_relative_projection_error(seed: int, n: int, s: int, exponent: int, ratio: float) -> None:
+def test_truncation_is_the_squared_relative_projection_error(
+    seed: int, n: int, s: int, exponent: int, ratio: float
+) -> None:
     x = decaying(seed, n, s, ratio)
     tolerance = 10.0**-exponent
     b = pod.basis(x, tolerance=tolerance)
@@ -42,7 +52,9 @@ def test_truncation_is_the_squared_relative_projection_error(seed: int, n: int, 
     assert np.allclose(b.modes.T @ b.modes, np.eye(r), atol=1e-13)
     if r > 1:  # one mode fewer would not do
         fewer = b.modes[:, : r - 1]
-        assert np.sum((deviation - fewer @ (fewer.T @ deviation)) ** 2) > tolerance * np.sum(deviation**2) * (1.0 - 1e-6)
+        assert np.sum((deviation - fewer @ (fewer.T @ deviation)) ** 2) > tolerance * np.sum(
+            deviation**2
+        ) * (1.0 - 1e-6)
 
 
 def test_mean_and_singular_values_are_those_of_the_centred_snapshots() -> None:
@@ -79,7 +91,9 @@ def test_truncation_by_hand() -> None:
     assert pod.truncation(s, 0.1) == 2
     assert pod.truncation(s, 1e-6) == 2
     assert pod.truncation(s, 1e-7) == 3
-    assert pod.truncation(s, 1e-18) == 3  # the tail 1e-18 of 5: lost when it is computed as total minus head
+    assert (
+        pod.truncation(s, 1e-18) == 3
+    )  # the tail 1e-18 of 5: lost when it is computed as total minus head
     assert pod.truncation(s, 1e-19) == 4
     assert pod.truncation([1.0, 1e-9, 1e-9, 1e-9], 2.5e-18) == 2
     assert pod.truncation([1e200, 1e190], 1e-19) == 1  # squares that overflow; the tail is 1e-20
@@ -94,9 +108,15 @@ def missing(b: pod.Basis, q: np.ndarray) -> float:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    seed=st.integers(0, 10**6), n=st.integers(3, 30), s=st.integers(3, 30), exponent=st.integers(1, 12), ratio=st.floats(0.1, 0.9)
+    seed=st.integers(0, 10**6),
+    n=st.integers(3, 30),
+    s=st.integers(3, 30),
+    exponent=st.integers(1, 12),
+    ratio=st.floats(0.1, 0.9),
 )
-def test_a_kept_state_is_exact_and_costs_at_most_one_mode(seed: int, n: int, s: int, exponent: int, ratio: float) -> None:
+def test_a_kept_state_is_exact_and_costs_at_most_one_mode(
+    seed: int, n: int, s: int, exponent: int, ratio: float
+) -> None:
     x = decaying(seed, n, s, ratio)
     q0 = x[:, 0] + 1e-3 * np.random.default_rng(seed).standard_normal(n)
     tolerance = 10.0**-exponent
@@ -146,7 +166,9 @@ def test_a_state_in_the_span_or_at_the_mean_adds_nothing() -> None:
     rng = np.random.default_rng(9)
     x = orthonormal(rng, 30, 5) * [16.0, 8.0, 4.0, 2.0, 1.0] @ orthonormal(rng, 20, 5).T
     assert pod.basis(x, tolerance=1e-20, mean=np.zeros(30)).modes.shape == (30, 5)
-    assert pod.basis(x, tolerance=1e-20, mean=np.zeros(30), keep=x @ np.arange(20.0)).modes.shape == (30, 5)
+    assert pod.basis(
+        x, tolerance=1e-20, mean=np.zeros(30), keep=x @ np.arange(20.0)
+    ).modes.shape == (30, 5)
     plain = pod.basis(decaying(9, 30, 20), modes=5)
     same = pod.basis(decaying(9, 30, 20), modes=5, keep=plain.mean * (1.0 + 1e-14))
     assert np.array_equal(same.modes, plain.modes)
@@ -161,7 +183,9 @@ def test_the_basis_does_not_depend_on_the_unit(power: int) -> None:
             one = pod.basis(x, tolerance=tolerance, keep=x[:, 0])
             other = pod.basis(unit * x, tolerance=tolerance, keep=unit * x[:, 0])
             assert np.allclose(other.modes, one.modes, atol=1e-10)
-            assert np.allclose(other.singular_values / unit, one.singular_values, rtol=1e-9, atol=1e-14)
+            assert np.allclose(
+                other.singular_values / unit, one.singular_values, rtol=1e-9, atol=1e-14
+            )
 
 
 def test_merged_factors_are_those_of_all_snapshots() -> None:
@@ -171,7 +195,9 @@ def test_merged_factors_are_those_of_all_snapshots() -> None:
     parts = [pod.basis(x, tolerance=1e-24, mean=mean) for x in (first, second)]
     factors = [(p.modes, p.singular_values[: p.modes.shape[1]]) for p in parts]
     merged = pod.update(factors, mean, modes=8)
-    assert np.allclose(merged.singular_values[:12], whole.singular_values[:12], rtol=1e-8, atol=1e-9)
+    assert np.allclose(
+        merged.singular_values[:12], whole.singular_values[:12], rtol=1e-8, atol=1e-9
+    )
     assert np.allclose(merged.modes @ merged.modes.T, whole.modes @ whole.modes.T, atol=1e-8)
     assert np.array_equal(merged.mean, mean)
     kept = pod.update(factors, mean, modes=8, keep=first[:, 0])
@@ -188,7 +214,9 @@ def test_one_factor_is_reproduced() -> None:
 
 
 def test_more_modes_than_the_snapshots_span_gives_a_notice() -> None:
-    x = np.outer(np.arange(1.0, 6.0), [1.0, 2.0, 4.0]) + np.outer([1.0, 0, 0, 0, 1.0], [1.0, 0.0, 0.0])
+    x = np.outer(np.arange(1.0, 6.0), [1.0, 2.0, 4.0]) + np.outer(
+        [1.0, 0, 0, 0, 1.0], [1.0, 0.0, 0.0]
+    )
     with pytest.warns(Notice, match="span only 2"):
         b = pod.basis(x, modes=4)
     assert b.modes.shape == (5, 2)
@@ -202,8 +230,14 @@ def test_noise_is_no_mode() -> None:
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ({"snapshots": np.ones((4, 3)), "modes": 1}, "a component that moves in the training run, got one that stays"),
-        ({"snapshots": np.full((4, 7), 0.1), "tolerance": 1e-3}, "a component that moves in the training run, got one that stays"),
+        (
+            {"snapshots": np.ones((4, 3)), "modes": 1},
+            "a component that moves in the training run, got one that stays",
+        ),
+        (
+            {"snapshots": np.full((4, 7), 0.1), "tolerance": 1e-3},
+            "a component that moves in the training run, got one that stays",
+        ),
         ({"snapshots": np.array([[1.0, np.nan], [0.0, 1.0]]), "modes": 1}, "column 1"),
         ({"snapshots": np.zeros(3), "modes": 1}, "matrix"),
         ({"snapshots": np.zeros((3, 0)), "modes": 1}, "matrix"),
@@ -238,7 +272,9 @@ def test_bad_factors_are_refused() -> None:
 
 @pytest.mark.parametrize("how", ["basis", "update", "of_vectors"])
 def test_eps_holds_in_a_second_metric(how: str) -> None:
-    """Of coordinates that hardly count in the first metric no more is left out than eps of them, with the same modes ahead."""
+    """Of coordinates that hardly count in the first metric no more is left out than eps of them,
+    with the same modes ahead.
+    """
     n, eps = 20, 1e-6
     x = decaying(11, 2 * n, 30, 0.6)
     x = (x - x.mean(axis=1)[:, None]) * np.repeat([1.0, 1e-4], n)[:, None]

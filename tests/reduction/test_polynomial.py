@@ -1,4 +1,6 @@
-"""Exact hyper-reduction of membranes: the polynomial against all points, closed forms, rigid rotations."""
+"""Exact hyper-reduction of membranes: the polynomial against all points, closed forms, rigid
+rotations.
+"""
 
 from __future__ import annotations
 
@@ -15,19 +17,27 @@ from fmbs_skfem.systems.terms import quartic
 from fmbs_skfem.systems.terms.points import Sampled
 from fmbs_skfem.systems.terms.quartic import Quartic
 
-LENGTH, HEIGHT, A = 0.2, 0.07, 7.7e8  #: sides of the plate [m], E t / (1 - nu^2) [N/m] of 10 mm of aluminium
+LENGTH, HEIGHT, A = (
+    0.2,
+    0.07,
+    7.7e8,
+)  #: sides of the plate [m], E t / (1 - nu^2) [N/m] of 10 mm of aluminium
 CELLS = (24, 8)
 
 
 def floor(model: Quartic, x: np.ndarray) -> np.ndarray:
-    """Eight roundings (three in z z z, five in a coefficient) of the sum of all magnitudes in the force at x (r,), (r,) [N]."""
+    """Eight roundings (three in z z z, five in a coefficient) of the sum of all magnitudes in the
+    force at x (r,), (r,) [N].
+    """
     out, work = np.zeros(model.modes), np.zeros(quartic.work_length(model.modes))
     quartic.add_force(np.abs(model.coefficients), np.abs(x), work, out)
     return 4.0 * np.finfo(float).eps * out
 
 
 def gradients(field: np.ndarray) -> np.ndarray:
-    """d/dX1 and d/dX2 at 2 x 2 Gauss points of bilinear cells (2, p), of nodal values (24 + 1, 8 + 1)."""
+    """d/dX1 and d/dX2 at 2 x 2 Gauss points of bilinear cells (2, p), of nodal values (24 + 1, 8 +
+    1).
+    """
     (nx, ny), g = CELLS, 0.5 + np.array([-1.0, 1.0]) / np.sqrt(12.0)
     s, t = g[:, None, None, None], g[None, :, None, None]
     a, b, c, d = field[:-1, :-1], field[1:, :-1], field[1:, 1:], field[:-1, 1:]
@@ -41,8 +51,14 @@ def gradients_of(position: np.ndarray) -> np.ndarray:
 
 
 def turning_plate(strain: float, modes: int = 9) -> tuple[Sampled, np.ndarray, np.ndarray]:
-    """A plate that deforms while it makes two turns, reduced by POD: points, states (s, r), and a rigid state (r,)."""
-    X, Y = np.meshgrid(np.linspace(0, LENGTH, CELLS[0] + 1), np.linspace(-0.5, 0.5, CELLS[1] + 1) * HEIGHT, indexing="ij")
+    """A plate that deforms while it makes two turns, reduced by POD: points, states (s, r), and a
+    rigid state (r,).
+    """
+    X, Y = np.meshgrid(
+        np.linspace(0, LENGTH, CELLS[0] + 1),
+        np.linspace(-0.5, 0.5, CELLS[1] + 1) * HEIGHT,
+        indexing="ij",
+    )
     Z, t = X + 1j * Y, np.linspace(0.0, 1.0, 101)[:, None, None]
     shapes = [1j * X**2 / LENGTH, Z**2 / LENGTH, X * np.exp(3j * Y / LENGTH)]
     bent = Z + strain * sum(np.sin((3 + 2 * k) * t + k) * shape for k, shape in enumerate(shapes))
@@ -58,9 +74,17 @@ def turning_plate(strain: float, modes: int = 9) -> tuple[Sampled, np.ndarray, n
 
     points = 4 * CELLS[0] * CELLS[1]
     weight = np.full(points, LENGTH * HEIGHT / points)
-    section = np.stack([A * np.linspace(1.0, 2.0, points), np.linspace(0.1, 0.4, points), weight])[:, None]
+    section = np.stack([A * np.linspace(1.0, 2.0, points), np.linspace(0.1, 0.4, points), weight])[
+        :, None
+    ]
     rows = np.ascontiguousarray(np.array([gradients(mode) for mode in U.T]).T)
-    return Sampled(Law.MEMBRANE, rows, gradients(mean), section, slice(3, 3 + modes), np.arange(points)), (q - mean) @ U, rigid @ U
+    return (
+        Sampled(
+            Law.MEMBRANE, rows, gradients(mean), section, slice(3, 3 + modes), np.arange(points)
+        ),
+        (q - mean) @ U,
+        rigid @ U,
+    )
 
 
 def all_points(sampled: Sampled, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -95,7 +119,9 @@ def test_force_energy_and_tangent_of_large_strains_are_those_of_all_points() -> 
 
 
 def test_force_of_small_strains_agrees_to_the_floor() -> None:
-    """At strains of 1e-3 rotations cancel between monomials; the error stays that of round-off, about 1e-16 A."""
+    """At strains of 1e-3 rotations cancel between monomials; the error stays that of round-off,
+    about 1e-16 A.
+    """
     sampled, states, _ = turning_plate(strain=1e-3)
     model = polynomial.build(sampled)
     for x in states[::10]:
@@ -125,8 +151,13 @@ def test_rigid_positions_are_as_stiff_as_all_points() -> None:
 @pytest.mark.parametrize("angle", np.linspace(0.0, 6.0, 7))
 def test_rotations_cost_nothing(angle: float) -> None:
     """r,1 = (1 + x1, x2), r,2 = (-x2, 1 + x1) is a rotation for x = (cos - 1, sin)."""
-    section, modes = np.array([[[A]], [[0.3]], [[1.0]]]), np.array([[1.0, 0], [0, 1], [0, -1], [1, 0]])
-    turn = Sampled(Law.MEMBRANE, modes, np.array([1.0, 0, 0, 1]), section, slice(0, 2), np.zeros(1, np.int64))
+    section, modes = (
+        np.array([[[A]], [[0.3]], [[1.0]]]),
+        np.array([[1.0, 0], [0, 1], [0, -1], [1, 0]]),
+    )
+    turn = Sampled(
+        Law.MEMBRANE, modes, np.array([1.0, 0, 0, 1]), section, slice(0, 2), np.zeros(1, np.int64)
+    )
     W, f, _ = evaluate(polynomial.build(turn), np.array([np.cos(angle) - 1.0, np.sin(angle)]))
     assert abs(W) < 1e-14 * A
     assert np.abs(f).max() < 1e-14 * A
@@ -134,10 +165,17 @@ def test_rotations_cost_nothing(angle: float) -> None:
 
 @pytest.mark.parametrize("x", (-0.5, 1e-3, 0.5, 3.0))
 def test_uniaxial_stretch(x: float) -> None:
-    """r = X + x X1 e1: E11 = x + x^2/2, W = A E11^2/2, f = A E11 (1 + x), K = A ((1 + x)^2 + E11) on a unit area."""
+    """r = X + x X1 e1: E11 = x + x^2/2, W = A E11^2/2, f = A E11 (1 + x), K = A ((1 + x)^2 + E11)
+    on a unit area.
+    """
     section = np.array([[[A]], [[0.3]], [[1.0]]])
     stretch = Sampled(
-        Law.MEMBRANE, np.array([[1.0], [0], [0], [0]]), np.array([1.0, 0, 0, 1]), section, slice(0, 1), np.zeros(1, np.int64)
+        Law.MEMBRANE,
+        np.array([[1.0], [0], [0], [0]]),
+        np.array([1.0, 0, 0, 1]),
+        section,
+        slice(0, 1),
+        np.zeros(1, np.int64),
     )
     W, f, K = evaluate(polynomial.build(stretch), np.array([x]))
     E, size = x + 0.5 * x * x, A * (1 + abs(x)) ** 4
@@ -147,10 +185,17 @@ def test_uniaxial_stretch(x: float) -> None:
 
 
 def test_simple_shear() -> None:
-    """r,2 = e2 + x e1: E12 = x/2, E22 = x^2/2, W = A/2 (E22^2 + 2 (1 - nu) E12^2) = A (x^4/8 + (1 - nu) x^2/4)."""
+    """r,2 = e2 + x e1: E12 = x/2, E22 = x^2/2, W = A/2 (E22^2 + 2 (1 - nu) E12^2) = A (x^4/8 + (1 -
+    nu) x^2/4).
+    """
     section = np.array([[[2.0]], [[0.5]], [[1.0]]])
     shear = Sampled(
-        Law.MEMBRANE, np.array([[0.0], [0], [1], [0]]), np.array([1.0, 0, 0, 1]), section, slice(0, 1), np.zeros(1, np.int64)
+        Law.MEMBRANE,
+        np.array([[0.0], [0], [1], [0]]),
+        np.array([1.0, 0, 0, 1]),
+        section,
+        slice(0, 1),
+        np.zeros(1, np.int64),
     )
     W, f, K = evaluate(polynomial.build(shear), np.array([2.0]))
     assert (W, f[0], K[0, 0]) == pytest.approx((5.0, 9.0, 12.5), abs=1e-14)
@@ -168,13 +213,16 @@ def test_blocks_of_points_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None
     sampled, states, _ = turning_plate(strain=0.3)
     force = evaluate(polynomial.build(sampled), states[7])[1]
     monkeypatch.setattr(polynomial, "BLOCK", 100)
-    assert np.linalg.norm(evaluate(polynomial.build(sampled), states[7])[1] - force) < 1e-13 * np.linalg.norm(force)
+    assert np.linalg.norm(
+        evaluate(polynomial.build(sampled), states[7])[1] - force
+    ) < 1e-13 * np.linalg.norm(force)
 
 
 def test_other_laws_and_damping_are_refused() -> None:
     sampled, _, _ = turning_plate(strain=0.3)
     with pytest.raises(
-        InputError, match=r"body 'crank': expected no stiffness-proportional damping, got beta = 0\.01 s; take ECSW"
+        InputError,
+        match=r"body 'crank': expected no stiffness-proportional damping, got beta = 0\.01 s; take ECSW",
     ):
         polynomial.build(sampled, 0.01, "crank")
     with pytest.raises(InputError, match="expected the planar membrane law, got the law SHELL"):

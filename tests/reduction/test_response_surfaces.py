@@ -1,4 +1,6 @@
-"""Response surfaces: smooth functions within the error they state, noise, constants, logarithmic scales, files."""
+"""Response surfaces: smooth functions within the error they state, noise, constants, logarithmic
+scales, files.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ def deflection(points: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("count", [40, 260])
 def test_smooth_functions(count: int) -> None:
-    """The error at new points is that which is stated, of samples left out or held out, and small; the deviation covers it."""
+    """The error at new points is that which is stated, of samples left out or held out, and small;
+    the deviation covers it.
+    """
     surface = response_surfaces.fit(BOX, points := sobol(BOX, count, 1), np.log(deflection(points)))
     assert surface is not None
     fresh = sobol(BOX, 512, 7)
@@ -36,7 +40,9 @@ def test_smooth_functions(count: int) -> None:
 
 
 def test_left_out_samples_one_by_one() -> None:
-    """The errors stated are those of surfaces of one covariance that one sample after the other is left out of."""
+    """The errors stated are those of surfaces of one covariance that one sample after the other is
+    left out of.
+    """
     points = sobol(BOX, 12, 2)
     surface = response_surfaces.fit(BOX, points, np.log(deflection(points)))
     assert surface is not None
@@ -65,7 +71,9 @@ def test_failed_samples_constants_and_few_samples() -> None:
     assert found is not None
     assert len(found.values) == 25
     assert response_surfaces.fit(BOX, points, np.full(32, 3.0)) is None
-    with pytest.raises(InputError, match="at least 7 samples that run, for 2 parameters, got 6; take more samples"):
+    with pytest.raises(
+        InputError, match="at least 7 samples that run, for 2 parameters, got 6; take more samples"
+    ):
         response_surfaces.fit(BOX, points[:6], np.arange(6.0))
 
 

@@ -1,4 +1,6 @@
-"""Components of rigid bodies keep all their directions: platforms on cables and sliders need no components of their own making."""
+"""Components of rigid bodies keep all their directions: platforms on cables and sliders need no
+components of their own making.
+"""
 
 from __future__ import annotations
 
@@ -48,10 +50,16 @@ def full(make: object) -> tuple[System, galerkin.Snapshots, object]:
     return raw, reduction.snapshots(motion, 5e-3), motion
 
 
-@pytest.mark.parametrize("make,rigid_modes", [(platform, {"platform": 12}), (slider, {"slider": 1})])
+@pytest.mark.parametrize(
+    "make,rigid_modes", [(platform, {"platform": 12}), (slider, {"slider": 1})]
+)
 @pytest.mark.parametrize("together", [True, False])
-def test_rigid_bodies_keep_their_directions(make: object, rigid_modes: dict[str, int], together: bool) -> None:
-    """Twelve coordinates of a body in space, one of a mass on a rail; the reduced motion is as good as its basis of the beams."""
+def test_rigid_bodies_keep_their_directions(
+    make: object, rigid_modes: dict[str, int], together: bool
+) -> None:
+    """Twelve coordinates of a body in space, one of a mass on a rail; the reduced motion is as good
+    as its basis of the beams.
+    """
     raw, data, motion = full(make)
     parts = body_level(raw)
     found = reduction.bases(raw, data, parts, 1e-12)
@@ -68,14 +76,21 @@ def test_rigid_bodies_keep_their_directions(make: object, rigid_modes: dict[str,
 def swinging() -> System:
     """A cantilever from whose tip a rigid bar swings in space."""
     beam = body.cable("beam", models.segment(20), models.SECTION, models.MATERIAL)
-    bar = rigid("bar", 0.2, np.diag([1e-4, 4e-3, 4e-3]), (1.25, 0.0, 0.0), places={"end": (1.0, 0.0, 0.0)})
-    held = [joints.Pin("root", At("beam", "left")), joints.Pin("tip", At("beam", "right"), At("bar", "end"))]
+    bar = rigid(
+        "bar", 0.2, np.diag([1e-4, 4e-3, 4e-3]), (1.25, 0.0, 0.0), places={"end": (1.0, 0.0, 0.0)}
+    )
+    held = [
+        joints.Pin("root", At("beam", "left")),
+        joints.Pin("tip", At("beam", "right"), At("bar", "end")),
+    ]
     return assemble([beam, bar], held, [loads.Gravity((0.0, 2.0, -9.81))])
 
 
 @pytest.mark.parametrize("invariant", [False, True])
 def test_a_rigid_body_keeps_its_directions_beside_a_flexible_one(invariant: bool) -> None:
-    """In one component: few modes of the training do not let it deform, all six rows of its frame are there, and hold."""
+    """In one component: few modes of the training do not let it deform, all six rows of its frame
+    are there, and hold.
+    """
     raw, data, motion = full(swinging)
     together = {"all": ("beam", "bar")}
     found = reduction.bases(raw, data, together, 1e-8, invariant=invariant)
@@ -85,7 +100,9 @@ def test_a_rigid_body_keeps_its_directions_beside_a_flexible_one(invariant: bool
     assert reduction.compare(motion, run).maximum < 3e-4  # type: ignore[arg-type]
     last = next(first for name, first, _ in small.coordinates if name == "bar")
     axes = np.asarray([small.lift(x) for x in run.x])[:, last + 3 : last + 12].reshape(-1, 3, 3)
-    np.testing.assert_allclose(axes @ axes.transpose(0, 2, 1), np.broadcast_to(np.eye(3), axes.shape), atol=1e-9)
+    np.testing.assert_allclose(
+        axes @ axes.transpose(0, 2, 1), np.broadcast_to(np.eye(3), axes.shape), atol=1e-9
+    )
     assert np.abs(axes[-1] - axes[0]).max() > 0.05
 
 
@@ -112,7 +129,9 @@ def test_a_mechanism_of_rigid_bodies_is_its_own_reduced_model() -> None:
     motion = integrate(eliminate(raw), STEP, 0.3, TIGHT)
     data = reduction.snapshots(motion, 5e-3)
     for components in (body_level(raw), {"all": tuple(body_level(raw))}):
-        small = reduction.reduce_system(raw, components, reduction.bases(raw, data, components, 1e-12), True, data.q)
+        small = reduction.reduce_system(
+            raw, components, reduction.bases(raw, data, components, 1e-12), True, data.q
+        )
         assert reduction.compare(motion, integrate(small, STEP, 0.3, TIGHT)).maximum < 1e-8
 
 
@@ -123,12 +142,17 @@ def test_a_rigid_body_with_fewer_directions_is_refused() -> None:
     rows = component.rows_of(raw, ("platform",))
     few = pod.basis(data.q[:, rows].T, 1e-10)
     assert few.modes.shape[1] < 12
-    with pytest.raises(InputError, match=r"'platform': expected all 12 directions of its rigid bodies, got \d modes"):
+    with pytest.raises(
+        InputError,
+        match=r"'platform': expected all 12 directions of its rigid bodies, got \d modes",
+    ):
         reduction.reduce_system(raw, body_level(raw), found | {"platform": few})
 
 
 def test_noise_of_the_snapshots_costs_no_rows() -> None:
-    """A complete basis misses nothing, and joints close to Newton's tolerance: that is no reason to leave their rows out."""
+    """A complete basis misses nothing, and joints close to Newton's tolerance: that is no reason to
+    leave their rows out.
+    """
     raw, data, _ = full(platform)
     noisy = data.q + 1e-10 * np.random.default_rng(0).normal(size=data.q.shape)
     parts = body_level(raw)
@@ -143,12 +167,19 @@ def test_noise_of_the_snapshots_costs_no_rows() -> None:
 def hub() -> System:
     """A beam that is welded to a hub on an axle."""
     beam = body.cable("beam", models.segment(10), models.SECTION, models.MATERIAL, dim=2)
-    held = [joints.Revolute("axle", At("hub", "frame")), joints.Weld("root", At("beam", "left"), At("hub", "frame"))]
-    return assemble([beam, rigid("hub", 0.5, 0.02, (0.0, 0.0), dim=2)], held, [loads.Gravity((0.0, -9.81))])
+    held = [
+        joints.Revolute("axle", At("hub", "frame")),
+        joints.Weld("root", At("beam", "left"), At("hub", "frame")),
+    ]
+    return assemble(
+        [beam, rigid("hub", 0.5, 0.02, (0.0, 0.0), dim=2)], held, [loads.Gravity((0.0, -9.81))]
+    )
 
 
 def test_joints_between_components_are_never_let_go() -> None:
-    """However much smaller the error without them is said to be; the same of the axes of rigid bodies, which all bases hold."""
+    """However much smaller the error without them is said to be; the same of the axes of rigid
+    bodies, which all bases hold.
+    """
     raw, data, motion = full(hub)
     bases = galerkin.bases(raw, data, body_level(raw), 1e-12)
     every = galerkin.reduce_system(raw, body_level(raw), bases)

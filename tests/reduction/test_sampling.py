@@ -19,7 +19,16 @@ from fmbs_skfem.systems.compiled import compile_system
 from fmbs_skfem.systems.system import multiply_out, sizes
 from fmbs_skfem.systems.terms import elastic as terms
 from tests import models
-from tests.reduction.conftest import SCHEME, Full, Reduced, error, full_of, hyper_reduced, reduced, strain_energy
+from tests.reduction.conftest import (
+    SCHEME,
+    Full,
+    Reduced,
+    error,
+    full_of,
+    hyper_reduced,
+    reduced,
+    strain_energy,
+)
 
 
 def elastic_force(system: System, x: np.ndarray) -> np.ndarray:
@@ -28,17 +37,25 @@ def elastic_force(system: System, x: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("level", list(Level))
 def test_weights_of_one_change_nothing(small: Reduced, level: Level) -> None:
-    """To the bit where bodies are points in the unknowns; cells and modes agree with them to the iteration's tolerance."""
+    """To the bit where bodies are points in the unknowns; cells and modes agree with them to the
+    iteration's tolerance.
+    """
     selections = tuple(
-        sampling.Selection(name, level, sampling.Sample(np.arange(n), np.ones(n), 0.0, n), n, 0.0, 0.0)
+        sampling.Selection(
+            name, level, sampling.Sample(np.arange(n), np.ones(n), 0.0, n), n, 0.0, 0.0
+        )
         for name, n in ((e.name, sampling.count(e, level)) for e in small.system.elastic)
     )
     same = sampling.apply(small.system, selections)
     assert sampling.kept(same) == sampling.kept(small.system)
-    one, two, cells = (integrate(s, SCHEME, 0.05) for s in (multiply_out(small.system), same, small.system))
+    one, two, cells = (
+        integrate(s, SCHEME, 0.05) for s in (multiply_out(small.system), same, small.system)
+    )
     assert np.array_equal(one.x, two.x)
     assert np.array_equal(one.multipliers, two.multipliers)
-    assert sizes(small.system, cells.x - two.x).max() < 10.0 * Newton().tolerance * small.system.scale
+    assert (
+        sizes(small.system, cells.x - two.x).max() < 10.0 * Newton().tolerance * small.system.scale
+    )
 
 
 @pytest.mark.parametrize("level", list(Level))
@@ -49,7 +66,9 @@ def test_contributions_add_up_to_the_force(small: Reduced, level: Level) -> None
         member = next(e for e in multiply_out(small.system).elastic if e.name == name)
         parts = sampling.forces(member, x[None, first:last], level)
         assert parts.shape == (1, last - first, sampling.count(member, level))
-        assert np.allclose(parts.sum(axis=2)[0], total[first:last], rtol=1e-9, atol=1e-9 * np.abs(total).max())
+        assert np.allclose(
+            parts.sum(axis=2)[0], total[first:last], rtol=1e-9, atol=1e-9 * np.abs(total).max()
+        )
 
 
 def test_elements_and_errors_of_example_2(example_2: Full, by_component: Reduced) -> None:
@@ -58,7 +77,9 @@ def test_elements_and_errors_of_example_2(example_2: Full, by_component: Reduced
     elements = [len(s.sample.indices) for s in selections]
     assert np.abs(np.subtract(elements, 18)).max() <= 3
     assert [s.total for s in selections] == [100, 100]
-    assert {name: cells for name, (cells, _) in sampling.kept(system).items()} == dict(zip(("I", "II"), elements, strict=True))
+    assert {name: cells for name, (cells, _) in sampling.kept(system).items()} == dict(
+        zip(("I", "II"), elements, strict=True)
+    )
     assert all(s.sample.residual <= 1e-3 for s in selections)
     assert error(example_2, system) < 1.2e-4
 
@@ -74,7 +95,11 @@ def test_points_of_example_2(example_2: Full, by_component: Reduced) -> None:
 def test_system_level_of_example_2(example_2: Full, by_system: Reduced) -> None:
     system, (selection,) = hyper_reduced(by_system)
     assert selection.total == 200
-    assert sum(cells for cells, _ in sampling.kept(system).values()) == len(selection.sample.indices) <= 52
+    assert (
+        sum(cells for cells, _ in sampling.kept(system).values())
+        == len(selection.sample.indices)
+        <= 52
+    )
     assert error(example_2, system) < 1.5e-4
 
 
@@ -84,7 +109,8 @@ def test_hermite_coordinates_reproduce_the_published_elements(example_2_hermite:
     for level, published in ((reduction.body_level, [18, 18]), (reduction.system_level, [36])):
         components = level(full.raw)
         bases = {
-            name: pod.basis(full.data.q[:, component.rows_of(full.raw, members)].T, 1e-12) for name, members in components.items()
+            name: pod.basis(full.data.q[:, component.rows_of(full.raw, members)].T, 1e-12)
+            for name, members in components.items()
         }
         system = reduction.reduce_system(full.raw, components, bases)
         found = sampling.train([(system, projected(system, full.data.q))])
@@ -135,7 +161,9 @@ def test_far_from_its_training_the_model_still_holds(factor: float, by_component
     modulus = factor * material.young_modulus
     section = sections.Given(EA=modulus * area, EI=modulus * inertia, rhoA=material.density * area)
     raw = models.double_pendulum(100, section=section, all_multipliers=True)
-    system = sampling.apply(reduction.reduce_system(raw, by_component.components, by_component.bases), selections)
+    system = sampling.apply(
+        reduction.reduce_system(raw, by_component.components, by_component.bases), selections
+    )
     # 7e-4 in an independent implementation; here 7.3e-4 with E x 0.5 and 5e-5 with E x 2
     assert error(full_of(raw), system) <= 7.5e-4
 
@@ -144,16 +172,25 @@ def test_several_bodies_in_one_component(coarse: Full) -> None:
     model = reduced(coarse, reduction.system_level(coarse.raw))
     system, (selection,) = hyper_reduced(model, Level.POINTS)
     assert selection.total == sum(sampling.count(e, Level.POINTS) for e in model.system.elastic)
-    assert sum(points for _, points in sampling.kept(system).values()) == len(selection.sample.indices) < selection.total
+    assert (
+        sum(points for _, points in sampling.kept(system).values())
+        == len(selection.sample.indices)
+        < selection.total
+    )
     assert error(coarse, system) < 2e-4
 
 
 def test_a_full_system_is_refused(coarse: Full) -> None:
-    with pytest.raises(InputError, match=r"sampling\.train: expected a reduced system, got a full one; reduce it first"):
+    with pytest.raises(
+        InputError,
+        match=r"sampling\.train: expected a reduced system, got a full one; reduce it first",
+    ):
         sampling.train([(coarse.raw, coarse.data.q)])
 
 
-def test_of_very_many_points_those_in_chosen_cells_are_searched(small: Reduced, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_very_many_points_those_in_chosen_cells_are_searched(
+    small: Reduced, monkeypatch: pytest.MonkeyPatch
+) -> None:
     direct = sampling.train([(small.system, small.states)], 1e-4, Level.POINTS)
     cells = sampling.train([(small.system, small.states)], 1e-4, Level.ELEMENTS)
     monkeypatch.setattr(sampling, "MANY", 10)
@@ -162,7 +199,9 @@ def test_of_very_many_points_those_in_chosen_cells_are_searched(small: Reduced, 
         assert two.sample.residual <= 1e-4
         assert two.total == one.total
         assert len(two.sample.indices) < 1.5 * len(one.sample.indices)
-        assert set(terms.cells_of_points(elastic.gather)[two.sample.indices]) <= set(whole.sample.indices)
+        assert set(terms.cells_of_points(elastic.gather)[two.sample.indices]) <= set(
+            whole.sample.indices
+        )
 
 
 def test_states_are_thinned_evenly_after_the_start() -> None:

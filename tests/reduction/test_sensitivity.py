@@ -21,7 +21,9 @@ def ishigami(x: np.ndarray) -> np.ndarray:
 
 
 def test_indices_of_the_ishigami_function() -> None:
-    """V1 = (1 + b pi^4/5)^2/2, V2 = a^2/8, V13 = b^2 pi^8 (1/18 - 1/50); Ishigami, Homma 1990, doi:10.1109/ISUMA.1990.151285."""
+    """V1 = (1 + b pi^4/5)^2/2, V2 = a^2/8, V13 = b^2 pi^8 (1/18 - 1/50); Ishigami, Homma 1990,
+    doi:10.1109/ISUMA.1990.151285.
+    """
     a, b = 7.0, 0.1
     V1, V2, V13 = 0.5 * (1 + b * np.pi**4 / 5) ** 2, a**2 / 8, b**2 * np.pi**8 * (1 / 18 - 1 / 50)
     exact = np.array([V1, V2, 0.0]), np.array([V1 + V13, V2, V13])
@@ -36,7 +38,9 @@ def test_indices_of_the_ishigami_function() -> None:
 
 
 def test_the_scale_of_a_range_and_rows_that_failed() -> None:
-    """log p of a logarithmic range is uniform: the sum of logarithms has equal indices; failed runs take their rows with them."""
+    """log p of a logarithmic range is uniform: the sum of logarithms has equal indices; failed runs
+    take their rows with them.
+    """
     box = [Parameter("p", 1.0, 100.0, Scale.LOG), Parameter("q", 0.01, 1.0, Scale.LOG)]
     points = sensitivity.design(box, 512)
     values = np.log(points).sum(axis=1) + 1e6
@@ -52,7 +56,10 @@ def test_the_scale_of_a_range_and_rows_that_failed() -> None:
 def test_indices_do_not_depend_on_the_unit(unit: float) -> None:
     """The same to round-off; what varies by round-off of the size of other components has none."""
     values = ishigami(sensitivity.design(BOX, 64))
-    one, other = sensitivity.indices(values, 3), sensitivity.indices(unit * values, 3, size=100.0 * unit)
+    one, other = (
+        sensitivity.indices(values, 3),
+        sensitivity.indices(unit * values, 3, size=100.0 * unit),
+    )
     np.testing.assert_allclose(other.first, one.first, rtol=1e-9)
     np.testing.assert_allclose(other.total_error, one.total_error, rtol=1e-9)
     assert np.isnan(sensitivity.indices(1e-17 * unit * values, 3, size=unit).first).all()
@@ -66,7 +73,9 @@ def test_what_is_no_design_is_refused() -> None:
 
 
 def test_failures_that_stand_together_are_told() -> None:
-    """y = a + b without the part a > 0.9: the share of a is 0.81 / 1.81 of what is left, 0.5 of the whole box."""
+    """y = a + b without the part a > 0.9: the share of a is 0.81 / 1.81 of what is left, 0.5 of the
+    whole box.
+    """
     box = [Parameter(name, 0.0, 1.0) for name in "ab"]
     points = sensitivity.design(box, 1024)
     values = points.sum(axis=1)
@@ -74,7 +83,10 @@ def test_failures_that_stand_together_are_told() -> None:
         warnings.simplefilter("error", Notice)
         assert sensitivity.indices(values, 2).first == pytest.approx([0.5, 0.5], abs=0.02)
         sensitivity.indices(np.where(points[:, 0] > 0.995, np.nan, values), 2)
-    with pytest.warns(Notice, match="the part of the ranges where samples ran: 193 of 1024 rows have samples that failed"):
+    with pytest.warns(
+        Notice,
+        match="the part of the ranges where samples ran: 193 of 1024 rows have samples that failed",
+    ):
         found = sensitivity.indices(np.where(points[:, 0] > 0.9, np.nan, values), 2)
     assert found.rows == 831
     assert found.first[0] == pytest.approx(0.81 / 1.81, abs=0.02)

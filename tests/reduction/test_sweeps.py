@@ -49,12 +49,16 @@ class Squares:
     exits: tuple[float, ...] = ()
     notices: tuple[float, ...] = ()
     waits: tuple[float, ...] = ()
-    once: Path | None = None  #: the first member to see that this file is missing makes it and kills its worker
+    once: Path | None = (
+        None  #: the first member to see that this file is missing makes it and kills its worker
+    )
     unprepared: str = ""  #: what happens when it is prepared
 
     def prepare(self) -> sweeps.Work:
         if self.hangs:  # in a process of the sweep: its clock runs for those that hang alone, however busy the machine is
-            never = SimpleNamespace(dump_traceback_later=lambda *_, **__: None, cancel_dump_traceback_later=lambda: None)
+            never = SimpleNamespace(
+                dump_traceback_later=lambda *_, **__: None, cancel_dump_traceback_later=lambda: None
+            )
             members.faulthandler = never  # type: ignore[assignment]
         if self.unprepared == "refuses":
             raise InputError("mesh: expected a file, got none")
@@ -88,7 +92,9 @@ def points(count: int) -> np.ndarray:
     return np.arange(float(count))[:, None]
 
 
-def swept(task: Squares, count: int, options: SweepOptions, skip: Sequence[int] = ()) -> tuple[dict[int, Record], SweepOutcome]:
+def swept(
+    task: Squares, count: int, options: SweepOptions, skip: Sequence[int] = ()
+) -> tuple[dict[int, Record], SweepOutcome]:
     """Records by number; no member is settled twice."""
     found: list[Record] = []
     outcome = sweeps.run(task, ("x",), points(count), found.append, options, skip)
@@ -123,7 +129,9 @@ def start_cluster() -> Iterator[str]:
     """Two workers, with the usual settings of dask."""
     from distributed import LocalCluster  # not for workers that read this module
 
-    with LocalCluster(2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL) as cluster:
+    with LocalCluster(
+        2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+    ) as cluster:
         yield cluster.scheduler_address
 
 
@@ -170,7 +178,9 @@ def test_notices_that_differ_in_numbers_alone_are_given_once_more_with_the_membe
     texts = [f"part 'arm2': strain {k}.5e-3 at (-{k}, 0) m" for k in range(13)]
     told = [Record(k, {}, Status.OK, notices=(text, "the same")) for k, text in enumerate(texts)]
     with pytest.warns(Notice) as given:
-        sweeps.show([*told, Record(13, {}, Status.OK, notices=("part 'arm3': strain 1.5e-3 at (-1, 0) m",))])
+        sweeps.show(
+            [*told, Record(13, {}, Status.OK, notices=("part 'arm3': strain 1.5e-3 at (-1, 0) m",))]
+        )
     assert [str(one.message) for one in given] == [
         texts[0],
         "the same",
@@ -187,7 +197,9 @@ def test_a_given_cluster_is_used_and_left_running(address: str) -> None:
 
 
 def test_a_given_cluster_that_loses_workers(fragile: str, tmp_path: Path) -> None:
-    """One member kills its worker always, another one's worker dies once: that one is no member's fault."""
+    """One member kills its worker always, another one's worker dies once: that one is no member's
+    fault.
+    """
     records, outcome = swept(Squares(kills=(3.0,)), 12, SweepOptions(scheduler=fragile))
     assert records[3].status is Status.KILLED
     check_squares(records, [k for k in range(12) if k != 3])
@@ -197,7 +209,9 @@ def test_a_given_cluster_that_loses_workers(fragile: str, tmp_path: Path) -> Non
 
 
 def test_members_that_are_there_are_skipped(address: str) -> None:
-    records, outcome = swept(Squares(kills=(0.0, 2.0)), 6, SweepOptions(scheduler=address), skip=[0, 2, 5])
+    records, outcome = swept(
+        Squares(kills=(0.0, 2.0)), 6, SweepOptions(scheduler=address), skip=[0, 2, 5]
+    )
     check_squares(records, [1, 3, 4])
     assert outcome.counts == {Status.OK: 3}
     records, outcome = swept(Squares(), 3, SweepOptions(scheduler=address), skip=range(3))
@@ -223,7 +237,9 @@ def test_an_error_of_the_keeper_ends_the_sweep(address: str) -> None:
 
 
 def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
-    """Python loses a KeyboardInterrupt that is raised inside of a weak reference's callback; the records so far are kept."""
+    """Python loses a KeyboardInterrupt that is raised inside of a weak reference's callback; the
+    records so far are kept.
+    """
     found: list[Record] = []
 
     def keep(record: Record) -> None:
@@ -234,7 +250,9 @@ def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
             del thing
             assert watch() is None
 
-    usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start background jobs that ignore it
+    usual = signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # shells start background jobs that ignore it
     try:
         with pytest.raises(KeyboardInterrupt):
             sweeps.run(Squares(), ("x",), points(500), keep, SweepOptions(scheduler=address))
@@ -254,7 +272,9 @@ def test_an_interrupt_ends_a_sweep_of_this_machine_at_once() -> None:
 
     begin, before = clock.monotonic(), multiprocessing.active_children()
     with pytest.raises(sweeps.Stopped) as stopped:
-        sweeps.run(Squares(waits=(1.0, 2.0)), ("x",), points(9), keep, SweepOptions(workers=1, batch=1e-9))
+        sweeps.run(
+            Squares(waits=(1.0, 2.0)), ("x",), points(9), keep, SweepOptions(workers=1, batch=1e-9)
+        )
     assert (stopped.value.number, stopped.value.settled) == (signal.SIGTERM, 1)
     assert clock.monotonic() - begin < 60.0
     assert set(multiprocessing.active_children()) == set(before)
@@ -262,7 +282,9 @@ def test_an_interrupt_ends_a_sweep_of_this_machine_at_once() -> None:
 
 
 class Stage(Executor):
-    """Stands for one worker that dies, by `script`: for each call the seconds that it takes, and whether the worker ends."""
+    """Stands for one worker that dies, by `script`: for each call the seconds that it takes, and
+    whether the worker ends.
+    """
 
     def __init__(self, clock: SimpleNamespace, script: Sequence[tuple[float, bool]]) -> None:
         self.clock, self.script, self.sent = clock, list(script), list[int]()
@@ -281,7 +303,10 @@ class Stage(Executor):
 
 
 def staged(
-    script: Sequence[tuple[float, bool]], count: int, monkeypatch: pytest.MonkeyPatch, **options: Any
+    script: Sequence[tuple[float, bool]],
+    count: int,
+    monkeypatch: pytest.MonkeyPatch,
+    **options: Any,
 ) -> tuple[dict[int, Record], SweepOutcome, Stage]:
     """A sweep whose only worker follows a script, with a clock of its own."""
     clock = SimpleNamespace(now=0.0)
@@ -294,7 +319,9 @@ def staged(
 
 
 def test_time_to_prepare_is_not_that_of_a_member(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A worker prepares for 5 s, its successor as well; the member ends both after 0.1 s: killed, though 1 s is the limit."""
+    """A worker prepares for 5 s, its successor as well; the member ends both after 0.1 s: killed,
+    though 1 s is the limit.
+    """
     script = [(5.0, False), (0.1, True), (5.0, False), (0.1, True), (5.0, False)]
     records, outcome, stage = staged(script, 3, monkeypatch, timeout=1.0)
     assert (records[0].status, records[0].wall_s) == (Status.KILLED, pytest.approx(0.1))
@@ -307,7 +334,9 @@ def test_time_to_prepare_is_not_that_of_a_member(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_lost_batch_is_tried_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The batch is lost, and of its members the second one again; the next batches are as long as before."""
+    """The batch is lost, and of its members the second one again; the next batches are as long as
+    before.
+    """
     script = [(0.0, False), (0.0, False), (0.0, True), *[(0.0, False)] * 2, (0.0, True)]
     records, outcome, stage = staged(script, 9, monkeypatch)
     assert stage.sent[:8] == [1, 1, 4, 1, 1, 1, 1, 1]
@@ -317,7 +346,10 @@ def test_a_lost_batch_is_tried_one_by_one(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_workers_that_end_while_they_prepare_end_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match="expected workers that can run the task, got 3 that ended while they prepared it"):
+    with pytest.raises(
+        InputError,
+        match="expected workers that can run the task, got 3 that ended while they prepared it",
+    ):
         staged([(1.0, True)] * 3, 3, monkeypatch)
     records, outcome, _ = staged([(1.0, True)] * 2, 3, monkeypatch)
     check_squares(records, range(3))
@@ -342,11 +374,15 @@ def test_an_interrupt_ends_a_sweep_on_an_executor() -> None:
 
 
 def test_members_travel_together_on_an_executor() -> None:
-    """The first ones by themselves, of which one comes back from whoever prepares; then as many as take the time of a batch."""
+    """The first ones by themselves, of which one comes back from whoever prepares; then as many as
+    take the time of a batch.
+    """
     sent: list[int] = []
 
     class Counting(ThreadPoolExecutor):
-        def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+        def submit(
+            self, function: Callable[..., Any], /, *arguments: Any, **more: Any
+        ) -> Future[Any]:
             sent.append(len(arguments[0]))
             return super().submit(function, *arguments, **more)
 
@@ -359,7 +395,14 @@ def test_members_travel_together_on_an_executor() -> None:
 
 def test_progress_ends_at_one(address: str) -> None:
     told: list[float] = []
-    sweeps.run(Squares(), ("x",), points(9), lambda record: None, SweepOptions(scheduler=address), progress=told.append)
+    sweeps.run(
+        Squares(),
+        ("x",),
+        points(9),
+        lambda record: None,
+        SweepOptions(scheduler=address),
+        progress=told.append,
+    )
     assert told[-1] == 1.0
     assert told == sorted(told)
 

@@ -1,4 +1,6 @@
-"""Plants: inputs that are excited within their ranges, and reduced models that follow signals which they have never seen."""
+"""Plants: inputs that are excited within their ranges, and reduced models that follow signals which
+they have never seen.
+"""
 
 from __future__ import annotations
 
@@ -70,13 +72,19 @@ def case_of(text: str) -> Case:
 def shapes(text: str, seed: int = 0, run: int = 0) -> dict[str, np.ndarray]:
     """Signals of a scene in a run."""
     wanted, case = TrainingSignals(seed=seed), case_of(text)
-    return {name: np.array(one.values) for name, one in signals(case, wanted, training_signals.band(case, wanted), run).items()}
+    return {
+        name: np.array(one.values)
+        for name, one in signals(case, wanted, training_signals.band(case, wanted), run).items()
+    }
 
 
 @pytest.mark.parametrize("run", range(4))
 @pytest.mark.parametrize("text", [SCENE, DRIVEN], ids=["torque", "drive"])
 def test_signals_stay_in_their_ranges_and_begin_at_the_start(text: str, run: int) -> None:
-    found, ranges = shapes(text, run=run), {name: one.range for name, one in inputs_of(case_of(text).system).items()}
+    found, ranges = (
+        shapes(text, run=run),
+        {name: one.range for name, one in inputs_of(case_of(text).system).items()},
+    )
     for name, values in found.items():
         low, high = ranges[name]
         assert values[0] == 0.0
@@ -96,14 +104,18 @@ def test_signals_follow_from_the_seed_and_not_from_other_inputs() -> None:
 
 
 def test_what_drives_a_joint_has_no_jump_in_its_rate() -> None:
-    """Acceleration of a sine of half of the range at the corner of 2 periods in the run, 0.4 rad (2 pi 5 Hz)^2, twice at most."""
+    """Acceleration of a sine of half of the range at the corner of 2 periods in the run, 0.4 rad (2
+    pi 5 Hz)^2, twice at most.
+    """
     for run in range(4):
         u = shapes(DRIVEN, run=run)["u"]
         assert np.abs(np.diff(u, 2)).max() / 1e-6 < 2.0 * 0.4 * (2.0 * np.pi * 5.0) ** 2
 
 
 def test_frequencies_reach_the_third_mode_as_far_as_the_step_follows() -> None:
-    """Of a pinned and free beam: f_k = (beta_k L)^2 / (2 pi L^2) sqrt(EI / rhoA), beta_k L = 3.9266, 7.0686, 10.2102."""
+    """Of a pinned and free beam: f_k = (beta_k L)^2 / (2 pi L^2) sqrt(EI / rhoA), beta_k L =
+    3.9266, 7.0686, 10.2102.
+    """
     rate = np.sqrt(3e9 * 0.01**2 / 4 / 1800)
     case, wanted = case_of(SCENE.replace("step: 1 ms", "step: 0.1 ms")), TrainingSignals()
     found = training_signals.band(case, wanted)
@@ -138,15 +150,26 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> dict[str, studies.Reduc
 
 
 @pytest.mark.parametrize("name", ["torque", "drive"])
-def test_a_plant_at_rest_follows_signals_that_it_has_never_seen(reduced: dict[str, studies.ReductionResult], name: str) -> None:
-    """Sines of other frequencies: the error is of the size of that of the report, which was found under a random signal."""
+def test_a_plant_at_rest_follows_signals_that_it_has_never_seen(
+    reduced: dict[str, studies.ReductionResult], name: str
+) -> None:
+    """Sines of other frequencies: the error is of the size of that of the report, which was found
+    under a random signal.
+    """
     result = reduced[name]
     report, scene = result.report, reading.loads({"torque": SCENE, "drive": DRIVEN}[name], ROOT)
     full, scheme = build.chosen_form(scene, build.system(scene)), GeneralizedAlpha(1e-3)
     assert report["dofs"] < 0.5 * full.size
-    u = (lambda t: 0.8 * np.sin(11.0 * t)) if name == "torque" else (lambda t: 0.2 * (1.0 - np.cos(9.0 * t)))
+    u = (
+        (lambda t: 0.8 * np.sin(11.0 * t))
+        if name == "torque"
+        else (lambda t: 0.2 * (1.0 - np.cos(9.0 * t)))
+    )
     told = {"u": u, "push": lambda t: 2.0 * np.sin(31.0 * t)}
-    motions = [outputs(integrate(with_inputs(one, told), scheme, 0.4)) for one in (full, files.load(str(report["file"])))]
+    motions = [
+        outputs(integrate(with_inputs(one, told), scheme, 0.4))
+        for one in (full, files.load(str(report["file"])))
+    ]
     for column, values in motions[0].items():
         stated = report["output_errors"][column]["relative"]
         assert np.abs(values - motions[1][column]).max() < max(3.0 * stated, 1e-6) * np.ptp(values)
@@ -161,21 +184,28 @@ def test_what_the_report_says(reduced: dict[str, studies.ReductionResult]) -> No
     assert any("not trained on" in str(line) for line in reduced["torque"].lines)
 
 
-def test_models_keep_ranges_and_runs_that_leave_them_say_so_once(reduced: dict[str, studies.ReductionResult]) -> None:
+def test_models_keep_ranges_and_runs_that_leave_them_say_so_once(
+    reduced: dict[str, studies.ReductionResult],
+) -> None:
     system = files.load(str(reduced["torque"].report["file"]))
     assert inputs_of(system)["u"] == Input("u", "N m", 0.0, range=(-1.0, 2.0))
     run = start(system, GeneralizedAlpha(1e-3))
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
         run.step({"u": 2.0, "push": -3.0})
-    with pytest.warns(Notice, match=r"run.step: input 'u' is set to 2.5, outside of its range from -1 to 2 N m: .* not trained"):
+    with pytest.warns(
+        Notice,
+        match=r"run.step: input 'u' is set to 2.5, outside of its range from -1 to 2 N m: .* not trained",
+    ):
         run.step({"u": 2.5})
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
         run.step({"u": 3.0})
 
 
-def test_seeds_make_the_same_model(reduced: dict[str, studies.ReductionResult], tmp_path: Path) -> None:
+def test_seeds_make_the_same_model(
+    reduced: dict[str, studies.ReductionResult], tmp_path: Path
+) -> None:
     again = studies.reduce(write(tmp_path, "plant", SCENE), out=tmp_path / "model.h5")
     np.testing.assert_array_equal(again.reduced.x, reduced["torque"].reduced.x)
 
@@ -186,14 +216,38 @@ U = "{range: [-1 N m, 2 N m]}"
 @pytest.mark.parametrize(
     "new, message",
     [
-        ("{range: [2 N m, -1 N m]}", r"inputs.u.range: expected the lower end before the higher one, got 2 to -1 N m"),
-        ("{range: [-1 N m, -1 N m]}", r"inputs.u.range: expected the lower end before the higher one"),
-        ("{range: [1 N m, 2 N m]}", r"inputs.u.range: .* got a start of 0; give the input a `start` in its range"),
-        ("{start: 3 N m, range: [-1 N m, 2 N m]}", r"inputs.u.start: expected a start from -1 to 2 N m, got 3"),
-        ("{unit: N, range: [-1 m, 2 N]}", r"inputs.u.range: expected a force \[N\], got '-1 m' \(length\)"),
-        ("{range: [-1 N m, 2 N]}", r"inputs.u.range: expected a moment \[N m\], got '2 N' \(force\)"),
-        ("{range: [1 N m]}", r"inputs.u.range: expected a list of two quantities, the lower one first, got a list of 1"),
-        ("{ranges: [-1 N m, 2 N m]}", r"inputs.u.ranges: expected one of the keys .* did you mean 'range'"),
+        (
+            "{range: [2 N m, -1 N m]}",
+            r"inputs.u.range: expected the lower end before the higher one, got 2 to -1 N m",
+        ),
+        (
+            "{range: [-1 N m, -1 N m]}",
+            r"inputs.u.range: expected the lower end before the higher one",
+        ),
+        (
+            "{range: [1 N m, 2 N m]}",
+            r"inputs.u.range: .* got a start of 0; give the input a `start` in its range",
+        ),
+        (
+            "{start: 3 N m, range: [-1 N m, 2 N m]}",
+            r"inputs.u.start: expected a start from -1 to 2 N m, got 3",
+        ),
+        (
+            "{unit: N, range: [-1 m, 2 N]}",
+            r"inputs.u.range: expected a force \[N\], got '-1 m' \(length\)",
+        ),
+        (
+            "{range: [-1 N m, 2 N]}",
+            r"inputs.u.range: expected a moment \[N m\], got '2 N' \(force\)",
+        ),
+        (
+            "{range: [1 N m]}",
+            r"inputs.u.range: expected a list of two quantities, the lower one first, got a list of 1",
+        ),
+        (
+            "{ranges: [-1 N m, 2 N m]}",
+            r"inputs.u.ranges: expected one of the keys .* did you mean 'range'",
+        ),
     ],
 )
 def test_wrong_ranges_are_refused(new: str, message: str) -> None:
@@ -215,32 +269,48 @@ def test_wrong_signals_are_refused(given: str, message: str) -> None:
 
 
 def test_ranges_may_follow_parameters() -> None:
-    text = SCENE.replace("inputs:", "parameters: {most: 2 N m}\ninputs:").replace("[-1 N m, 2 N m]", "[-most, most]")
+    text = SCENE.replace("inputs:", "parameters: {most: 2 N m}\ninputs:").replace(
+        "[-1 N m, 2 N m]", "[-most, most]"
+    )
     assert reading.loads(text, parameters={"most": 4.0}).inputs["u"].range == (-4.0, 4.0)
 
 
-BOX = SCENE.replace("bodies:", "parameters: {E: {value: 3 GPa, range: [2 GPa, 4 GPa]}}\nbodies:").replace(
-    "modulus: 3 GPa", "modulus: E"
-)
+BOX = SCENE.replace(
+    "bodies:", "parameters: {E: {value: 3 GPa, range: [2 GPa, 4 GPa]}}\nbodies:"
+).replace("modulus: 3 GPa", "modulus: E")
 TRAINING = "training: {candidates: 5, samples: 3, iterations: 2, holdout: 2}\n"
 
 
 def test_a_box_is_trained_under_signals_and_checked_under_others(tmp_path: Path) -> None:
-    """Its model is at rest until it is driven, and then follows the full one at a modulus and a signal that no run has had."""
+    """Its model is at rest until it is driven, and then follows the full one at a modulus and a
+    signal that no run has had.
+    """
     place = write(tmp_path, "box", BOX + TRAINING)
     found = studies.train(place, out=tmp_path / "out", plots=False)
     assert found.model is not None
     report = found.report
     assert report["training_signals"]["ranges"] == {"u": (-1.0, 2.0), "push": (-3.0, 3.0)}
     scene = reading.loads(BOX, ROOT, {"E": "2.3 GPa"})
-    full, reduced = build.chosen_form(scene, build.system(scene)), found.model.model({"E": 2.3e9}).system
+    full, reduced = (
+        build.chosen_form(scene, build.system(scene)),
+        found.model.model({"E": 2.3e9}).system,
+    )
     told = {"u": lambda t: 0.8 * np.sin(11.0 * t), "push": lambda t: 2.0 * np.sin(31.0 * t)}
-    motions = [outputs(integrate(with_inputs(one, told), GeneralizedAlpha(1e-3), 0.4)) for one in (full, reduced)]
+    motions = [
+        outputs(integrate(with_inputs(one, told), GeneralizedAlpha(1e-3), 0.4))
+        for one in (full, reduced)
+    ]
     for column, values in motions[0].items():
         stated = report["holdout"]["outputs"][column]["relative"]
-        assert np.abs(motions[1][column] - values).max() <= max(3.0 * stated, 1e-4) * np.ptp(values), column
+        assert np.abs(motions[1][column] - values).max() <= max(3.0 * stated, 1e-4) * np.ptp(
+            values
+        ), column
     assert 0.0 < report["holdout"]["max_error"] < 0.02
-    trained = {run.values["E"] for run in (*found.training.runs, *found.training.checks)} if found.training else set()
+    trained = (
+        {run.values["E"] for run in (*found.training.runs, *found.training.checks)}
+        if found.training
+        else set()
+    )
     both = sum(any(abs(row[0] - E) < 1.0 for E in trained) for row in report["holdout"]["points"])
     assert (f"{both} of the 2 hold-out points are full runs" in str(found)) == (both > 0)
     still = outputs(integrate(reduced, GeneralizedAlpha(1e-3), 0.1))
@@ -250,7 +320,9 @@ def test_a_box_is_trained_under_signals_and_checked_under_others(tmp_path: Path)
 
 
 def test_runs_of_a_box_have_the_same_signals_and_its_checks_others() -> None:
-    task = greedy_training.prepare(Job(), reading.loads(BOX + TRAINING, ROOT), None, None, None, compare=False).task
+    task = greedy_training.prepare(
+        Job(), reading.loads(BOX + TRAINING, ROOT), None, None, None, compare=False
+    ).task
     assert isinstance(task.signals, training_signals.Signals)
     cases = [task.family({"E": E}) for E in (2e9, 4e9)]
     soft, stiff = (task.signals.histories(case) for case in cases)
@@ -262,13 +334,17 @@ def test_runs_of_a_box_have_the_same_signals_and_its_checks_others() -> None:
 
 
 def test_a_plant_at_rest_is_compared_under_signals(tmp_path: Path) -> None:
-    """All models, also one of fewer cells, have the same: the coarse one is not off by a motion of its own."""
+    """All models, also one of fewer cells, have the same: the coarse one is not off by a motion of
+    its own.
+    """
     scene = write(tmp_path, "plant", SCENE + "compare: {coarse: [5], steps: [2 ms]}\n")
     study = studies.compare(scene, picture=False).study
     rows = {record.name: record for record in study.records}
     assert np.ptp(outputs(study.full)["hinge"]) > 0.1
     assert rows["component+ecsw-points"].max_error < 1e-3
-    assert 0.0 < next(record.max_error for record in study.records if record.family == "coarse") < 0.05
+    assert (
+        0.0 < next(record.max_error for record in study.records if record.family == "coarse") < 0.05
+    )
     assert study.signals["ranges"] == {"u": (-1.0, 2.0), "push": (-3.0, 3.0)}
     with pytest.raises(InputError, match="a motion of its own"):
         studies.compare(scene, picture=False, true=True)

@@ -1,4 +1,6 @@
-"""Files with a right checksum whose arrays do not fit: every dataset is damaged in every way, and refused by name."""
+"""Files with a right checksum whose arrays do not fit: every dataset is damaged in every way, and
+refused by name.
+"""
 
 from __future__ import annotations
 
@@ -54,11 +56,19 @@ def pulled(tip: At) -> list[Any]:
 
 
 def beam(E: float = 1e9) -> System:
-    return models.cantilever(2, pulled, section=models.SECTION, material=sections.Material(E, 1800.0), all_multipliers=True)
+    return models.cantilever(
+        2,
+        pulled,
+        section=models.SECTION,
+        material=sections.Material(E, 1800.0),
+        all_multipliers=True,
+    )
 
 
 def squeezed(system: System, modes: int) -> System:
-    """The system in so many random unknowns around its start: small, dense, and of every type that a reduced one has."""
+    """The system in so many random unknowns around its start: small, dense, and of every type that
+    a reduced one has.
+    """
     V = np.linalg.qr(np.random.default_rng(1).normal(size=(system.size, modes)))[0]
     return change_coordinates(system, V, system.x0)
 
@@ -67,7 +77,9 @@ def sheet() -> System:
     """A planar plate of a few cells, held at an edge, with a stress as output."""
     body = plate("sheet", rectangle("bfs", 2, 1), 0.01, sections.Material(7e10, 2700.0, 0.3), dim=2)
     held = [joints.Edge("held", "sheet", ("left",))]
-    return assemble([body], held, outputs={"stress": probes.Stress(At("sheet", "a")), "energy": probes.Energy()})
+    return assemble(
+        [body], held, outputs={"stress": probes.Stress(At("sheet", "a")), "energy": probes.Energy()}
+    )
 
 
 SYSTEMS: dict[str, Callable[[], System]] = {
@@ -81,7 +93,11 @@ def parts(path: Path) -> tuple[FileKind, bytes, list[Array]]:
     """Kind, tree and arrays of a file."""
     kind = replace(files.KIND, title=path.read_bytes().split(b"\n", 1)[0].decode())
     with h5py.File(path) as file:
-        return kind, file["tree"][()].tobytes(), [file[f"arrays/{k}"][()] for k in range(len(file["arrays"]))]
+        return (
+            kind,
+            file["tree"][()].tobytes(),
+            [file[f"arrays/{k}"][()] for k in range(len(file["arrays"]))],
+        )
 
 
 def sealed(path: Path, kind: FileKind, tree: bytes, arrays: list[Array]) -> Path:
@@ -106,12 +122,16 @@ def refusal(path: Path) -> str | None:
 
 
 def damaged(array: Array) -> Iterator[tuple[str, Array]]:
-    """An array cut short, of another rank and another type, with an index out of range, with a number that is none."""
+    """An array cut short, of another rank and another type, with an index out of range, with a
+    number that is none.
+    """
     yield "rank", array[None]
     if array.size:
         yield "cut", array[..., :-1]
     yield "type", array.astype(np.float32 if array.dtype.kind == "f" else np.float64)
-    for place, value in zip((0, -1), (np.nan, np.inf) if array.dtype.kind == "f" else (-FAR, FAR), strict=True):
+    for place, value in zip(
+        (0, -1), (np.nan, np.inf) if array.dtype.kind == "f" else (-FAR, FAR), strict=True
+    ):
         if array.size:
             other = array.copy()
             other.reshape(-1)[place] = value
@@ -125,7 +145,9 @@ def used(tree: bytes, name: str) -> set[int]:
     def walk(item: Any) -> None:
         if isinstance(item, dict):
             found.update([item["array"]] if "array" in item else [])
-        for value in item.values() if isinstance(item, dict) else item if isinstance(item, list) else ():
+        for value in (
+            item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
+        ):
             walk(value)
 
     walk(json.loads(tree)[name])
@@ -161,7 +183,12 @@ def rom() -> ParametricModel:
     bases = galerkin.bases(raw, data, components, modes=4)
     box = (Parameter("E", 5e8, 2e9, value=1e9),)
     return ParametricModel(
-        affine.fit(lambda values: Case(galerkin.reduce_system(beam(**values), components, bases), SCHEME, DURATION), box)
+        affine.fit(
+            lambda values: Case(
+                galerkin.reduce_system(beam(**values), components, bases), SCHEME, DURATION
+            ),
+            box,
+        )
     )
 
 
@@ -169,13 +196,19 @@ def test_every_damaged_array_of_a_parametric_model(rom: ParametricModel, tmp_pat
     path = parametric_model.save(rom, tmp_path / "model.rom")
     kind, tree, arrays = parts(path)
     text = tree.decode()
-    own = used(json.dumps({"varying": json.loads(text)["model"]["fields"]["varying"]}).encode(), "varying")
-    own |= used(json.dumps({"nodes": json.loads(text)["model"]["fields"]["nodes"]}).encode(), "nodes")
+    own = used(
+        json.dumps({"varying": json.loads(text)["model"]["fields"]["varying"]}).encode(), "varying"
+    )
+    own |= used(
+        json.dumps({"nodes": json.loads(text)["model"]["fields"]["nodes"]}).encode(), "nodes"
+    )
     assert len(own) > 3
     for number in own:
         for way, other in damaged(arrays[number]):
             sealed(path, kind, tree, [*arrays[:number], other, *arrays[number + 1 :]])
-            with pytest.raises(CorruptFile, match=r"model\.rom: model\.(varying|nodes)\[\d+\]") as caught:
+            with pytest.raises(
+                CorruptFile, match=r"model\.rom: model\.(varying|nodes)\[\d+\]"
+            ) as caught:
                 parametric_model.load(path)
             assert caught.value.exit_code == 8, way
 
@@ -183,13 +216,37 @@ def test_every_damaged_array_of_a_parametric_model(rom: ParametricModel, tmp_pat
 CHANGES = [
     (b'"dim": 2', b'"dim": 4', r"system\.dim: expected 2 or 3, got 4"),
     (b'"dim": 2', b'"dim":"a"', r"system\.dim: expected an integer, got 'a'"),
-    (b'"beta": 0.0', b'"beta": NaN', r"system\.elastic\[0\]\.beta: expected a finite number, got nan"),
-    (b'"slice": [0, 5,', b'"slice": [0, 9,', r"columns: expected a range within 0 to 5, got slice\(0, 9, None\)"),
-    (b'"kind": "position"', b'"kind": "possession"', r"outputs\.tip\.kind: expected one of position.*, got 'possession'"),
-    (b'"tip_x"', b'",=cmd()"', r"system\.outputs: expected names that begin with a letter, .*got ',=cmd\(\)'"),
-    (b'["tip", {"type"', b'["=tip", {"type"', r"system\.outputs: expected names that begin with a letter, .*got '=tip'"),
+    (
+        b'"beta": 0.0',
+        b'"beta": NaN',
+        r"system\.elastic\[0\]\.beta: expected a finite number, got nan",
+    ),
+    (
+        b'"slice": [0, 5,',
+        b'"slice": [0, 9,',
+        r"columns: expected a range within 0 to 5, got slice\(0, 9, None\)",
+    ),
+    (
+        b'"kind": "position"',
+        b'"kind": "possession"',
+        r"outputs\.tip\.kind: expected one of position.*, got 'possession'",
+    ),
+    (
+        b'"tip_x"',
+        b'",=cmd()"',
+        r"system\.outputs: expected names that begin with a letter, .*got ',=cmd\(\)'",
+    ),
+    (
+        b'["tip", {"type"',
+        b'["=tip", {"type"',
+        r"system\.outputs: expected names that begin with a letter, .*got '=tip'",
+    ),
     (b'"moment_2"', b'"moment_9"', r"force law: expected one of .*, got 'moment_9'"),
-    (b'"moment_2"', b'"moment_3"', r"loads\.forces\[\d\]\.numbers: expected an array \(1, 3\) of float64, got an array \(1, 1\)"),
+    (
+        b'"moment_2"',
+        b'"moment_3"',
+        r"loads\.forces\[\d\]\.numbers: expected an array \(1, 3\) of float64, got an array \(1, 1\)",
+    ),
     (b'"exp"', b'"exq"', r"system\.signals\[0\]: expected a function of time, got 'exq'"),
     (
         b'"x0": {"array"',
@@ -200,7 +257,9 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("old, new, message", CHANGES)
-def test_texts_of_the_tree_that_do_not_fit_are_named(old: bytes, new: bytes, message: str, tmp_path: Path) -> None:
+def test_texts_of_the_tree_that_do_not_fit_are_named(
+    old: bytes, new: bytes, message: str, tmp_path: Path
+) -> None:
     path = files.save(squeezed(beam(), 5), tmp_path / "model.rom")
     kind, tree, arrays = parts(path)
     assert old in tree
@@ -209,7 +268,9 @@ def test_texts_of_the_tree_that_do_not_fit_are_named(old: bytes, new: bytes, mes
         files.load(path)
 
 
-@pytest.mark.parametrize("name", ["crank_slider_coarse", "double_pendulum", "four_bar", "hanging_mass", "roof", "plate"])
+@pytest.mark.parametrize(
+    "name", ["crank_slider_coarse", "double_pendulum", "four_bar", "hanging_mass", "roof", "plate"]
+)
 def test_every_example_is_sound(name: str) -> None:
     """Cells, surfaces, springs, gears and driven joints pass, with all multipliers and eliminated."""
     scene = scenes.read(EXAMPLES / f"{name}.yaml")

@@ -1,4 +1,5 @@
-"""A cantilever rolled up by an end moment, the exact pure-bending elastica: an arc of curvature k = M / EI at every instant.
+"""A cantilever rolled up by an end moment, the exact pure-bending elastica: an arc of curvature k =
+M / EI at every instant.
 
 r(s) = (sin(k s) / k, (1 - cos(k s)) / k, 0),    s in [0, 1] m
 """
@@ -26,16 +27,28 @@ def planar(largest: float = np.pi) -> Frames:
     curvature = largest * times
     step = 1e-6
     velocity = (arc(curvature + step * largest) - arc(curvature - step * largest)) / (2 * step)
-    fields = {"curvature": np.repeat(curvature[:, None], X, axis=1), "velocity": velocity, "strain": np.zeros((S, X))}
+    fields = {
+        "curvature": np.repeat(curvature[:, None], X, axis=1),
+        "velocity": velocity,
+        "strain": np.zeros((S, X)),
+    }
     lines = line(points=arc(curvature), fields=fields, radius=0.005, reference=arc(np.zeros(1))[0])
     return Frames(times, {"beam": lines}, {"root": joint("clamp", np.zeros((S, 3)))})
 
 
 def spatial() -> Frames:
-    """Two beams in a row, the second turned out of the plane, with a pin between; only the first knows its strain."""
+    """Two beams in a row, the second turned out of the plane, with a pin between; only the first
+    knows its strain.
+    """
     first = planar()
     lines = first.bodies["beam"]
     tip = lines.points[:, -1]
     turned = lines.points[:, :, [1, 2, 0]] * np.array([1.0, 1.0, -1.0])
-    second = line(tip[:, None] + turned, {"curvature": lines.fields["curvature"]}, 0.01, tip[0] + turned[0])
-    return Frames(first.times, {"I": lines, "II": second}, {"A": first.marks["root"], "B": joint("revolute joint", tip)})
+    second = line(
+        tip[:, None] + turned, {"curvature": lines.fields["curvature"]}, 0.01, tip[0] + turned[0]
+    )
+    return Frames(
+        first.times,
+        {"I": lines, "II": second},
+        {"A": first.marks["root"], "B": joint("revolute joint", tip)},
+    )

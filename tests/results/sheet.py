@@ -1,4 +1,5 @@
-"""Sheets of quadrilaterals with exact geometry: a flat unit square with a hole, and half a cylinder of radius 1 and length 2.
+"""Sheets of quadrilaterals with exact geometry: a flat unit square with a hole, and half a cylinder
+of radius 1 and length 2.
 
 Every cell has four points of its own.
 """
@@ -21,7 +22,9 @@ def grid(n: int, m: int) -> tuple[Array, np.ndarray]:
     """Points of [0, 1]^2 and n x m quadrilaterals, counter-clockwise."""
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, m + 1), indexing="ij")
     number = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
-    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    quads = np.stack(
+        [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1
+    ).reshape(-1, 4)
     return np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), quads
 
 
@@ -39,7 +42,9 @@ def cylinder(n: int = 24) -> tuple[Array, np.ndarray]:
 
 
 def turning() -> Frames:
-    """The holed square turned from 0 to 90 degrees about the origin in one second, with stress growing to 100 MPa."""
+    """The holed square turned from 0 to 90 degrees about the origin in one second, with stress
+    growing to 100 MPa.
+    """
     points, quads = holed()
     times = np.linspace(0.0, 1.0, 5)
     turn = np.exp(0.5j * np.pi * times)[:, None] * (points[:, 0] + 1j * points[:, 1])
@@ -56,5 +61,7 @@ def mixed() -> Frames:
     points = points + np.array([0.0, -2.0, 0.0])
     count, instants = len(points), beam.times.size
     still = np.repeat(points[None], instants, axis=0)
-    shell = Shown(still, {"von_mises": np.full((instants, count), 5e7)}, np.full(count, 0.02), points, quads)
+    shell = Shown(
+        still, {"von_mises": np.full((instants, count), 5e7)}, np.full(count, 0.02), points, quads
+    )
     return Frames(beam.times, {"beam": beam.bodies["beam"], "roof": shell})

@@ -12,17 +12,23 @@ from fmbs_skfem.pages import grid
 from fmbs_skfem.results.rendering import camera
 
 
-@pytest.mark.parametrize(("longest", "length"), [(0.5, 0.5), (0.2, 0.2), (0.198, 0.1), (2.5e-4, 2e-4), (17.5, 10.0)])
+@pytest.mark.parametrize(
+    ("longest", "length"), [(0.5, 0.5), (0.2, 0.2), (0.198, 0.1), (2.5e-4, 2e-4), (17.5, 10.0)]
+)
 def test_round_lengths(longest: float, length: float) -> None:
     assert camera.round_length(longest) == pytest.approx(length, rel=1e-12)
 
 
 def test_planar_pixels() -> None:
-    """A 2 m x 1 m sheet in a 440 x 300 picture with margins 30, 10, 20, 40 lies at 200 pixels a metre."""
+    """A 2 m x 1 m sheet in a 440 x 300 picture with margins 30, 10, 20, 40 lies at 200 pixels a
+    metre.
+    """
     corners = np.array([[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]])
     view = camera.fit(corners, True, (440, 300), (30, 10, 20, 40))
     assert view.metres_per_pixel == pytest.approx(1 / 200)
-    np.testing.assert_allclose(camera.project(view, corners), [[30.0, 240.0], [430.0, 40.0]], atol=1e-9)
+    np.testing.assert_allclose(
+        camera.project(view, corners), [[30.0, 240.0], [430.0, 40.0]], atol=1e-9
+    )
 
 
 def test_isometric_axes_have_equal_lengths() -> None:

@@ -1,4 +1,6 @@
-"""Frames: the exact displacement of a rolled-up beam, selection of instants, errors against another model, checks."""
+"""Frames: the exact displacement of a rolled-up beam, selection of instants, errors against another
+model, checks.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,12 @@ from . import rollup
 def test_tip_displacement_of_half_a_circle() -> None:
     """At k = pi the tip of the unit beam is at (0, 2/pi): u = (-1, 2/pi, 0)."""
     lines = rollup.planar().bodies["beam"]
-    np.testing.assert_allclose(frames.displacement(lines)[-1, -1], [-1.0, 2 / np.pi, 0.0], atol=1e-15)
-    np.testing.assert_allclose(frames.magnitude(lines, "displacement")[-1, -1], np.hypot(1, 2 / np.pi), rtol=1e-15)
+    np.testing.assert_allclose(
+        frames.displacement(lines)[-1, -1], [-1.0, 2 / np.pi, 0.0], atol=1e-15
+    )
+    np.testing.assert_allclose(
+        frames.magnitude(lines, "displacement")[-1, -1], np.hypot(1, 2 / np.pi), rtol=1e-15
+    )
     assert np.isnan(frames.magnitude(lines, "torsion")).all()
 
 
@@ -44,8 +50,13 @@ def test_instants() -> None:
 def test_error_against_the_full_model() -> None:
     full = rollup.planar()
     shift = np.array([3e-3, 4e-3, 0.0])
-    moved = replace(full, bodies={"beam": replace(full.bodies["beam"], points=full.bodies["beam"].points + shift)})
-    np.testing.assert_allclose(frames.with_error(moved, full).bodies["beam"].fields["error"], 5e-3, rtol=1e-12)
+    moved = replace(
+        full,
+        bodies={"beam": replace(full.bodies["beam"], points=full.bodies["beam"].points + shift)},
+    )
+    np.testing.assert_allclose(
+        frames.with_error(moved, full).bodies["beam"].fields["error"], 5e-3, rtol=1e-12
+    )
     with pytest.raises(InputError, match="body 'I'"):
         frames.with_error(rollup.spatial(), full)
     with pytest.raises(InputError, match="sample both at the same instants"):
@@ -53,7 +64,9 @@ def test_error_against_the_full_model() -> None:
 
 
 def test_a_path_whose_load_factor_turns_is_shown_point_by_point(tmp_path: Path) -> None:
-    """Behind a limit point the load falls: pictures take evenly spread points of the path, and a series numbers them."""
+    """Behind a limit point the load falls: pictures take evenly spread points of the path, and a
+    series numbers them.
+    """
     path = replace(rollup.planar(), times=np.array([0.0, 0.5, 0.9, 0.4, 0.1, 0.6, 1.0]))
     assert frames.spread(path.times, 4).tolist() == [0, 2, 4, 6]
     assert frames.choose(path.times, [0.9]).tolist() == [2]

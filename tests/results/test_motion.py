@@ -29,7 +29,9 @@ from ..models import cantilever, spin_up
 
 
 def test_fields_of_a_stretched_beam_and_of_an_arc() -> None:
-    """A stretch of 1 + e has the strain ((1 + e)^2 - 1) / 2, an arc of radius R the curvature 1 / R; a beam at rest has none."""
+    """A stretch of 1 + e has the strain ((1 + e)^2 - 1) / 2, an arc of radius R the curvature 1 /
+    R; a beam at rest has none.
+    """
     system = cantilever(cells=20, dim=3)
     motion = dynamics.integrate(systems.eliminate(system), GeneralizedAlpha(1e-3), 2e-3)
     start = drawn.frames(motion).bodies["beam"]
@@ -49,8 +51,13 @@ def test_fields_of_a_stretched_beam_and_of_an_arc() -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_loads_gravity_and_axes_are_arrows_that_turn_with_what_carries_them(dim: int) -> None:
-    """Bodies turned by 90 degrees about z: the follower and the axis of the hinge turn with them, force and gravity do not."""
-    one, two = (rigid.rigid(name, 1.0, 0.1 if dim == 2 else np.eye(3), np.zeros(dim), dim=dim) for name in ("one", "two"))
+    """Bodies turned by 90 degrees about z: the follower and the axis of the hinge turn with them,
+    force and gravity do not.
+    """
+    one, two = (
+        rigid.rigid(name, 1.0, 0.1 if dim == 2 else np.eye(3), np.zeros(dim), dim=dim)
+        for name in ("one", "two")
+    )
     x, y, z = np.eye(3)
     loaded = [
         loads.Gravity(tuple(-9.81 * y[:dim])),
@@ -58,12 +65,16 @@ def test_loads_gravity_and_axes_are_arrows_that_turn_with_what_carries_them(dim:
         loads.Follower("jet", At("one", "frame"), tuple(-3.0 * x[:dim])),
         loads.Torque("turn", At("one", "frame"), -5.0 if dim == 2 else tuple(-5.0 * z)),
     ]
-    hinge = joints.Revolute("hinge", At("two", "frame"), At("one", "frame"), axis=None if dim == 2 else tuple(x))
+    hinge = joints.Revolute(
+        "hinge", At("two", "frame"), At("one", "frame"), axis=None if dim == 2 else tuple(x)
+    )
     system = systems.assemble([one, two], [hinge], loaded)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])[:dim, :dim]
     states = np.stack([system.x0, (system.x0.reshape(-1, dim) @ turn.T).ravel()])
     none = np.zeros((2, 0))
-    marks = drawn.frames(Trajectory(system, np.array([0.0, 1.0]), states, 0 * states, 0 * states, none)).marks.values()
+    marks = drawn.frames(
+        Trajectory(system, np.array([0.0, 1.0]), states, 0 * states, 0 * states, none)
+    ).marks.values()
     found: dict[str, list[np.ndarray]] = {}
     for arrow in (mark for mark in marks if not mark.is_joint):
         unit = arrow.directions / np.linalg.norm(arrow.directions, axis=1)[:, None]
@@ -78,22 +89,32 @@ def test_loads_gravity_and_axes_are_arrows_that_turn_with_what_carries_them(dim:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_section_forces_of_a_cantilever_are_those_of_equilibrium(dim: int, tmp_path: Path) -> None:
-    """P at the tip far within small displacements: M = P (L - x), also in the reduced and the saved form; N = F along the beam."""
+    """P at the tip far within small displacements: M = P (L - x), also in the reduced and the saved
+    form; N = F along the beam.
+    """
     P, F = 1e-5, 1e-3
     force = np.array([0.0, P, 0.0][:dim])
-    raw = cantilever(20, lambda tip: [loads.PointForce("tip", tip, tuple(force))], dim=dim, all_multipliers=True)
+    raw = cantilever(
+        20, lambda tip: [loads.PointForce("tip", tip, tuple(force))], dim=dim, all_multipliers=True
+    )
     found = dynamics.solve_statics(systems.eliminate(raw), 4)
     level = component.body_level(raw)
     data = galerkin.snapshots(found)
-    reduced = galerkin.reduce_system(raw, level, {"beam": pod.basis(data.q.T, 1e-14, keep=data.q[0])})
+    reduced = galerkin.reduce_system(
+        raw, level, {"beam": pod.basis(data.q.T, 1e-14, keep=data.q[0])}
+    )
     saved = files.load(files.save(reduced, tmp_path / "model.h5"))
     for motion in (found, dynamics.solve_statics(reduced, 4), dynamics.solve_statics(saved, 4)):
         body = drawn.frames(motion).bodies["beam"]
         exact = P * (1.0 - body.reference[:, 0])
         assert body.fields["bending_moment"][-1] == pytest.approx(exact, abs=5e-3 * P)
-    pulled = cantilever(20, lambda tip: [loads.PointForce("tip", tip, (F, *[0.0] * (dim - 1)))], dim=dim)
+    pulled = cantilever(
+        20, lambda tip: [loads.PointForce("tip", tip, (F, *[0.0] * (dim - 1)))], dim=dim
+    )
     body = drawn.frames(dynamics.solve_statics(pulled, 2)).bodies["beam"]
-    assert body.fields["axial_force"][-1] == pytest.approx(np.full(len(body.reference), F), rel=1e-4)
+    assert body.fields["axial_force"][-1] == pytest.approx(
+        np.full(len(body.reference), F), rel=1e-4
+    )
 
 
 def test_displacements_are_magnified_from_the_reference() -> None:
@@ -110,14 +131,22 @@ def test_displacements_are_magnified_from_the_reference() -> None:
 
 
 def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:
-    """A steel plate of 2 m x 1 m x 1 cm and 4 x 2 cells, whose reference is moved by the linear maps `states` (s, c, c)."""
+    """A steel plate of 2 m x 1 m x 1 cm and 4 x 2 cells, whose reference is moved by the linear
+    maps `states` (s, c, c).
+    """
     x, y = np.meshgrid(np.linspace(0, 2, 5), np.linspace(0, 1, 3), indexing="ij")
     number = np.arange(15).reshape(5, 3)
-    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    quads = np.stack(
+        [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1
+    ).reshape(-1, 4)
     shape = ancf_plate.surface(np.column_stack([x.ravel(), y.ravel()]), quads)
-    system = systems.assemble([plate.plate("plate", shape, 0.01, sections.Material(*STEEL), dim=dim)])
+    system = systems.assemble(
+        [plate.plate("plate", shape, 0.01, sections.Material(*STEEL), dim=dim)]
+    )
     reference = system.x0.reshape(-1, dim)
-    moved, moving = (np.stack([reference @ A.T for A in part]).reshape(len(part), -1) for part in (states, rates))
+    moved, moving = (
+        np.stack([reference @ A.T for A in part]).reshape(len(part), -1) for part in (states, rates)
+    )
     times = np.arange(len(moved), dtype=float)
     return Trajectory(system, times, moved, moving, 0 * moved, np.zeros((len(moved), 0)))
 
@@ -127,25 +156,37 @@ STEEL = (200e9, 7800.0, 0.3)  #: E [Pa], rho [kg/m3], nu
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_fields_of_a_stretched_plate(dim: int) -> None:
-    """r = F r0 with F = diag(1 + e, 1): E11 = e + e^2/2, S11 = E E11 / (1 - nu^2), S22 = nu S11, turned by 30 degrees at t = 1."""
+    """r = F r0 with F = diag(1 + e, 1): E11 = e + e^2/2, S11 = E E11 / (1 - nu^2), S22 = nu S11,
+    turned by 30 degrees at t = 1.
+    """
     e, nu = 1e-3, 0.3
     stretch = np.diag([1 + e, 1.0, 1.0])[:dim, :dim]
     turn = np.eye(3)
     turn[:2, :2] = [[np.cos(np.pi / 6), -0.5], [0.5, np.cos(np.pi / 6)]]
-    motion = plate_motion(dim, np.stack([stretch, turn[:dim, :dim] @ stretch]), np.stack([0 * stretch, 3.0 * np.eye(dim)]))
+    motion = plate_motion(
+        dim,
+        np.stack([stretch, turn[:dim, :dim] @ stretch]),
+        np.stack([0 * stretch, 3.0 * np.eye(dim)]),
+    )
     body = drawn.frames(motion).bodies["plate"]
     assert body.is_surface
     green = e + e**2 / 2
     stress = 200e9 * green / (1 - nu**2) * np.sqrt(1 - nu + nu**2)
     assert body.points.shape == (2, 8 * 9, 3)
     assert body.fields["strain"] == pytest.approx(np.full((2, 72), green), rel=1e-9)
-    assert body.fields["membrane_strain"][1] == pytest.approx(np.tile([green, 0, 0], (72, 1)), abs=1e-12)
+    assert body.fields["membrane_strain"][1] == pytest.approx(
+        np.tile([green, 0, 0], (72, 1)), abs=1e-12
+    )
     for name in ("von_mises", "von_mises_top", "von_mises_bottom"):
         assert body.fields[name] == pytest.approx(np.full((2, 72), stress), rel=1e-7), name
     S11 = 200e9 * green / (1 - nu**2)
     for face in ("top", "bottom"):
-        assert body.fields[f"stress_{face}"][1] == pytest.approx(np.tile([S11, nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0)
-        assert body.fields[f"principal_{face}"][1] == pytest.approx(np.tile([S11, nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0)
+        assert body.fields[f"stress_{face}"][1] == pytest.approx(
+            np.tile([S11, nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0
+        )
+        assert body.fields[f"principal_{face}"][1] == pytest.approx(
+            np.tile([S11, nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0
+        )
     assert body.fields["membrane_forces"][1] == pytest.approx(
         np.tile([0.01 * S11, 0.01 * nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0
     )
@@ -160,20 +201,32 @@ def test_fields_of_a_stretched_plate(dim: int) -> None:
 
 
 def test_only_wanted_fields_are_kept_and_instants_come_one_by_one() -> None:
-    motion = plate_motion(3, np.stack([(1 + 0.1 * s) * np.eye(3) for s in range(3)]), np.zeros((3, 3, 3)))
+    motion = plate_motion(
+        3, np.stack([(1 + 0.1 * s) * np.eye(3) for s in range(3)]), np.zeros((3, 3, 3))
+    )
     some = drawn.frames(motion, np.array([0, 2]), ("von_mises",))
     assert list(some.bodies["plate"].fields) == ["von_mises"]
-    assert [piece.times.tolist() for piece in drawn.pieces(motion, np.array([0, 2]))] == [[0.0], [2.0]]
+    assert [piece.times.tolist() for piece in drawn.pieces(motion, np.array([0, 2]))] == [
+        [0.0],
+        [2.0],
+    ]
     whole = drawn.frames(motion).bodies["plate"]
-    assert np.array_equal(whole.points[[2]], next(drawn.pieces(motion, np.array([2]))).bodies["plate"].points)
+    assert np.array_equal(
+        whole.points[[2]], next(drawn.pieces(motion, np.array([2]))).bodies["plate"].points
+    )
 
 
 def test_distance_of_two_motions_of_a_plate() -> None:
     """A plate 0.1 % larger is farthest away at its corner, 1e-3 sqrt(5) m."""
-    one, other = (plate_motion(2, (1 + e) * np.stack([np.eye(2)] * 2), np.zeros((2, 2, 2))) for e in (0.0, 1e-3))
+    one, other = (
+        plate_motion(2, (1 + e) * np.stack([np.eye(2)] * 2), np.zeros((2, 2, 2)))
+        for e in (0.0, 1e-3)
+    )
     found = drawn.errors(one, other, [1.0]).bodies["plate"].fields["error"]
     assert found.max() == pytest.approx(1e-3 * np.sqrt(5), rel=1e-9)
-    assert distances(one.system, one.x, other.system, other.x) == pytest.approx([1e-3 * np.sqrt(5)] * 2, rel=1e-9)
+    assert distances(one.system, one.x, other.system, other.x) == pytest.approx(
+        [1e-3 * np.sqrt(5)] * 2, rel=1e-9
+    )
 
 
 def test_points_follow_the_outputs_of_a_planar_system() -> None:
@@ -183,10 +236,14 @@ def test_points_follow_the_outputs_of_a_planar_system() -> None:
     assert tip[:, 0] == pytest.approx(outputs["tip_x"], abs=1e-12)
     assert tip[:, 1] == pytest.approx(outputs["tip_y"], abs=1e-12)
     rate = np.gradient(tip[:, 1], found.times)
-    assert found.bodies["beam"].fields["velocity"][1:-1, -1, 1] == pytest.approx(rate[1:-1], abs=1e-4)
+    assert found.bodies["beam"].fields["velocity"][1:-1, -1, 1] == pytest.approx(
+        rate[1:-1], abs=1e-4
+    )
     assert found.marks["hinge"].kind == "revolute joint"
     assert found.marks["drive"].kind == "driven angle"
-    assert drawn.frames(motion, frames.spread(motion.times, 3)).times == pytest.approx([0, 0.025, 0.05])
+    assert drawn.frames(motion, frames.spread(motion.times, 3)).times == pytest.approx(
+        [0, 0.025, 0.05]
+    )
 
 
 def test_masses_and_driven_supports_are_told_apart() -> None:
@@ -223,13 +280,19 @@ loads: {bushing: {type: bushing, at: b.frame, to: a.frame, stiffness: [1 N/m, 0,
 analysis: {type: static}
 """
     system = build.system(scenes.loads(text))
-    kinds = {name: drawn.shown(system, name, kind) for name, kind, _ in system.markers if kind not in ("axis", "line")}
+    kinds = {
+        name: drawn.shown(system, name, kind)
+        for name, kind, _ in system.markers
+        if kind not in ("axis", "line")
+    }
     assert kinds == {name: name.replace("-", " ") for name in kinds}
     assert len(kinds) == 10
 
 
 def test_no_two_kinds_of_joints_look_alike() -> None:
-    """In the key by marker or by colours that differ by a fifth of their range, in the scene by shape, size or colour."""
+    """In the key by marker or by colours that differ by a fifth of their range, in the scene by
+    shape, size or colour.
+    """
     joints = [symbol for symbol in MARKERS.values() if symbol.sizes]
     assert len(joints) == 17
     tints = [np.array([int(symbol.colour[i : i + 2], 16) for i in (1, 3, 5)]) for symbol in joints]

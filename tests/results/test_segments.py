@@ -1,4 +1,6 @@
-"""Histories on the disk: what is closed survives kills and full disks, and every byte of it is verified."""
+"""Histories on the disk: what is closed survives kills and full disks, and every byte of it is
+verified.
+"""
 
 from __future__ import annotations
 
@@ -64,26 +66,38 @@ def done(folder: Path) -> int:
 
 
 def same(one: Trajectory, other: Trajectory) -> bool:
-    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("times", "x", "v", "a", "multipliers"))
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name))
+        for name in ("times", "x", "v", "a", "multipliers")
+    )
 
 
 def closed(folder: Path, whole: Trajectory) -> int:
-    """Steps in the closed segments of a folder, which are verified and have the bits of the whole run."""
+    """Steps in the closed segments of a folder, which are verified and have the bits of the whole
+    run.
+    """
     found = segments.read(folder)
     for name in COLUMNS:
-        np.testing.assert_array_equal(getattr(found.rows, name), getattr(whole, name)[: found.checkpoint.kept])
+        np.testing.assert_array_equal(
+            getattr(found.rows, name), getattr(whole, name)[: found.checkpoint.kept]
+        )
     return found.checkpoint.done
 
 
 def test_kills_lose_the_open_segment_at_most(tmp_path: Path, unbroken: Trajectory) -> None:
-    """A child is killed at a random moment of its second or third segment, the next one goes on; in the end nothing is missing."""
+    """A child is killed at a random moment of its second or third segment, the next one goes on; in
+    the end nothing is missing.
+    """
     random, folders = np.random.default_rng(5), (tmp_path / str(k) for k in itertools.count())
     folder, finished = next(folders), list[Path]()
     folder.mkdir()
     for _ in range(KILLS):
         before, number = done(folder), child(lambda where=folder: go_on(where))
         while done(folder) == before:
-            assert os.waitid(os.P_PID, number, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None or done(folder) > before
+            assert (
+                os.waitid(os.P_PID, number, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+                or done(folder) > before
+            )
             time.sleep(1e-3)
         time.sleep(random.uniform(0.0, 0.02))
         seen = done(folder)
@@ -102,8 +116,18 @@ def test_kills_lose_the_open_segment_at_most(tmp_path: Path, unbroken: Trajector
 
 
 def test_a_resumed_run_remembers_what_sticks(tmp_path: Path) -> None:
-    """Friction drags a mass to and fro; states in between, of which only some are stored, decide where it sticks."""
-    floor = ContactPlane("floor", at=At("ball"), radius=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), stiffness=1e5, friction=0.5)
+    """Friction drags a mass to and fro; states in between, of which only some are stored, decide
+    where it sticks.
+    """
+    floor = ContactPlane(
+        "floor",
+        at=At("ball"),
+        radius=0.0,
+        point=(0.0, 0.0),
+        normal=(0.0, 1.0),
+        stiffness=1e5,
+        friction=0.5,
+    )
     push = loads.PointForce("push", At("ball"), (6.0, 0.0), lambda t: np.sin(30.0 * t))
     ball = point_mass("ball", 1.0, np.array([0.0, -9.81e-5]))
     reading = {"floor": ContactState("floor")}
@@ -111,10 +135,24 @@ def test_a_resumed_run_remembers_what_sticks(tmp_path: Path) -> None:
     scheme = GeneralizedAlpha(1e-3)
     whole = integrate(system, scheme, 1.0, every=7)
     with pytest.raises(KeyboardInterrupt):
-        integrate(system, scheme, 1.0, every=7, record=Recorder(tmp_path, JOB, 0.0), progress=interrupt_at(0.5))
+        integrate(
+            system,
+            scheme,
+            1.0,
+            every=7,
+            record=Recorder(tmp_path, JOB, 0.0),
+            progress=interrupt_at(0.5),
+        )
     found = segments.manifest(tmp_path)
     assert 0 < found.done < 1000
-    gone_on = integrate(system, scheme, 1.0, every=7, record=Recorder(tmp_path, JOB, 0.0, found), resume=segments.read(tmp_path))
+    gone_on = integrate(
+        system,
+        scheme,
+        1.0,
+        every=7,
+        record=Recorder(tmp_path, JOB, 0.0, found),
+        resume=segments.read(tmp_path),
+    )
     assert same(gone_on, whole)
     assert np.ptp(outputs(whole)["floor_friction"]) > 1.0
     for name, values in outputs(whole).items():
@@ -152,7 +190,9 @@ def test_a_full_disk_says_so(tmp_path: Path, written: Path) -> None:
     """To go on is advised where there is something to go on from."""
     for folder, advice in ((tmp_path, "run it again"), (written, "fmbs resume")):
         with (
-            pytest.raises(NoRoom, match=rf"/dev/full: expected room on the disk.*{advice}") as caught,
+            pytest.raises(
+                NoRoom, match=rf"/dev/full: expected room on the disk.*{advice}"
+            ) as caught,
             durable.room(Path("/dev/full"), segments.remedy(folder)),
         ):
             Path("/dev/full").write_bytes(b"x")
@@ -181,7 +221,9 @@ def test_short_runs_write_nothing(tmp_path: Path) -> None:
     assert len(segments.manifest(tmp_path).segments) == 1
 
 
-def test_a_segment_is_due_by_time_by_size_and_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_segment_is_due_by_time_by_size_and_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def moment(done: int, kept: int) -> RunState:
         return RunState(done, 100, 0.0, kept, 1000, NotImplemented, NotImplemented)
 
@@ -210,9 +252,13 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.h5"])
+@pytest.mark.parametrize(
+    "name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.h5"]
+)
 def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
-    """One bit in the first, the last and some random bytes of a file; and a file that is cut off, and one that is gone."""
+    """One bit in the first, the last and some random bytes of a file; and a file that is cut off,
+    and one that is gone.
+    """
     (path,) = (written / "history").glob(name)
     whole = path.read_bytes()
     places = {0, len(whole) - 1, *np.random.default_rng(1).integers(len(whole), size=12).tolist()}
@@ -231,13 +277,18 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
     assert segments.read(written).checkpoint.done == 400
 
 
-def test_a_history_of_another_version_is_refused(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_history_of_another_version_is_refused(
+    written: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, found = written / "history" / "manifest.h5", segments.manifest(written)
     data = path.read_bytes()
     monkeypatch.setattr(segments, "KIND", replace(segments.KIND, version=5))
     segments.store_of(written).append(segments.MANIFEST, None, found)
     monkeypatch.undo()
-    with pytest.raises(CorruptFile, match=r"expected version 4 of the format, got version 5; it was written by a newer release"):
+    with pytest.raises(
+        CorruptFile,
+        match=r"expected version 4 of the format, got version 5; it was written by a newer release",
+    ):
         segments.manifest(written)
     path.write_bytes(data)
 
@@ -250,7 +301,10 @@ def test_python_objects_cannot_be_written() -> None:
 
 def test_a_folder_belongs_to_one_run(tmp_path: Path) -> None:
     with locks.own(tmp_path):
-        with pytest.raises(InputError, match=f"expected a folder no other run writes into, got process {os.getpid()}"):
+        with pytest.raises(
+            InputError,
+            match=f"expected a folder no other run writes into, got process {os.getpid()}",
+        ):
             locks.own(tmp_path).__enter__()
         number = child(lambda: locks.own(tmp_path).__enter__())
         assert ended(number) == 99
@@ -266,7 +320,10 @@ def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) ->
     assert os.WIFSTOPPED(os.waitpid(number, os.WUNTRACED)[1])
     os.kill(number, signal.SIGKILL)
     assert ended(number) == -signal.SIGKILL
-    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), locks.own(tmp_path):
+    with (
+        pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"),
+        locks.own(tmp_path),
+    ):
         assert (tmp_path / locks.LOCK).read_text() == f"process {os.getpid()}\n"
     assert list(tmp_path.iterdir()) == []
 

@@ -26,10 +26,16 @@ def test_meshio_reads_every_field(tmp_path: Path) -> None:
         mesh = meshio.read(tmp_path / row.attrib["file"])
         both = [lines.points[sample] for lines in given.bodies.values()]
         np.testing.assert_array_equal(mesh.points, np.concatenate(both))
-        moved = np.concatenate([frames.displacement(lines)[sample] for lines in given.bodies.values()])
+        moved = np.concatenate(
+            [frames.displacement(lines)[sample] for lines in given.bodies.values()]
+        )
         np.testing.assert_array_equal(mesh.point_data["displacement"], moved)
-        np.testing.assert_array_equal(mesh.point_data["curvature"], np.full(82, given.times[sample] * np.pi))
-        np.testing.assert_array_equal(mesh.point_data["velocity"][:41], given.bodies["I"].fields["velocity"][sample])
+        np.testing.assert_array_equal(
+            mesh.point_data["curvature"], np.full(82, given.times[sample] * np.pi)
+        )
+        np.testing.assert_array_equal(
+            mesh.point_data["velocity"][:41], given.bodies["I"].fields["velocity"][sample]
+        )
     assert np.isnan(mesh.point_data["velocity"][41:]).all()
     assert np.isnan(mesh.point_data["strain"][41:]).all()
     np.testing.assert_array_equal(mesh.point_data["radius"], np.repeat([0.005, 0.01], 41))
@@ -45,7 +51,9 @@ def test_pyvista_reads_the_series(tmp_path: Path) -> None:
     reader.set_active_time_value(1.0)
     grid = reader.read()[0]
     assert grid.n_cells == 40
-    np.testing.assert_array_equal(grid.point_data["displacement"], frames.displacement(given.bodies["beam"])[-1])
+    np.testing.assert_array_equal(
+        grid.point_data["displacement"], frames.displacement(given.bodies["beam"])[-1]
+    )
     np.testing.assert_allclose(grid.points[-1], [0.0, 2 / np.pi, 0.0], atol=1e-15)
     lengths = grid.compute_cell_sizes(area=False, volume=False).cell_data["Length"]
     np.testing.assert_allclose(lengths.sum(), 80 / np.pi * np.sin(np.pi / 80), rtol=1e-12)
@@ -63,7 +71,11 @@ def test_a_shorter_series_replaces_a_longer_one(tmp_path: Path) -> None:
     series.write(given, tmp_path, "run")
     (tmp_path / "run" / "notes.txt").write_text("kept", encoding="utf-8")
     series.write(frames.select(given, np.array([0, 6])), tmp_path, "run")
-    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["00000.vtu", "00001.vtu", "notes.txt"]
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == [
+        "00000.vtu",
+        "00001.vtu",
+        "notes.txt",
+    ]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run", "run.pvd"]
 
 
@@ -81,7 +93,10 @@ def test_one_file_has_the_mesh_once_and_all_fields_over_time(tmp_path: Path) -> 
     hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
     pyvista = pytest.importorskip("pyvista")
     given = rollup.spatial()
-    path = temporal.write((frames.select(given, np.array([k])) for k in range(given.times.size)), tmp_path / "run.vtkhdf")
+    path = temporal.write(
+        (frames.select(given, np.array([k])) for k in range(given.times.size)),
+        tmp_path / "run.vtkhdf",
+    )
     reader = hdf.vtkHDFReader()
     reader.SetFileName(str(path))
     reader.UpdateInformation()
@@ -93,6 +108,8 @@ def test_one_file_has_the_mesh_once_and_all_fields_over_time(tmp_path: Path) -> 
         grid = pyvista.wrap(reader.GetOutputDataObject(0))
         moved = np.concatenate([body.points[step] for body in given.bodies.values()])
         np.testing.assert_allclose(grid.points + grid.point_data["displacement"], moved, atol=1e-15)
-        np.testing.assert_array_equal(grid.point_data["curvature"], np.full(82, given.times[step] * np.pi))
+        np.testing.assert_array_equal(
+            grid.point_data["curvature"], np.full(82, given.times[step] * np.pi)
+        )
         np.testing.assert_array_equal(grid.cell_data["body"], np.repeat([0, 1], 40))
     assert grid.n_cells == 80

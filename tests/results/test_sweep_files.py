@@ -1,4 +1,6 @@
-"""Files of a sweep: records to the bit, tables with units, damage, full disks, sweeps that are killed and go on."""
+"""Files of a sweep: records to the bit, tables with units, damage, full disks, sweeps that are
+killed and go on.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.storage import container
 from fmbs_skfem.families import members
-from fmbs_skfem.families.members import Member, Record, MemberResult, Status
+from fmbs_skfem.families.members import Member, MemberResult, Record, Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import sweep_files
 
@@ -29,7 +31,9 @@ D = Parameter("d", 8e-3, 12e-3, Scale.LOG, unit="m")
 N = Parameter("n", 1.0, 2.0)
 DATA = Path(__file__).parent / "data"
 TIMES = np.linspace(0.0, 3.0, 7)
-POINTS = np.array([[1e9, 0.01, 1.5], [1.1e9, 0.011, 1.0], [0.7e9, 0.012, 2.0], [1.3e9, 0.1 + 0.2, 1 / 3]])
+POINTS = np.array(
+    [[1e9, 0.01, 1.5], [1.1e9, 0.011, 1.0], [0.7e9, 0.012, 2.0], [1.3e9, 0.1 + 0.2, 1 / 3]]
+)
 
 
 def history(k: int) -> np.ndarray:
@@ -40,11 +44,26 @@ def record(k: int) -> Record:
     """Members 0 and 3 ran, 1 failed, 2 was killed."""
     values = dict(zip(("E", "d", "n"), POINTS[k].tolist(), strict=True))
     if k == 1:
-        return Record(k, values, Status.FAILED, "diverged", "t = 0.5 s: expected convergence,\n got none", 0.25, 0.5)
+        return Record(
+            k,
+            values,
+            Status.FAILED,
+            "diverged",
+            "t = 0.5 s: expected convergence,\n got none",
+            0.25,
+            0.5,
+        )
     if k == 2:
         return Record(k, values, Status.KILLED, "killed", "its worker ended", wall_s=0.5)
-    result = MemberResult(TIMES, {"C_z": history(k), "speed": TIMES**k}, {"C_z": "", "speed": "m/s"}, {"predicted error": 1e-5 * k})
-    return Record(k, values, Status.OK, cpu_s=0.1 * k, wall_s=0.2, result=result, notices=("mind the gap",))
+    result = MemberResult(
+        TIMES,
+        {"C_z": history(k), "speed": TIMES**k},
+        {"C_z": "", "speed": "m/s"},
+        {"predicted error": 1e-5 * k},
+    )
+    return Record(
+        k, values, Status.OK, cpu_s=0.1 * k, wall_s=0.2, result=result, notices=("mind the gap",)
+    )
 
 
 def place(folder: Path, number: int) -> Path:
@@ -52,7 +71,9 @@ def place(folder: Path, number: int) -> Path:
 
 
 def same(one: Record, other: Record) -> bool:
-    if replace(one, result=None) != replace(other, result=None) or (one.result is None) is not (other.result is None):
+    if replace(one, result=None) != replace(other, result=None) or (one.result is None) is not (
+        other.result is None
+    ):
         return False
     if one.result is None or other.result is None:
         return True
@@ -89,14 +110,20 @@ def test_any_damage_is_found(tmp_path: Path) -> None:
 
 
 def test_extremes_between_instants_count(tmp_path: Path) -> None:
-    """Those of a member that has some; what it says of another output, or smaller ones than the history's, change nothing."""
+    """Those of a member that has some; what it says of another output, or smaller ones than the
+    history's, change nothing.
+    """
     known = record(0)
     assert known.result is not None
     more = {"C_z": np.array([-9.0, 0.5]), "speed": np.array([np.nan, np.nan])}
     sweep_files.write(tmp_path, replace(known, result=replace(known.result, extremes=more)))
     table = sweep_files.collect((E, D, N), POINTS, {0: sweep_files.read(tmp_path, 0), 3: record(3)})
     found = sweep_files.extremes(table, "C_z")
-    assert (found["min"][0], found["max"][0], found["final"][0]) == (-9.0, history(0).max(), history(0)[-1])
+    assert (found["min"][0], found["max"][0], found["final"][0]) == (
+        -9.0,
+        history(0).max(),
+        history(0)[-1],
+    )
     assert (found["min"][3], found["max"][3]) == (history(3).min(), history(3).max())
     assert np.isnan(found["min"][1:3]).all()
     assert sweep_files.extremes(table, "speed")["max"][0] == 1.0
@@ -115,7 +142,9 @@ def test_a_flipped_number_is_found(tmp_path: Path) -> None:
 
 
 def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
-    """A damaged record and one of another point count as missing, with a notice; a killed member without."""
+    """A damaged record and one of another point count as missing, with a notice; a killed member
+    without.
+    """
     for k in range(4):
         sweep_files.write(tmp_path, record(k))
     names = ("E", "d", "n")
@@ -157,7 +186,9 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     """/dev/full takes no byte: ENOSPC as on a full disk."""
     sweep_files.write(tmp_path, record(0))
     (tmp_path / "members" / "000001.h5.part").symlink_to("/dev/full")
-    with pytest.raises(NoRoom, match=r"000001\.h5: expected room on the disk.*no space left.*--resume"):
+    with pytest.raises(
+        NoRoom, match=r"000001\.h5: expected room on the disk.*no space left.*--resume"
+    ):
         sweep_files.write(tmp_path, record(1))
     assert sorted(item.name for item in (tmp_path / "members").iterdir()) == ["000000.h5"]
     assert same(sweep_files.read(tmp_path, 0), record(0))
@@ -178,11 +209,20 @@ def test_the_table_has_units_and_extremes(tmp_path: Path) -> None:
     with path.open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head[:4] == ["member", "E [Pa]", "d [m]", "n"]
-    assert head[4:10] == ["C_z min", "C_z max", "C_z final", "speed min [m/s]", "speed max [m/s]", "speed final [m/s]"]
+    assert head[4:10] == [
+        "C_z min",
+        "C_z max",
+        "C_z final",
+        "speed min [m/s]",
+        "speed max [m/s]",
+        "speed final [m/s]",
+    ]
     assert head[10:] == ["predicted error", "status", "reason", "message", "cpu_s [s]"]
     assert [float(text) for text in rows[3][1:4]] == pytest.approx(POINTS[3], rel=1e-14)
     values = history(3)
-    assert [float(text) for text in rows[3][4:7]] == pytest.approx([values.min(), values.max(), values[-1]], rel=1e-14)
+    assert [float(text) for text in rows[3][4:7]] == pytest.approx(
+        [values.min(), values.max(), values[-1]], rel=1e-14
+    )
     assert [float(text) for text in rows[3][7:10]] == pytest.approx([0.0, 27.0, 27.0])
     assert rows[1][4:11] == [""] * 7
     assert rows[1][11:14] == ["failed", "diverged", "t = 0.5 s: expected convergence, got none"]
@@ -204,9 +244,13 @@ def test_the_histories_are_stored_with_units(tmp_path: Path) -> None:
 
 
 def test_members_of_other_lengths_stand_side_by_side(tmp_path: Path) -> None:
-    """Steps and durations may depend on parameters: short histories end with NaN, and every member has its times."""
+    """Steps and durations may depend on parameters: short histories end with NaN, and every member
+    has its times.
+    """
     short = MemberResult(TIMES[:3] / 2, {"C_z": np.array([1.0, -2.0, 0.5])})
-    table = sweep_files.collect((E, D, N), POINTS, {0: record(0), 1: replace(record(0), number=1, result=short)})
+    table = sweep_files.collect(
+        (E, D, N), POINTS, {0: record(0), 1: replace(record(0), number=1, result=short)}
+    )
     found = sweep_files.extremes(table, "C_z")
     assert [found[kind][1] for kind in sweep_files.EXTREMES] == [-2.0, 1.0, 0.5]
     with h5py.File(sweep_files.write_hdf5(table, tmp_path / "sweep.h5")) as file:
@@ -229,7 +273,10 @@ def test_points_from_a_table(tmp_path: Path) -> None:
     """Units in the header; a table of results can be taken as it is."""
     path = tmp_path / "points.csv"
     path.write_text("d [mm],comment,E [GPa]\n8,a,0.7\n\n12,b,1.3\n")
-    assert sweep_files.read_points(path, TABLED) == [{"d": 8 * 1e-3, "E": 0.7e9}, {"d": 12 * 1e-3, "E": 1.3e9}]
+    assert sweep_files.read_points(path, TABLED) == [
+        {"d": 8 * 1e-3, "E": 0.7e9},
+        {"d": 12 * 1e-3, "E": 1.3e9},
+    ]
     results = sweep_files.write_csv(swept(), tmp_path / "sweep.csv")
     found = sweep_files.read_points(results, [*TABLED, Parameter("n", 0.0, 9.0)])
     np.testing.assert_allclose([list(row.values()) for row in found], POINTS, rtol=1e-14)
@@ -242,7 +289,10 @@ def test_points_from_a_table(tmp_path: Path) -> None:
         ("", "no header"),
         ("E,d\n", "0 rows"),
         ("E,d\n1,x\n", "row 2: expected a number in column 2, got 'x'"),
-        ("E;d\n1,5;2\n", "columns separated by commas, got semicolons in 'E;d'; write the file again as CSV with commas"),
+        (
+            "E;d\n1,5;2\n",
+            "columns separated by commas, got semicolons in 'E;d'; write the file again as CSV with commas",
+        ),
         ("E,d\n1,0,5\n", "row 2: expected 2 cells, one under each title, got 3"),
         ("E [mm],d\n1,1\n", r"column 'E': expected a pressure \[Pa\], got '1 mm'"),
         ("E,d,E\n1,1,2\n", "expected one of the columns E, d, E, got 'E' 2 times"),
@@ -290,11 +340,15 @@ if __name__ == "__main__":
 
 
 def test_a_killed_sweep_goes_on_with_what_is_missing(tmp_path: Path) -> None:
-    """SIGKILL of the main process while members wait; its workers end too, and each member is computed once."""
+    """SIGKILL of the main process while members wait; its workers end too, and each member is
+    computed once.
+    """
     script, folder, count = tmp_path / "slow.py", tmp_path / "out", 40
     script.write_text(SLOW)
     command = [sys.executable, str(script), str(folder), str(count)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as main:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as main:
         while len(list(folder.glob("members/*.h5"))) < 5:
             assert main.poll() is None
             time.sleep(0.02)
@@ -311,7 +365,9 @@ def test_a_killed_sweep_goes_on_with_what_is_missing(tmp_path: Path) -> None:
     for k, one in found.items():
         assert one.result is not None, one.message
         np.testing.assert_array_equal(one.result.columns["y"], k * np.arange(3.0))
-    assert all((folder / "members" / name).stat().st_mtime_ns == stamp for name, stamp in there.items())
+    assert all(
+        (folder / "members" / name).stat().st_mtime_ns == stamp for name, stamp in there.items()
+    )
     for _ in range(6000):  # the orphans notice within seconds
         if not alive(main.pid):
             break

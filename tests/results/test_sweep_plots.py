@@ -38,22 +38,38 @@ SWEEP = Sweep(
 def some_failed() -> Sweep:
     """Every sixth member failed."""
     bad = np.arange(60) % 6 == 0
-    columns = {name: np.where(bad[:, None], np.nan, values) for name, values in SWEEP.columns.items()}
+    columns = {
+        name: np.where(bad[:, None], np.nan, values) for name, values in SWEEP.columns.items()
+    }
     status = tuple(Status.KILLED if failed else Status.OK for failed in bad)
-    return replace(SWEEP, columns=columns, status=status, times=np.where(bad[:, None], np.nan, SWEEP.times))
+    return replace(
+        SWEEP, columns=columns, status=status, times=np.where(bad[:, None], np.nan, SWEEP.times)
+    )
 
 
 def test_the_response_shows_extremes_over_each_parameter(tmp_path: Path) -> None:
-    path = plots.save(sweep_plots.response(SWEEP, title="pendulum"), tmp_path / "new" / "response.png")
+    path = plots.save(
+        sweep_plots.response(SWEEP, title="pendulum"), tmp_path / "new" / "response.png"
+    )
     assert count(path, palette.BLACK) > 200
     tinted = plots.save(sweep_plots.response(SWEEP, outputs=["speed"]), tmp_path / "one.pdf")
     assert tinted.read_bytes().startswith(b"%PDF")
 
 
 BOXES = {
-    "decades": (Parameter("E", 2e9, 6e10, Scale.LOG, "Pa"), Parameter("d", 1e-5, 3e-4, Scale.LOG, "m"), Parameter("m", 1e4, 2e4)),
-    "one decade": (Parameter("E", 7e8, 1.3e9, Scale.LOG, "Pa"), Parameter("density", 1100.0, 1300.0, unit="kg/m^3")),
-    "long numbers": (Parameter("E", 7e8, 1.3e9, unit="Pa"), Parameter("length", 0.0999, 0.1001, unit="m")),
+    "decades": (
+        Parameter("E", 2e9, 6e10, Scale.LOG, "Pa"),
+        Parameter("d", 1e-5, 3e-4, Scale.LOG, "m"),
+        Parameter("m", 1e4, 2e4),
+    ),
+    "one decade": (
+        Parameter("E", 7e8, 1.3e9, Scale.LOG, "Pa"),
+        Parameter("density", 1100.0, 1300.0, unit="kg/m^3"),
+    ),
+    "long numbers": (
+        Parameter("E", 7e8, 1.3e9, unit="Pa"),
+        Parameter("length", 0.0999, 0.1001, unit="m"),
+    ),
 }
 
 
@@ -72,9 +88,15 @@ def test_numbers_along_the_parameters_have_room(box: str) -> None:
 
 
 def test_figures_say_that_outputs_are_left_out() -> None:
-    many = replace(SWEEP, columns={f"{name}{k}": values for k in range(7) for name, values in SWEEP.columns.items()})
+    many = replace(
+        SWEEP,
+        columns={f"{name}{k}": values for k in range(7) for name, values in SWEEP.columns.items()},
+    )
     count = len(many.columns)
-    assert sweep_plots.response(many, title="pendulum").get_suptitle() == f"pendulum, 4 of {count} outputs"
+    assert (
+        sweep_plots.response(many, title="pendulum").get_suptitle()
+        == f"pendulum, 4 of {count} outputs"
+    )
     assert sweep_plots.fan(many).get_suptitle() == f"6 of {count} outputs"
     assert sweep_plots.response(SWEEP, title="pendulum").get_suptitle() == "pendulum"
 
@@ -118,7 +140,9 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
 
 
 def test_indices_name_the_value_that_they_are_of() -> None:
-    """Of an output whose last value does not vary, those of another one, which stands beside its name."""
+    """Of an output whose last value does not vary, those of another one, which stands beside its
+    name.
+    """
     part = {"E": 0.7, "d": 0.3}
     one = {"first": part, "total": part, "first_error": part, "total_error": part, "rows": 8}
     found = {"tip": {"min": one, "final": one}, "stop": {"max": one}}

@@ -1,4 +1,6 @@
-"""Beams with torsion in pictures and VTK: sections swept along the line, closed, of the right size, with forces and stresses."""
+"""Beams with torsion in pictures and VTK: sections swept along the line, closed, of the right size,
+with forces and stresses.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,10 @@ MESHES = Path(__file__).parents[2] / "meshes"
 
 def along_x(section: BeamSection, cells: int = 12) -> Body:
     line = curves.Line(
-        np.linspace(0.0, 1.0, cells + 1), curves.Straight(np.zeros(3), np.eye(3)[0], 1.0), {"a": 0.0, "b": 1.0}, None
+        np.linspace(0.0, 1.0, cells + 1),
+        curves.Straight(np.zeros(3), np.eye(3)[0], 1.0),
+        {"a": 0.0, "b": 1.0},
+        None,
     )
     return beam("beam", line, section, direction=np.array([0.0, 1.0, 0.0]))
 
@@ -44,23 +49,35 @@ def shown(motion_: Trajectory) -> Shown:
 
 
 def volume(body: Shown, sample: int) -> float:
-    """Enclosed by the skin: sum of r . n dA / 3 over triangles, positive where all facets look outwards."""
+    """Enclosed by the skin: sum of r . n dA / 3 over triangles, positive where all facets look
+    outwards.
+    """
     points = body.points[sample]
     a, b, c, d = (points[body.cells[:, k]] for k in range(4))
-    return float(sum(np.einsum("fc,fc->", p, np.cross(q, r)) for p, q, r in ((a, b, c), (a, c, d))) / 6.0)
+    return float(
+        sum(np.einsum("fc,fc->", p, np.cross(q, r)) for p, q, r in ((a, b, c), (a, c, d))) / 6.0
+    )
 
 
 def edge_uses(body: Shown) -> np.ndarray:
     """How many facets meet in each edge between points that coincide."""
     _, place = np.unique(np.round(body.reference, 9), axis=0, return_inverse=True)
-    edges = np.sort(place.ravel()[np.stack([body.cells, np.roll(body.cells, -1, axis=1)], axis=-1)].reshape(-1, 2), axis=1)
+    edges = np.sort(
+        place.ravel()[np.stack([body.cells, np.roll(body.cells, -1, axis=1)], axis=-1)].reshape(
+            -1, 2
+        ),
+        axis=1,
+    )
     return np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)[1]
 
 
 SHAPES = {
     "rectangle": (Rectangular(0.06, 0.01), 6e-4),
     "tube": (Tube(diameter=0.06, wall=0.01), np.pi * (0.03**2 - 0.02**2)),
-    "i": (ISection(width=0.06, height=0.12, web=0.006, flange=0.008), 2 * 0.06 * 0.008 + 0.104 * 0.006),
+    "i": (
+        ISection(width=0.06, height=0.12, web=0.006, flange=0.008),
+        2 * 0.06 * 0.008 + 0.104 * 0.006,
+    ),
 }
 
 
@@ -76,7 +93,9 @@ def test_the_skin_is_closed_and_as_large_as_the_beam(name: str) -> None:
 
 
 def test_a_strip_that_is_twisted_keeps_its_width_and_shows_its_stress() -> None:
-    """Half a turn: d_2 turns with it, corners stay 3 cm from the line; torque T = GJ/2 pi and von Mises sqrt(3) tau."""
+    """Half a turn: d_2 turns with it, corners stay 3 cm from the line; torque T = GJ/2 pi and von
+    Mises sqrt(3) tau.
+    """
     section = Rectangular(0.06, 0.004).of_beam(MADE)
     T = np.pi * float(section.stiffness[3, 3])
     found = shown(bent(section, loads.Moment("T", At("beam", "b"), (T, 0.0, 0.0)), steps=4))
@@ -87,8 +106,11 @@ def test_a_strip_that_is_twisted_keeps_its_width_and_shows_its_stress() -> None:
     assert_allclose(found.fields["axis_2"][-1][(count - 1) * around], [0.0, -1.0, 0.0], atol=1e-3)
     assert_allclose(found.fields["torque"][-1], T, rtol=1e-3)
     assert_allclose(found.fields["torsion"][-1], np.pi, rtol=1e-3)
-    # Timoshenko and Goodier: largest tau = k G theta t of a narrow rectangle, 0.9998 of a ratio of 15 and more
-    assert found.fields["von_mises"][-1].max() == pytest.approx(np.sqrt(3.0) * G * np.pi * 0.004, rel=1e-3)
+    # Timoshenko and Goodier: largest tau = k G theta t of a narrow rectangle, 0.9998 of a ratio of
+    # 15 and more
+    assert found.fields["von_mises"][-1].max() == pytest.approx(
+        np.sqrt(3.0) * G * np.pi * 0.004, rel=1e-3
+    )
 
 
 def test_forces_and_stresses_along_a_cantilever() -> None:
@@ -102,12 +124,18 @@ def test_forces_and_stresses_along_a_cantilever() -> None:
 
     assert_allclose(of("shear_force"), F, rtol=1e-4)
     assert_allclose(of("bending_moment")[:, 0], F * (1.0 - x), atol=2e-3 * F)
-    assert_allclose(of("normal_stress").max(axis=1), F * (1.0 - x) * 0.015 / (0.02 * 0.03**3 / 12), atol=2e-3 * F * 0.015 / 4.5e-8)
+    assert_allclose(
+        of("normal_stress").max(axis=1),
+        F * (1.0 - x) * 0.015 / (0.02 * 0.03**3 / 12),
+        atol=2e-3 * F * 0.015 / 4.5e-8,
+    )
     assert_allclose(of("normal_stress").min(axis=1), -of("normal_stress").max(axis=1), atol=10.0)
 
 
 def test_matrices_are_drawn_as_a_line_with_forces() -> None:
-    section = BeamSection(np.diag([1e6, 4e5, 4e5, 60.0, 80.0, 20.0]), np.diag([1.0, 1e-4, 4e-4]), radius=0.02)
+    section = BeamSection(
+        np.diag([1e6, 4e5, 4e5, 60.0, 80.0, 20.0]), np.diag([1.0, 1e-4, 4e-4]), radius=0.02
+    )
     pulled = bent(section, loads.PointForce("F", At("beam", "b"), (2.0, 0.0, 0.0)))
     found = shown(pulled)
     assert not found.is_surface
@@ -117,9 +145,18 @@ def test_matrices_are_drawn_as_a_line_with_forces() -> None:
 
 
 def test_thin_sections_are_drawn_thicker_about_their_line() -> None:
-    found = shown(bent(Rectangular(2e-3, 1e-3).of_beam(MADE), loads.PointForce("F", At("beam", "b"), (0.0, 0.0, 0.0))))
+    found = shown(
+        bent(
+            Rectangular(2e-3, 1e-3).of_beam(MADE),
+            loads.PointForce("F", At("beam", "b"), (0.0, 0.0, 0.0)),
+        )
+    )
     wide = thickened(found, found.points[0], 0.05)
-    assert_allclose(np.ptp(wide, axis=0), np.array([1.0, 2e-3, 1e-3]) * [1.0, *[0.05 / np.sqrt(2e-6 / np.pi)] * 2], rtol=1e-9)
+    assert_allclose(
+        np.ptp(wide, axis=0),
+        np.array([1.0, 2e-3, 1e-3]) * [1.0, *[0.05 / np.sqrt(2e-6 / np.pi)] * 2],
+        rtol=1e-9,
+    )
     assert_allclose(thickened(found, found.points[0], 1e-4), found.points[0])
 
 
@@ -155,16 +192,22 @@ def test_a_saved_reduced_model_draws_it_without_the_mesh(tmp_path: Path) -> None
     studies.reduce(path, out=tmp_path / "b.h5", allow_outside=True)
     small = studies.run(tmp_path / "b.h5")
     one, two = (motion.frames(found.trajectory).bodies["beam"] for found in (full, small))
-    assert np.abs(one.points[-1] - two.points[-1]).max() < 1e-3 * np.ptp(one.points, axis=(0, 1)).max()
+    assert (
+        np.abs(one.points[-1] - two.points[-1]).max() < 1e-3 * np.ptp(one.points, axis=(0, 1)).max()
+    )
     largest = one.fields["von_mises"].max()
     assert np.abs(one.fields["von_mises"][-1] - two.fields["von_mises"][-1]).max() < 0.05 * largest
 
 
 def test_a_picture_is_drawn(tmp_path: Path) -> None:
     section = SHAPES["i"][0].of_beam(MADE)
-    frames = motion.frames(bent(section, loads.PointForce("F", At("beam", "b"), (0.0, 30.0, -300.0))))
+    frames = motion.frames(
+        bent(section, loads.PointForce("F", At("beam", "b"), (0.0, 30.0, -300.0)))
+    )
     try:
-        pictures.render(frames, tmp_path / "i.png", options=pictures.PictureOptions(field="von_mises"))
+        pictures.render(
+            frames, tmp_path / "i.png", options=pictures.PictureOptions(field="von_mises")
+        )
     except MissingFeature:
         pytest.skip("no OpenGL")
     assert (tmp_path / "i.png").stat().st_size > 10_000

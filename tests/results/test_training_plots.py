@@ -27,35 +27,63 @@ def panel(d: int, chosen: int | None = 100) -> tuple[dict[str, np.ndarray], Surr
     samples = np.array([0, 25, 50, 75, 100])
     names = ("E [GPa]", "d [mm]", "g [m/s^2]", "t [s]")[:d]
     columns = {name: 40.0 + 30.0 * unit[:, k] for k, name in enumerate(names)}
-    return columns, SurrogatePanel("after 1 full run", mean, np.full(101, 0.1), samples, 10 ** mean[samples], chosen)
+    return columns, SurrogatePanel(
+        "after 1 full run", mean, np.full(101, 0.1), samples, 10 ** mean[samples], chosen
+    )
 
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 def test_surrogate_shows_the_next_full_run(d: int, tmp_path: Path) -> None:
     columns, found = panel(d)
     path = plots.save(training_plots.surrogate(columns, [found, found]), tmp_path / "next.png")
-    without = plots.save(training_plots.surrogate(columns, [panel(d, None)[1]]), tmp_path / "none.png")
+    without = plots.save(
+        training_plots.surrogate(columns, [panel(d, None)[1]]), tmp_path / "none.png"
+    )
     assert count(path, palette.VERMILLION) > 40
     assert count(without, palette.VERMILLION) == 0
 
 
 def test_a_curve_stays_one_where_the_surrogate_is_constant_and_a_run_failed(tmp_path: Path) -> None:
     columns, found = panel(1)
-    flat = SurrogatePanel("flat", np.full(101, -5.0), np.zeros(101), found.samples, np.array([1e-5, 1e-5, np.inf, 0.0, 1e-5]))
-    assert count(plots.save(training_plots.surrogate(columns, [flat]), tmp_path / "flat.png"), palette.BLUE) > 300
+    flat = SurrogatePanel(
+        "flat",
+        np.full(101, -5.0),
+        np.zeros(101),
+        found.samples,
+        np.array([1e-5, 1e-5, np.inf, 0.0, 1e-5]),
+    )
+    assert (
+        count(
+            plots.save(training_plots.surrogate(columns, [flat]), tmp_path / "flat.png"),
+            palette.BLUE,
+        )
+        > 300
+    )
 
 
 def test_candidates_on_a_line_have_a_surface_without_triangles(tmp_path: Path) -> None:
     _, found = panel(2)
     line = {"E [GPa]": X, "d [mm]": X - 30.0}
-    assert count(plots.save(training_plots.surrogate(line, [found]), tmp_path / "line.png"), palette.VERMILLION) > 40
+    assert (
+        count(
+            plots.save(training_plots.surrogate(line, [found]), tmp_path / "line.png"),
+            palette.VERMILLION,
+        )
+        > 40
+    )
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_slices_of_a_surrogate_have_its_samples(d: int, tmp_path: Path) -> None:
-    """A curve with its band, a surface, or curves and surfaces through the centre; a logarithmic axis among them."""
+    """A curve with its band, a surface, or curves and surfaces through the centre; a logarithmic
+    axis among them.
+    """
     unit = qmc.Sobol(d, rng=1).random(8)
-    known = (Parameter("E", 2e9, 6e10, Scale.LOG, "Pa"), Parameter("d", 8e-3, 12e-3, unit="m"), Parameter("g", 5.0, 12.0))[:d]
+    known = (
+        Parameter("E", 2e9, 6e10, Scale.LOG, "Pa"),
+        Parameter("d", 8e-3, 12e-3, unit="m"),
+        Parameter("g", 5.0, 12.0),
+    )[:d]
     model = kriging.fit(unit, 10 ** (-6.0 + (unit**2).sum(axis=1)))
     figure = training_plots.slices(known, model, title="pendulum")
     path = plots.save(figure, tmp_path / "slices.png")
@@ -81,10 +109,15 @@ def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:
     """Values in any order give the same picture."""
     errors = 1e-6 * (1 + ((X - 55) / 5) ** 2)
     models = {"2 full runs": errors, "fast to slow": 30 * errors}
-    path = plots.save(plots.errors(X, models, across="E [GPa]", level=1e-5, named="tolerance"), tmp_path / "a.png")
+    path = plots.save(
+        plots.errors(X, models, across="E [GPa]", level=1e-5, named="tolerance"), tmp_path / "a.png"
+    )
     mixed = np.random.default_rng(0).permutation(101)
     shuffled = {name: values[mixed] for name, values in models.items()}
-    other = plots.save(plots.errors(X[mixed], shuffled, across="E [GPa]", level=1e-5, named="tolerance"), tmp_path / "b.png")
+    other = plots.save(
+        plots.errors(X[mixed], shuffled, across="E [GPa]", level=1e-5, named="tolerance"),
+        tmp_path / "b.png",
+    )
     assert path.read_bytes() == other.read_bytes()
     assert count(path, palette.BLUE) > 300
     assert count(path, palette.VERMILLION) > 300
@@ -92,9 +125,15 @@ def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:
 
 def test_points_outside_the_band_are_told_apart(tmp_path: Path) -> None:
     true = np.geomspace(1e-7, 1e-4, 20)
-    inside = plots.save(training_plots.predicted(true, true * 1.2, true / 2, true * 2, goal=1e-4), tmp_path / "in.png")
+    inside = plots.save(
+        training_plots.predicted(true, true * 1.2, true / 2, true * 2, goal=1e-4),
+        tmp_path / "in.png",
+    )
     predicted = true * np.where(np.arange(20) == 4, 5.0, 1.2)
-    outside = plots.save(training_plots.predicted(true, predicted, predicted / 2, predicted * 2), tmp_path / "out.png")
+    outside = plots.save(
+        training_plots.predicted(true, predicted, predicted / 2, predicted * 2),
+        tmp_path / "out.png",
+    )
     assert count(inside, palette.BLUE) > 300
     assert count(inside, palette.VERMILLION) == 0
     assert count(outside, palette.VERMILLION) > 30

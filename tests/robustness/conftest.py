@@ -27,6 +27,8 @@ def ranged(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A beam of ten cells for Young's moduli from 0.5 to 1.5 GPa."""
     folder = tmp_path_factory.mktemp("ranged")
     training = "training: {candidates: 11, samples: 3, iterations: 1, max_samples: 4}"
-    done = fmbs("train", written(folder, REDUCTION + training), "--no-plots", "--out", folder / "out")
+    done = fmbs(
+        "train", written(folder, REDUCTION + training), "--no-plots", "--out", folder / "out"
+    )
     assert done.code == 0, done.err
     return folder / "out" / "model.h5"

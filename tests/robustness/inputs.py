@@ -79,7 +79,9 @@ HOUSE = re.compile(r".+: expected .+, got .+", re.DOTALL)
 
 def msh(points: list[tuple[float, ...]], cells: list[str], names: str = "") -> str:
     """A gmsh 2.2 text file; cells are rows without their number: code tags ... nodes."""
-    nodes = "\n".join(f"{i} {' '.join(str(x) for x in (*p, 0)[:3])}" for i, p in enumerate(points, 1))
+    nodes = "\n".join(
+        f"{i} {' '.join(str(x) for x in (*p, 0)[:3])}" for i, p in enumerate(points, 1)
+    )
     rows = "\n".join(f"{i} {cell}" for i, cell in enumerate(cells, 1))
     counts = f"$Nodes\n{len(points)}\n{nodes}\n$EndNodes\n$Elements\n{len(cells)}\n{rows}\n$EndElements\n"
     return f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n{names}{counts}"
@@ -135,11 +137,22 @@ def written(folder: Path, text: str, name: str, content: str | bytes) -> Path:
 
 def state(folder: Path) -> dict[str, bytes]:
     """Every file below a folder with its bytes."""
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
 
 
-def refused(path: Path, *words: str, code: int = 3, command: tuple[str, ...] = ("check",), options: tuple[str, ...] = ()) -> Call:
-    """The call ends with the code and a message in the house form that holds the words; no file is changed, none run.
+def refused(
+    path: Path,
+    *words: str,
+    code: int = 3,
+    command: tuple[str, ...] = ("check",),
+    options: tuple[str, ...] = (),
+) -> Call:
+    """The call ends with the code and a message in the house form that holds the words; no file is
+    changed, none run.
 
     Files are made by failed solves only (code 4), in the folder of the run.
     """
@@ -148,7 +161,9 @@ def refused(path: Path, *words: str, code: int = 3, command: tuple[str, ...] = (
     assert done.code == code, done.err or done.out
     after = state(path.parent)
     assert {name: after.get(name) for name in before} == before
-    assert all(code == 4 and name.startswith("fmbs-") for name in after.keys() - before.keys()), after.keys()
+    assert all(code == 4 and name.startswith("fmbs-") for name in after.keys() - before.keys()), (
+        after.keys()
+    )
     message = done.err[done.err.index("error: ") :]
     assert HOUSE.match(message) or code == 4, message
     for word in words:
@@ -158,7 +173,9 @@ def refused(path: Path, *words: str, code: int = 3, command: tuple[str, ...] = (
 
 
 def noticed(path: Path, *words: str, command: tuple[str, ...] = ("check",)) -> Call:
-    """The call succeeds with a notice that holds the words, and with --strict the notice is an error of code 3."""
+    """The call succeeds with a notice that holds the words, and with --strict the notice is an
+    error of code 3.
+    """
     done = fmbs(*command, path)
     assert done.code == 0, done.err
     strict = fmbs(*command, path, "--strict")

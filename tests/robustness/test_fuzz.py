@@ -1,7 +1,9 @@
-"""Damaged and random scenes, expressions, meshes, NURBS files and saved models: each is read, or refused with exit code 3 or 8.
+"""Damaged and random scenes, expressions, meshes, NURBS files and saved models: each is read, or
+refused with exit code 3 or 8.
 
-Every call has a limit of processor time; what is read at all is looked at: its numbers are finite and its cells have their nodes.
-The tries are the same in every run; FMBS_FUZZ=20 makes twenty times as many, other ones every time.
+Every call has a limit of processor time; what is read at all is looked at: its numbers are finite
+and its cells have their nodes. The tries are the same in every run; FMBS_FUZZ=20 makes twenty times
+as many, other ones every time.
 """
 
 from __future__ import annotations
@@ -46,13 +48,19 @@ def tries(count: int) -> settings:
     """So many tries, without a deadline of the clock: another process may have the processor."""
     checks = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
     return settings(
-        max_examples=FACTOR * count, deadline=None, derandomize=FACTOR == 1, database=None, suppress_health_check=checks
+        max_examples=FACTOR * count,
+        deadline=None,
+        derandomize=FACTOR == 1,
+        database=None,
+        suppress_health_check=checks,
     )
 
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """A call that may not hang: SIGPROF ends it after LIMIT seconds of processor time; notices are let pass."""
+    """A call that may not hang: SIGPROF ends it after LIMIT seconds of processor time; notices are
+    let pass.
+    """
 
     def expired(number: int, frame: FrameType | None) -> None:
         raise TimeoutError(f"no answer after {LIMIT:g} s")
@@ -75,7 +83,9 @@ def told(read: Callable[[], Any]) -> Any:
             return read()
     except InputError as error:
         message, code = str(error), error.exit_code
-    assert all(HOUSE.match(line) or "more problems" in line for line in message.splitlines()), message
+    assert all(HOUSE.match(line) or "more problems" in line for line in message.splitlines()), (
+        message
+    )
     assert (code, len(message) < 100_000) == (3, True)
     return None
 
@@ -83,7 +93,13 @@ def told(read: Callable[[], Any]) -> Any:
 # ---------------------------------------------------------------------------------------------------------------------- scenes
 def paths(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     """Keys on the way to every value."""
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    items = (
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, list)
+        else ()
+    )
     for key, inner in items:
         yield (*path, key)
         yield from paths(inner, (*path, key))
@@ -97,22 +113,61 @@ def scene(name: str) -> Any:
 
 @functools.cache
 def places() -> list[tuple[str, tuple[str | int, ...]]]:
-    """Every value of every example, read by the process that asks for it first and not by all that collect tests."""
+    """Every value of every example, read by the process that asks for it first and not by all that
+    collect tests.
+    """
     return [(name, path) for name in TEXTS for path in paths(scene(name))]
 
 
 PLACES = st.deferred(lambda: st.sampled_from(places()))
 ODD: st.SearchStrategy[Any] = st.one_of(
-    st.sampled_from([None, True, False, 0, -1, 10**30, 1e-320, 1e300, float("nan"), float("inf"), "", [], {}, [[]], {"": None}]),
     st.sampled_from(
-        ["t", "ground", "1 m", "E", "9**9**9", "1 / 0", "beam", "beam.left", "210 GPa", "linear", "~", "\0", "é" * 9, ".", "a.b.c"]
+        [
+            None,
+            True,
+            False,
+            0,
+            -1,
+            10**30,
+            1e-320,
+            1e300,
+            float("nan"),
+            float("inf"),
+            "",
+            [],
+            {},
+            [[]],
+            {"": None},
+        ]
+    ),
+    st.sampled_from(
+        [
+            "t",
+            "ground",
+            "1 m",
+            "E",
+            "9**9**9",
+            "1 / 0",
+            "beam",
+            "beam.left",
+            "210 GPa",
+            "linear",
+            "~",
+            "\0",
+            "é" * 9,
+            ".",
+            "a.b.c",
+        ]
     ),
     st.integers(),
     st.floats(),
     st.text(max_size=8),
     st.lists(st.integers(-1, 3), max_size=4),
     st.dictionaries(
-        st.sampled_from(["type", "at", "s", "body", "axis", "angle", "value", "range", "every", "edges"]), st.text(max_size=3)
+        st.sampled_from(
+            ["type", "at", "s", "body", "axis", "angle", "value", "range", "every", "edges"]
+        ),
+        st.text(max_size=3),
     ),
     PLACES.map(lambda place: inside(scene(place[0]), place[1])),
 )
@@ -125,7 +180,9 @@ def inside(data: Any, path: tuple[str | int, ...]) -> Any:
 
 
 def damaged(name: str, path: tuple[str | int, ...], how: str, value: Any) -> str:
-    """A scene as JSON, which is YAML, with one value replaced, dropped, renamed, given twice or moved."""
+    """A scene as JSON, which is YAML, with one value replaced, dropped, renamed, given twice or
+    moved.
+    """
     data = copy.deepcopy(scene(name))
     parent, last = inside(data, path[:-1]), path[-1]
     old = parent[last]
@@ -145,8 +202,14 @@ def damaged(name: str, path: tuple[str | int, ...], how: str, value: Any) -> str
 
 
 @tries(400)
-@given(st.lists(PLACES, min_size=1, max_size=1), st.sampled_from(["replace", "drop", "rename", "move", "twice"]), ODD)
-def test_scenes_with_a_damaged_value(place: list[tuple[str, tuple[str | int, ...]]], how: str, value: Any) -> None:
+@given(
+    st.lists(PLACES, min_size=1, max_size=1),
+    st.sampled_from(["replace", "drop", "rename", "move", "twice"]),
+    ODD,
+)
+def test_scenes_with_a_damaged_value(
+    place: list[tuple[str, tuple[str | int, ...]]], how: str, value: Any
+) -> None:
     name, path = place[0]
     found = told(lambda: scenes.loads(damaged(name, path, how, value), EXAMPLES))
     if found is not None:
@@ -165,27 +228,43 @@ def test_scenes_with_damaged_text(name: str, data: st.DataObject) -> None:
         row = rows[i]
         at = data.draw(st.integers(0, max(len(row) - 1, 0)))
         sign = data.draw(st.sampled_from(list("{}[]:,&*!|>'\"%@`#-?\t\0\u2028é0 ~<")))
-        new = {"drop": [], "twice": [row, row], "shift": [" " + row], "cut": [row[:at]], "insert": [row[:at] + sign + row[at:]]}[
-            how
-        ]
+        new = {
+            "drop": [],
+            "twice": [row, row],
+            "shift": [" " + row],
+            "cut": [row[:at]],
+            "insert": [row[:at] + sign + row[at:]],
+        }[how]
         rows[i : i + 1] = new
         rows = rows or [""]
     told(lambda: scenes.loads("\n".join(rows), EXAMPLES))
 
 
-CHECKED = ("controlled_arm.yaml", "geared_arm.yaml", "heavy_top.yaml", "spin_up.yaml", "trapeze.yaml")  #: of some coordinates
+CHECKED = (
+    "controlled_arm.yaml",
+    "geared_arm.yaml",
+    "heavy_top.yaml",
+    "spin_up.yaml",
+    "trapeze.yaml",
+)  #: of some coordinates
 
 
 @tries(3)
 @given(st.data(), st.sampled_from(["replace", "drop", "rename", "move", "twice"]), ODD)
-def test_scenes_with_a_damaged_value_are_checked(tmp_path: Path, data: st.DataObject, how: str, value: Any) -> None:
-    """Assembled as well: what is read and is nonsense all the same is refused with its place, or has no equilibrium or solution."""
+def test_scenes_with_a_damaged_value_are_checked(
+    tmp_path: Path, data: st.DataObject, how: str, value: Any
+) -> None:
+    """Assembled as well: what is read and is nonsense all the same is refused with its place, or
+    has no equilibrium or solution.
+    """
     name, path = data.draw(st.sampled_from([place for place in places() if place[0] in CHECKED]))
     (tmp_path / "meshes").mkdir(exist_ok=True)
     (tmp_path / "examples").mkdir(exist_ok=True)
     for mesh in re.findall(r"meshes/(\w+\.msh)", TEXTS[name]):
         (tmp_path / "meshes" / mesh).write_bytes((MESHES / mesh).read_bytes())
-    (scene_file := tmp_path / "examples" / "scene.yaml").write_text(damaged(name, path, how, value), encoding="utf-8")
+    (scene_file := tmp_path / "examples" / "scene.yaml").write_text(
+        damaged(name, path, how, value), encoding="utf-8"
+    )
     with guarded():
         done = fmbs("check", scene_file)
     assert done.code in (0, 3, 4), done.err
@@ -194,12 +273,22 @@ def test_scenes_with_a_damaged_value_are_checked(tmp_path: Path, data: st.DataOb
 
 YAML = st.recursive(
     st.one_of(
-        st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=6), st.sampled_from(["cable", "pin", "beam", "1 m"])
+        st.none(),
+        st.booleans(),
+        st.integers(),
+        st.floats(),
+        st.text(max_size=6),
+        st.sampled_from(["cable", "pin", "beam", "1 m"]),
     ),
     lambda inner: st.one_of(
         st.lists(inner, max_size=4),
         st.dictionaries(
-            st.one_of(st.text(max_size=5), st.sampled_from(["schema", "bodies", "type", "analysis", "joints"])), inner, max_size=5
+            st.one_of(
+                st.text(max_size=5),
+                st.sampled_from(["schema", "bodies", "type", "analysis", "joints"]),
+            ),
+            inner,
+            max_size=5,
         ),
     ),
     max_leaves=20,
@@ -210,7 +299,14 @@ YAML = st.recursive(
 @given(YAML, st.booleans())
 def test_random_trees(value: Any, add_unit: bool) -> None:
     tree = {"schema": 1, "bodies": {"a": value}, "analysis": value} if add_unit else value
-    assert told(lambda: scenes.loads(json.dumps(tree).replace("NaN", ".nan").replace("Infinity", ".inf"))) is None
+    assert (
+        told(
+            lambda: scenes.loads(
+                json.dumps(tree).replace("NaN", ".nan").replace("Infinity", ".inf")
+            )
+        )
+        is None
+    )
 
 
 @tries(150)
@@ -284,7 +380,20 @@ def mutated(content: bytes, data: st.DataObject) -> bytes:
             st.one_of(
                 st.binary(min_size=1, max_size=8),
                 st.sampled_from(
-                    [b"", b"0", b"-1", b"9" * 30, b"nan", b"1e400", b"\n", b"$", b"<", b"\xff" * 8, piece + piece, piece[::-1]]
+                    [
+                        b"",
+                        b"0",
+                        b"-1",
+                        b"9" * 30,
+                        b"nan",
+                        b"1e400",
+                        b"\n",
+                        b"$",
+                        b"<",
+                        b"\xff" * 8,
+                        piece + piece,
+                        piece[::-1],
+                    ]
                 ),
             )
         )
@@ -311,7 +420,9 @@ ENTRIES = list(paths(STRIP))
 
 @tries(150)
 @given(st.sampled_from(ENTRIES), ODD, st.booleans(), st.data())
-def test_nurbs_files(tmp_path: Path, path: tuple[str | int, ...], value: Any, as_bytes: bool, data: st.DataObject) -> None:
+def test_nurbs_files(
+    tmp_path: Path, path: tuple[str | int, ...], value: Any, as_bytes: bool, data: st.DataObject
+) -> None:
     file = tmp_path / "roof.json"
     content = json.dumps(STRIP).encode()
     if as_bytes:

@@ -1,8 +1,10 @@
-"""What a training predicts of its errors holds at points that it has not seen, or it says that it cannot promise it.
+"""What a training predicts of its errors holds at points that it has not seen, or it says that it
+cannot promise it.
 
-Every family is trained as `fmbs train` does without hold-out points; its prediction is held against the errors of the outputs at
-ten random points of its box, and at its corners where there are several parameters. HONESTY=30 in the environment tries all thirty
-families; with `-s` their bands are printed.
+Every family is trained as `fmbs train` does without hold-out points; its prediction is held against
+the errors of the outputs at ten random points of its box, and at its corners where there are
+several parameters. HONESTY=30 in the environment tries all thirty families; with `-s` their bands
+are printed.
 """
 
 from __future__ import annotations
@@ -61,7 +63,9 @@ class Trial:
     @property
     def held(self) -> float:
         """Part of the true errors that lie below the upper ends of their bands."""
-        return float(np.mean([e <= band.high for e, band in zip(self.true, self.bands, strict=True)]))
+        return float(
+            np.mean([e <= band.high for e, band in zip(self.true, self.bands, strict=True)])
+        )
 
     @property
     def verdict(self) -> str:
@@ -80,7 +84,9 @@ class Trial:
 
 
 def trained(name: str) -> FinishedTraining:
-    """The training of a scene whose sections `reduction` and `training` have the defaults, with snapshots at every step."""
+    """The training of a scene whose sections `reduction` and `training` have the defaults, with
+    snapshots at every step.
+    """
     family, chosen = FAMILIES[name], sections.Training()
     known = family.parameters
     nominal = family(boxes.completed(known, {}))
@@ -88,24 +94,43 @@ def trained(name: str) -> FinishedTraining:
     task = TrainingTask(family, known, plan, nominal.scheme.step, measure=OutputMeasure())
     where = points.of(chosen, known)
     search = training.search(known, where.candidates, where.samples, where.first)
-    options = greedy.Options(iterations=chosen.iterations, max_samples=chosen.max_samples, seed=chosen.seed)
-    return training.train(task, search, options, None, family.tolerance, savable=True, checks=training.CHECKS)
+    options = greedy.Options(
+        iterations=chosen.iterations, max_samples=chosen.max_samples, seed=chosen.seed
+    )
+    return training.train(
+        task, search, options, None, family.tolerance, savable=True, checks=training.CHECKS
+    )
 
 
 @functools.cache
 def tried(name: str) -> Trial:
-    """A family trained, and its prediction as the saved model gives it beside true errors at random points."""
+    """A family trained, and its prediction as the saved model gives it beside true errors at random
+    points.
+    """
     family = FAMILIES[name]
     try:
         found = trained(name)
     except NoModel as refused:
         return Trial([str(refused)], np.empty(0))
     runs = len(found.full_runs)
-    doubts = prediction.doubts(runs, found.predicted, [], [], family.tolerance, sum(run.unresolved for run in found.full_runs))
-    predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
+    doubts = prediction.doubts(
+        runs,
+        found.predicted,
+        [],
+        [],
+        family.tolerance,
+        sum(run.unresolved for run in found.full_runs),
+    )
+    predict = prediction.predictor(
+        ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)})
+    )
     assert predict is not None
     box = np.random.default_rng(zlib.crc32(name.encode())).random((POINTS, len(family.parameters)))
-    corners = boxes.grid(family.parameters, 2) if len(family.parameters) > 1 else boxes.table(family.parameters, np.empty((0, 1)))
+    corners = (
+        boxes.grid(family.parameters, 2)
+        if len(family.parameters) > 1
+        else boxes.table(family.parameters, np.empty((0, 1)))
+    )
     rows = np.concatenate([boxes.from_box(family.parameters, box), corners])
     where = [boxes.named(family.parameters, row) for row in rows]
     errors = np.array([error(found, values) for values in where])
@@ -114,7 +139,9 @@ def tried(name: str) -> Trial:
 
 
 def error(found: FinishedTraining, values: Mapping[str, float]) -> float:
-    """The largest error of an output as a part of its range; infinite where the reduced model fails, NaN without a full motion."""
+    """The largest error of an output as a part of its range; infinite where the reduced model
+    fails, NaN without a full motion.
+    """
     task = reduced_models.with_polynomials(found.task)
     try:
         run = full_runs.full_run(task, values)

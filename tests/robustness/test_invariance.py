@@ -1,8 +1,10 @@
-"""The same motion wherever a mechanism stands, however it is turned, numbered, ordered, measured or cut into pieces.
+"""The same motion wherever a mechanism stands, however it is turned, numbered, ordered, measured or
+cut into pieces.
 
-Examples are moved and turned as a whole, their meshes renumbered and refined, their parameters set to the values that they have;
-generated chains of cables and rigid bodies are built again in other units, in another order, along reversed lines, with nodes of
-other numbers, cut in two, and reduced. `--hypothesis-seed` and INVARIANCE=1000 in the environment give a longer run.
+Examples are moved and turned as a whole, their meshes renumbered and refined, their parameters set
+to the values that they have; generated chains of cables and rigid bodies are built again in other
+units, in another order, along reversed lines, with nodes of other numbers, cut in two, and reduced.
+`--hypothesis-seed` and INVARIANCE=1000 in the environment give a longer run.
 """
 
 from __future__ import annotations
@@ -43,10 +45,18 @@ from .. import models
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STEPS = 40
-LARGE = ("gripper", "deep_arch")  #: examples of which two steps, and one change of all parameters, are enough
+LARGE = (
+    "gripper",
+    "deep_arch",
+)  #: examples of which two steps, and one change of all parameters, are enough
 COARSE = {"deep_arch": 4}  #: cells of beams whose whole path is solved
-QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  #: a turn of 90 degrees about z
-POINTS, VECTORS = ("to",), ("direction", "axis", "force", "acceleration", "moment")  #: fields of joints and loads
+QUARTER = np.array(
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+)  #: a turn of 90 degrees about z
+POINTS, VECTORS = (
+    ("to",),
+    ("direction", "axis", "force", "acceleration", "moment"),
+)  #: fields of joints and loads
 MANY = int(os.environ.get("INVARIANCE", "40"))
 
 
@@ -79,7 +89,9 @@ def placed(part: Any, R: np.ndarray, shift: np.ndarray) -> Any:
     return replace(part, **found)
 
 
-def example(name: str, R: np.ndarray | None = None, shift: np.ndarray | None = None) -> tuple[System, GeneralizedAlpha]:
+def example(
+    name: str, R: np.ndarray | None = None, shift: np.ndarray | None = None
+) -> tuple[System, GeneralizedAlpha]:
     """The system of an example, turned and moved."""
     scene = scenes.read(EXAMPLES / name)
     d = scene.dimension
@@ -88,7 +100,13 @@ def example(name: str, R: np.ndarray | None = None, shift: np.ndarray | None = N
 
     def moved(many: Any, joined: Any, loaded: Any, *rest: Any, **more: Any) -> System:
         parts.extend(placed(part, R, shift) for part in many)
-        return ASSEMBLE(parts, [placed(j, R, shift) for j in joined], [placed(one, R, shift) for one in loaded], *rest, **more)
+        return ASSEMBLE(
+            parts,
+            [placed(j, R, shift) for j in joined],
+            [placed(one, R, shift) for one in loaded],
+            *rest,
+            **more,
+        )
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "assemble", moved)
@@ -101,11 +119,20 @@ ASSEMBLE = assembly.assemble
 
 
 @pytest.mark.parametrize(
-    "name", ["double_pendulum.yaml", "spin_up.yaml", "four_bar.yaml", "hanging_mass.yaml", "crank_slider_coarse.yaml"]
+    "name",
+    [
+        "double_pendulum.yaml",
+        "spin_up.yaml",
+        "four_bar.yaml",
+        "hanging_mass.yaml",
+        "crank_slider_coarse.yaml",
+    ],
 )
 @pytest.mark.parametrize("shift", [(1e4, -1e4, 1e4), (0.0, 0.0, 0.0)], ids=["10 km away", "turned"])
 def test_examples_do_not_depend_on_the_frame(name: str, shift: tuple[float, float, float]) -> None:
-    """To 1e-7 of their size; turned by 90 degrees where nothing in them is bound to an axis of the scene."""
+    """To 1e-7 of their size; turned by 90 degrees where nothing in them is bound to an axis of the
+    scene.
+    """
     far = np.array(shift)
     bound = name in ("hanging_mass.yaml",)  # its support is driven along x
     R = np.eye(3) if far.any() or bound else QUARTER
@@ -119,7 +146,9 @@ def test_examples_do_not_depend_on_the_frame(name: str, shift: tuple[float, floa
 
 
 def solved(scene: scenes.Scene, steps: int = STEPS, cells: int | None = None) -> Trajectory:
-    """Equilibria of a static scene, some steps of another one, with the Newton iteration of the scene."""
+    """Equilibria of a static scene, some steps of another one, with the Newton iteration of the
+    scene.
+    """
     system = build.chosen_form(scene, build.system(scene, cells))
     if scene.analysis.word == "static":
         return scene.analysis.solve(system)
@@ -130,7 +159,12 @@ def solved(scene: scenes.Scene, steps: int = STEPS, cells: int | None = None) ->
 
 def positions(motion: Trajectory) -> np.ndarray:
     """All outputs that are positions (s, c) [m]."""
-    places = {column for one in motion.system.outputs.values() if one.kind == "position" for column in one.columns}
+    places = {
+        column
+        for one in motion.system.outputs.values()
+        if one.kind == "position"
+        for column in one.columns
+    }
     return np.column_stack([values for name, values in outputs(motion).items() if name in places])
 
 
@@ -138,14 +172,24 @@ def shuffled(raw: Raw, seed: int) -> Raw:
     """What a mesh file says, its nodes and cells in another order and with other numbers."""
     random = np.random.default_rng(seed)
     rows = random.permutation(len(raw.points))
-    number = dict(zip(raw.numbers[rows].tolist(), random.permutation(np.arange(1, len(rows) + 1) * 7).tolist(), strict=True))
+    number = dict(
+        zip(
+            raw.numbers[rows].tolist(),
+            random.permutation(np.arange(1, len(rows) + 1) * 7).tolist(),
+            strict=True,
+        )
+    )
     renamed = np.vectorize(number.__getitem__, otypes=[np.int64])
 
     def cells(known: MshCells) -> MshCells:
         order = random.permutation(len(known.nodes))
         place = np.argsort(order)
         nodes = renamed(known.nodes[order]) if len(order) else known.nodes
-        return MshCells(nodes, known.numbers[order], {name: np.sort(place[rows]) for name, rows in known.groups.items()})
+        return MshCells(
+            nodes,
+            known.numbers[order],
+            {name: np.sort(place[rows]) for name, rows in known.groups.items()},
+        )
 
     return replace(
         raw,
@@ -159,9 +203,19 @@ def shuffled(raw: Raw, seed: int) -> Raw:
 
 
 @pytest.mark.parametrize(
-    "name", ["double_pendulum.yaml", "spin_up.yaml", "four_bar.yaml", "hanging_mass.yaml", "crank_slider_coarse.yaml", "plate.yaml"]
+    "name",
+    [
+        "double_pendulum.yaml",
+        "spin_up.yaml",
+        "four_bar.yaml",
+        "hanging_mass.yaml",
+        "crank_slider_coarse.yaml",
+        "plate.yaml",
+    ],
 )
-def test_examples_do_not_depend_on_the_numbers_of_nodes_and_cells(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_do_not_depend_on_the_numbers_of_nodes_and_cells(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """To 1e-10 of their size."""
     scene, load, read = scenes.read(EXAMPLES / name), meshes.load, []
     one = solved(scene)
@@ -187,10 +241,14 @@ def test_examples_do_not_depend_on_the_numbers_of_nodes_and_cells(name: str, mon
     ],
 )
 def test_refined_examples_converge(name: str, cells: int, order: float, digits: float) -> None:
-    """Over 0.4 s, refined three times; the cable bends sharply at its mass, over sqrt(EI / T) = 5 cm."""
+    """Over 0.4 s, refined three times; the cable bends sharply at its mass, over sqrt(EI / T) = 5
+    cm.
+    """
     scene = scenes.read(EXAMPLES / name)
     steps = round(0.4 / build.dynamic(scene).step)
-    found = [positions(solved(scene, steps, cells)) for cells in (cells, 2 * cells, 4 * cells, 8 * cells)]
+    found = [
+        positions(solved(scene, steps, cells)) for cells in (cells, 2 * cells, 4 * cells, 8 * cells)
+    ]
     change = [float(np.abs(fine - coarse).max()) for coarse, fine in pairwise(found)]
     assert all(after < before / 2**order for before, after in pairwise(change))
     assert change[-1] < digits * build.system(scene, 4).scale
@@ -236,7 +294,10 @@ class Chain:
             else:
                 pieces = [(name, foot, tip)]
                 if self.cut:
-                    pieces = [(name, foot, 0.5 * (foot + tip)), (f"{name}b", 0.5 * (foot + tip), tip)]
+                    pieces = [
+                        (name, foot, 0.5 * (foot + tip)),
+                        (f"{name}b", 0.5 * (foot + tip), tip),
+                    ]
                 for piece, start, end in pieces:
                     ends = (end, start) if self.reverse else (start, end)
                     mesh = models.segment(self.cells // len(pieces), tuple(ends[0]), tuple(ends[1]))
@@ -264,10 +325,14 @@ class Chain:
         for k, kind in enumerate(self.kinds):
             name = f"link{k}b" if kind == "cable" and self.cut else f"link{k}"
             line = next(one for one in system.lines if one.name == name)
-            points = np.asarray(line.samples[: line.samples.shape[0] // 3] @ q.T).T.reshape(len(q), -1, self.dim)
+            points = np.asarray(line.samples[: line.samples.shape[0] // 3] @ q.T).T.reshape(
+                len(q), -1, self.dim
+            )
             found.append(points[:, 0 if self.reverse and kind == "cable" else -1])
         R = rotation(self.turn)[: self.dim, : self.dim]
-        return (np.stack(found, axis=1) - np.array(self.shift)[: self.dim] * self.unit) @ R / self.unit
+        return (
+            (np.stack(found, axis=1) - np.array(self.shift)[: self.dim] * self.unit) @ R / self.unit
+        )
 
 
 def mixed(mesh: LineMesh) -> LineMesh:
@@ -276,7 +341,9 @@ def mixed(mesh: LineMesh) -> LineMesh:
     rows, order = random.permutation(len(mesh.points)), random.permutation(len(mesh.cells))
     place = np.argsort(rows)
     groups = {name: place[nodes] for name, nodes in mesh.point_groups.items()}
-    return replace(mesh, points=mesh.points[rows], cells=place[mesh.cells[order]], point_groups=groups)
+    return replace(
+        mesh, points=mesh.points[rows], cells=place[mesh.cells[order]], point_groups=groups
+    )
 
 
 def rotation(angle: float) -> np.ndarray:
@@ -318,9 +385,13 @@ def test_chains_move_alike_however_they_are_written_down(chain: Chain, change: s
     assert np.abs(one - other).max() < allowed
 
 
-@pytest.mark.parametrize("change", ["moved", "turned", "millimetres", "swapped", "reversed", "renumbered"])
+@pytest.mark.parametrize(
+    "change", ["moved", "turned", "millimetres", "swapped", "reversed", "renumbered"]
+)
 def test_reduced_models_move_alike(change: str) -> None:
-    """Trained and run in both ways of writing the chain down: the same number of modes, the same motion to 1e-6 m."""
+    """Trained and run in both ways of writing the chain down: the same number of modes, the same
+    motion to 1e-6 m.
+    """
     one, other = known(FALLING), trained(CHANGES[change][0](FALLING))
     assert one[0] == other[0]
     assert np.abs(one[1] - other[1]).max() < 1e-6
@@ -329,7 +400,9 @@ def test_reduced_models_move_alike(change: str) -> None:
 @pytest.mark.parametrize("eliminated", [False, True])
 @pytest.mark.parametrize("unit", [1e-6, 1e8])
 def test_reduced_models_have_the_same_joints_in_every_unit(unit: float, eliminated: bool) -> None:
-    """Bodies of half a micrometre and of 50 000 km keep the rows of those of half a metre, and move as they do to 1e-12 of it."""
+    """Bodies of half a micrometre and of 50 000 km keep the rows of those of half a metre, and move
+    as they do to 1e-12 of it.
+    """
     one, other = known(FALLING, eliminated), trained(replace(FALLING, unit=unit), eliminated)
     assert one[::2] == other[::2]
     assert np.abs(one[1] - other[1]).max() < 1e-12
@@ -342,7 +415,9 @@ Trained: TypeAlias = tuple[list[tuple[str, int]], np.ndarray, list[tuple[str, st
 
 
 def trained(chain: Chain, eliminated: bool = False) -> Trained:
-    """Numbers of modes of the chain's parts, ends of its links (s, x, c) [m] as the model reduced to them moves, and its rows."""
+    """Numbers of modes of the chain's parts, ends of its links (s, x, c) [m] as the model reduced
+    to them moves, and its rows.
+    """
     system = chain.system()
     raw = system.full
     assert raw is not None
@@ -351,7 +426,11 @@ def trained(chain: Chain, eliminated: bool = False) -> Trained:
     bases = reduction.bases(raw, data, parts, 1e-12)
     small = reduction.reduce_system(raw, parts, bases, eliminated, data.q)
     modes = sorted((name, basis.modes.shape[1]) for name, basis in bases.items())
-    return modes, chain.ends(integrate(small, SCHEME, STEPS * SCHEME.step, TIGHT)), list(small.constraints.names)
+    return (
+        modes,
+        chain.ends(integrate(small, SCHEME, STEPS * SCHEME.step, TIGHT)),
+        list(small.constraints.names),
+    )
 
 
 known = functools.cache(trained)
@@ -359,11 +438,17 @@ known = functools.cache(trained)
 
 @pytest.mark.parametrize("cells", [6, 96])
 def test_threads_of_the_linear_algebra_change_nothing(cells: int) -> None:
-    """Full to 1e-10 m, reduced in a training of its own to 1e-6 m; BLAS shares the work on large arrays only."""
+    """Full to 1e-10 m, reduced in a training of its own to 1e-6 m; BLAS shares the work on large
+    arrays only.
+    """
     chain, found = replace(FALLING, dim=3, cells=cells), []
     for threads in (1, 2):
         with threadpoolctl.threadpool_limits(limits=threads, user_api="blas"):
-            assert {pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"} == {threads}
+            assert {
+                pool["num_threads"]
+                for pool in threadpoolctl.threadpool_info()
+                if pool["user_api"] == "blas"
+            } == {threads}
             found.append((run(chain), *trained(chain)))
     (one, modes, small, _), (two, others, little, _) = found
     assert np.abs(one - two).max() < 1e-10
@@ -373,8 +458,14 @@ def test_threads_of_the_linear_algebra_change_nothing(cells: int) -> None:
 
 SCENES = sorted(EXAMPLES.glob("*.yaml"))
 COPIES = ("crank_slider",)  #: scenes that are solved by a coarser mesh of the same scene
-PARAMETERS = re.compile(r"^parameters:.*^analysis:\s*\{?\s*type: (dynamic|static)\b", flags=re.DOTALL | re.MULTILINE)
-SOLVED = [path for path in SCENES if path.stem not in COPIES and PARAMETERS.search(path.read_text(encoding="utf-8"))]
+PARAMETERS = re.compile(
+    r"^parameters:.*^analysis:\s*\{?\s*type: (dynamic|static)\b", flags=re.DOTALL | re.MULTILINE
+)
+SOLVED = [
+    path
+    for path in SCENES
+    if path.stem not in COPIES and PARAMETERS.search(path.read_text(encoding="utf-8"))
+]
 
 
 def written(path: Path) -> dict[str, Any]:
@@ -385,7 +476,10 @@ def written(path: Path) -> dict[str, Any]:
 def test_all_examples_with_parameters_are_solved_below() -> None:
     """They are found by their texts, as reading all of them takes a second of every process."""
     wanted = [
-        path for path in SCENES if "parameters" in (one := written(path)) and one["analysis"]["type"] in ("dynamic", "static")
+        path
+        for path in SCENES
+        if "parameters" in (one := written(path))
+        and one["analysis"]["type"] in ("dynamic", "static")
     ]
     assert [path for path in wanted if path.stem not in COPIES] == SOLVED
 

@@ -1,6 +1,7 @@
 """Questions that people asked in public about other programs, as small inputs of our own.
 
-Each has an exact or independent number, or the words of a refusal; the thread stands in its docstring.
+Each has an exact or independent number, or the words of a refusal; the thread stands in its
+docstring.
 """
 
 from __future__ import annotations
@@ -37,15 +38,34 @@ def solved(folder: Path, scene: str, mesh: str = "", name: str = "m.msh") -> dic
 def segment(cells: int, end: Sequence[float]) -> str:
     """A line from the origin with its points left and right."""
     points = [tuple(i / cells * float(x) for x in end) for i in range(cells + 1)]
-    return msh(points, ["15 2 1 1 1", f"15 2 2 2 {cells + 1}", *lines(*((i, i + 1) for i in range(1, cells + 1)))], ENDS)
+    return msh(
+        points,
+        ["15 2 1 1 1", f"15 2 2 2 {cells + 1}", *lines(*((i, i + 1) for i in range(1, cells + 1)))],
+        ENDS,
+    )
 
 
-def sheet(columns: int, rows: int, size: tuple[float, float], names: str, edges: list[str], height: Sequence[float]) -> str:
-    """Even quadrilaterals over a rectangle, and edges of one's own; `height` of every column of nodes."""
+def sheet(
+    columns: int,
+    rows: int,
+    size: tuple[float, float],
+    names: str,
+    edges: list[str],
+    height: Sequence[float],
+) -> str:
+    """Even quadrilaterals over a rectangle, and edges of one's own; `height` of every column of
+    nodes.
+    """
     width = columns + 1
-    points = [(size[0] * i / columns, size[1] * j / rows, float(height[i])) for j in range(rows + 1) for i in range(width)]
+    points = [
+        (size[0] * i / columns, size[1] * j / rows, float(height[i]))
+        for j in range(rows + 1)
+        for i in range(width)
+    ]
     corners = [1 + i + width * j for j in range(rows) for i in range(columns)]
-    return msh(points, [*edges, *quads(*((k, k + 1, k + 1 + width, k + width) for k in corners))], names)
+    return msh(
+        points, [*edges, *quads(*((k, k + 1, k + 1 + width, k + width) for k in corners))], names
+    )
 
 
 # ------------------------------------------------------------------------------------------------------------------------ beams
@@ -80,7 +100,8 @@ outputs: {r: {type: reaction, joint: c}}
 
 
 def test_a_beam_under_tension_is_a_string(tmp_path: Path) -> None:
-    """f = sqrt(T / (rhoA l L)) / 2 of the length l under T, and EI pi^2 / (T l^2) of it more: 49.9750 Hz.
+    """f = sqrt(T / (rhoA l L)) / 2 of the length l under T, and EI pi^2 / (T l^2) of it more:
+    49.9750 Hz.
 
     https://github.com/karamba3d/K3D_NightlyBuilds/issues/18
     """
@@ -96,7 +117,9 @@ analysis: {type: modes, count: 1}
 
 
 @pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (2 / 7, 3 / 7, 6 / 7)])
-def test_a_cantilever_bends_alike_in_every_direction(along: tuple[float, ...], tmp_path: Path) -> None:
+def test_a_cantilever_bends_alike_in_every_direction(
+    along: tuple[float, ...], tmp_path: Path
+) -> None:
     """P L^3 / (3 EI). https://github.com/KratosMultiphysics/Kratos/issues/14657"""
     L, across = 4.0, np.cross(along, (0.6, 0.8, 0))
     across /= np.linalg.norm(across)
@@ -113,7 +136,9 @@ outputs: {{p: {{type: position, at: b.right}}}}
 
 
 def test_signs_of_a_tip_moment(tmp_path: Path) -> None:
-    """Inside both components are those of the load, also that about z. https://github.com/KratosMultiphysics/Kratos/issues/9181"""
+    """Inside both components are those of the load, also that about z.
+    https://github.com/KratosMultiphysics/Kratos/issues/9181
+    """
     scene = """
 bodies: {b: {type: cable, mesh: m.msh, section: {shape: given, EA: 1e9, EI: 1e7, rhoA: 10}}}
 joints: {c: {type: clamp, at: b.left}}
@@ -127,7 +152,9 @@ outputs: {s: {type: section_forces, at: {body: b, s: 5 m}}, p: {type: position, 
 
 
 def test_one_element_in_pure_bending(tmp_path: Path) -> None:
-    """An arc of the angle a = M L / EI: the tip at L (sin a, 1 - cos a) / a. https://github.com/KratosMultiphysics/Kratos/issues/2346"""
+    """An arc of the angle a = M L / EI: the tip at L (sin a, 1 - cos a) / a.
+    https://github.com/KratosMultiphysics/Kratos/issues/2346
+    """
     scene = """
 dimension: 2
 bodies: {b: {type: cable, mesh: m.msh, section: {shape: given, EA: 1e6, EI: 1, rhoA: 1}}}
@@ -137,12 +164,16 @@ analysis: {type: static, load_steps: 1}
 outputs: {p: {type: position, at: b.right}, a: {type: angle, at: b.right}}
 """
     found = solved(tmp_path, scene, segment(1, (1, 0)))
-    assert [found["p_x"], found["p_y"]] == pytest.approx([np.sin(0.1) / 0.1, (1 - np.cos(0.1)) / 0.1], rel=1e-6)
+    assert [found["p_x"], found["p_y"]] == pytest.approx(
+        [np.sin(0.1) / 0.1, (1 - np.cos(0.1)) / 0.1], rel=1e-6
+    )
     assert found["a"] == pytest.approx(0.1, rel=1e-6)
 
 
 def test_an_arm_on_a_turned_shaft(tmp_path: Path) -> None:
-    """Its tip turns as the shaft does, by 0.01 rad. https://github.com/Dhondtguido/CalculiX/issues/42"""
+    """Its tip turns as the shaft does, by 0.01 rad.
+    https://github.com/Dhondtguido/CalculiX/issues/42
+    """
     scene = """
 bodies:
   b: {type: cable, mesh: m.msh, section: {shape: given, EA: 20 MN, EI: 170 N m^2, rhoA: 0.8 kg/m}}
@@ -154,21 +185,37 @@ joints:
 analysis: {type: dynamic, duration: 1 s, step: 10 ms}
 outputs: {p: {type: position, at: b.right}}
 """
-    assert solved(tmp_path, scene, segment(2, (0, 1, 0)))["p_z"] == pytest.approx(np.sin(0.01), rel=1e-3)
+    assert solved(tmp_path, scene, segment(2, (0, 1, 0)))["p_z"] == pytest.approx(
+        np.sin(0.01), rel=1e-3
+    )
 
 
 # ---------------------------------------------------------------------------------------------------------------- plates, shells
 @pytest.mark.parametrize("kind,wave", [("plate", 0.0), ("shell", 0.01)])
 def test_a_sheet_on_two_edges_flat_and_wavy(kind: str, wave: float, tmp_path: Path) -> None:
-    """Its own weight between planes of symmetry: int M m / D ds along z = a sin(4 pi x / L), flat 5 q L^4 / (384 D).
+    """Its own weight between planes of symmetry: int M m / D ds along z = a sin(4 pi x / L), flat 5
+    q L^4 / (384 D).
 
     https://github.com/Dhondtguido/CalculiX/issues/64
     """
     E, nu, t, rho, L, n = 210e9, 0.3, 1e-3, 7850.0, 0.4, 32
-    D, q = E * t**3 / 12 / (1 - nu**2), rho * t * G * 1e-3  # a thousandth of the weight: small displacements
-    names = '$PhysicalNames\n4\n1 1 "left"\n1 2 "right"\n1 3 "sides"\n0 5 "mid"\n$EndPhysicalNames\n'
-    edges = [*(f"1 2 {tag} {tag} {k} {k + n + 1}" for j in range(2) for tag, k in ((1, 1 + j * (n + 1)), (2, (j + 1) * (n + 1))))]
-    edges += [f"1 2 3 3 {k} {k + 1}" for j in (0, 2) for k in range(1 + j * (n + 1), n + 1 + j * (n + 1))]
+    D, q = (
+        E * t**3 / 12 / (1 - nu**2),
+        rho * t * G * 1e-3,
+    )  # a thousandth of the weight: small displacements
+    names = (
+        '$PhysicalNames\n4\n1 1 "left"\n1 2 "right"\n1 3 "sides"\n0 5 "mid"\n$EndPhysicalNames\n'
+    )
+    edges = [
+        *(
+            f"1 2 {tag} {tag} {k} {k + n + 1}"
+            for j in range(2)
+            for tag, k in ((1, 1 + j * (n + 1)), (2, (j + 1) * (n + 1)))
+        )
+    ]
+    edges += [
+        f"1 2 3 3 {k} {k + 1}" for j in (0, 2) for k in range(1 + j * (n + 1), n + 1 + j * (n + 1))
+    ]
     edges += [f"15 2 5 5 {n + 2 + n // 2}"]
     x = np.linspace(0, L, n + 1)
     mesh = sheet(n, 2, (L, 0.05), names, edges, wave * np.sin(4 * np.pi * x / L))
@@ -190,17 +237,27 @@ outputs: {{p: {{type: position, at: p.mid, component: z}}}}
     support = quad(lambda s: q * length(s) * (L - s) / L, 0, L)[0]
 
     def product(x: float) -> float:
-        """Moment of the weight times that of a unit load in the middle, whose left half is that of the right."""
-        return float((support * x - quad(lambda s: q * length(s) * (x - s), 0, x)[0]) * x / 2 * length(x) / D)
+        """Moment of the weight times that of a unit load in the middle, whose left half is that of
+        the right.
+        """
+        return float(
+            (support * x - quad(lambda s: q * length(s) * (x - s), 0, x)[0]) * x / 2 * length(x) / D
+        )
 
-    assert solved(tmp_path, scene, mesh)["p"] == pytest.approx(-2 * quad(product, 0, L / 2)[0], rel=1e-3)
+    assert solved(tmp_path, scene, mesh)["p"] == pytest.approx(
+        -2 * quad(product, 0, L / 2)[0], rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("names", ['1 2 "in"\n1 3 "in"', '1 2 "in"\n1 3 "more"'])
 def test_an_edge_of_two_tags(names: str, tmp_path: Path) -> None:
-    """One name of two tags of a gmsh file is one edge. https://github.com/HiFiLES/HiFiLES-solver/issues/4"""
+    """One name of two tags of a gmsh file is one edge.
+    https://github.com/HiFiLES/HiFiLES-solver/issues/4
+    """
     edges = ["1 2 2 2 1 2", "1 2 2 2 2 3", "1 2 3 3 1 4", "1 2 3 3 4 7"]
-    mesh = sheet(2, 2, (1, 1), f"$PhysicalNames\n2\n{names}\n$EndPhysicalNames\n", edges, np.zeros(3))
+    mesh = sheet(
+        2, 2, (1, 1), f"$PhysicalNames\n2\n{names}\n$EndPhysicalNames\n", edges, np.zeros(3)
+    )
     held = "in" if "more" not in names else "[in, more]"
     scene = f"""
 bodies: {{p: {{type: plate, mesh: m.msh, thickness: 10 mm, material: {{young_modulus: 70 GPa, density: 2700}}}}}}
@@ -241,19 +298,29 @@ def test_a_side_of_elements_is_an_edge(tmp_path: Path) -> None:
 
 
 def test_structured_points_are_a_mesh(tmp_path: Path) -> None:
-    """Of VTK 5.1; two points have no edge of their own. https://github.com/nschloe/meshio/issues/1205"""
+    """Of VTK 5.1; two points have no edge of their own.
+    https://github.com/nschloe/meshio/issues/1205
+    """
     (tmp_path / "m.vtk").write_text(GRID)
-    (tmp_path / "scene.yaml").write_text("schema: 1\n" + HELD.format(mesh="m.vtk", joint="edge, body: p, edges: left"))
-    refused(
-        tmp_path / "scene.yaml", "joints.c.edges: body 'p': expected one of its edges (none), got the points 'left'; an edge is"
+    (tmp_path / "scene.yaml").write_text(
+        "schema: 1\n" + HELD.format(mesh="m.vtk", joint="edge, body: p, edges: left")
     )
-    scene = HELD.format(mesh="m.vtk", joint="pin, at: 'p.left[0]'}, d: {type: slider, at: 'p.left[1]', direction: [0, 1]")
+    refused(
+        tmp_path / "scene.yaml",
+        "joints.c.edges: body 'p': expected one of its edges (none), got the points 'left'; an edge is",
+    )
+    scene = HELD.format(
+        mesh="m.vtk",
+        joint="pin, at: 'p.left[0]'}, d: {type: slider, at: 'p.left[1]', direction: [0, 1]",
+    )
     assert solved(tmp_path, scene, GRID, "m.vtk")["r_y"] == pytest.approx(54, rel=1e-9)
 
 
 # ------------------------------------------------------------------------------------------------------------- rigid bodies, joints
 def test_friction_on_a_slope(tmp_path: Path) -> None:
-    """a = g (sin b - mu cos b) = 2.35629 m/s^2 at 30 degrees. https://github.com/projectchrono/chrono/issues/462"""
+    """a = g (sin b - mu cos b) = 2.35629 m/s^2 at 30 degrees.
+    https://github.com/projectchrono/chrono/issues/462
+    """
     scene = """
 dimension: 2
 bodies: {blk: {type: point_mass, mass: 1 kg, position: [0, 0]}}
@@ -269,7 +336,9 @@ outputs: {v: {type: velocity, at: blk}}
 
 
 def test_two_drives_in_a_row(tmp_path: Path) -> None:
-    """r = R(z, 2) (c + R(n, 3) d) of a driven body on a driven carrier. https://github.com/projectchrono/chrono/issues/438"""
+    """r = R(z, 2) (c + R(n, 3) d) of a driven body on a driven carrier.
+    https://github.com/projectchrono/chrono/issues/438
+    """
     scene = """
 bodies:
   sun: {type: rigid, mass: 1 kg, inertia: [1, 1, 1], center: [0, 0, 0], points: {arm: [2, 0, 0]}}
@@ -291,7 +360,9 @@ outputs: {p: {type: position, at: earth.city}}
 
 @pytest.mark.parametrize("L", [1.0, 4.0])
 def test_a_long_rod_on_a_ball_joint(L: float, tmp_path: Path) -> None:
-    """From level to its lowest point in K(1/2) / w0, w0^2 = m g L / (2 J). https://github.com/dimforge/rapier/issues/86"""
+    """From level to its lowest point in K(1/2) / w0, w0^2 = m g L / (2 J).
+    https://github.com/dimforge/rapier/issues/86
+    """
     m, r = 2.0, 0.05
     about = m * (3 * r**2 + L**2) / 12
     time = float(ellipk(0.5) / np.sqrt(m * G * L / 2 / (about + m * L**2 / 4)))
@@ -352,7 +423,9 @@ def test_joints_that_cannot_be(joint: str, said: str, code: int, tmp_path: Path)
 
 def test_a_link_of_another_length_than_drawn(tmp_path: Path) -> None:
     """Is met from the equilibrium. https://github.com/FreeCAD/FreeCAD/issues/17556"""
-    scene = HUNG.format(joint="distance, at: a.center, to: [0, 0, 1], length: 0.4", start=", start: equilibrium")
+    scene = HUNG.format(
+        joint="distance, at: a.center, to: [0, 0, 1], length: 0.4", start=", start: equilibrium"
+    )
     assert solved(tmp_path, scene)["d"] == pytest.approx(0.4, rel=1e-9)
 
 
@@ -385,11 +458,17 @@ def test_a_modulus_a_thousand_times_too_small_is_noticed(tmp_path: Path) -> None
     (tmp_path / "scene.yaml").write_text("schema: 1\n" + BAR.format(E="210000"))
     assert "is Young's modulus given in MPa?" in fmbs("check", tmp_path / "scene.yaml").err
     (tmp_path / "scene.yaml").write_text("schema: 1\n" + BAR.format(E="2.1e8 kg/(mm*s^2)"))
-    refused(tmp_path / "scene.yaml", "young_modulus: expected a unit such as", "'/(mm*s^2)' is not part of a unit")
+    refused(
+        tmp_path / "scene.yaml",
+        "young_modulus: expected a unit such as",
+        "'/(mm*s^2)' is not part of a unit",
+    )
 
 
 def test_angles_in_degrees_and_radians(tmp_path: Path) -> None:
-    """Radians inside, degrees where they are written. https://github.com/opensim-org/opensim-core/issues/3936"""
+    """Radians inside, degrees where they are written.
+    https://github.com/opensim-org/opensim-core/issues/3936
+    """
     scene = """
 dimension: 2
 parameters: {{goal: 90 deg}}
@@ -398,17 +477,23 @@ joints: {{p: {{type: pin, at: a.center}}, d: {{type: driven_angle, at: a.frame, 
 analysis: {{type: dynamic, duration: 1 s, step: 10 ms}}
 outputs: {{a: {{type: angle, at: a.frame}}}}
 """
-    found = solved(tmp_path, scene.format(angle="goal * (t / (1 s) - sin(2*pi*t / (1 s)) / (2*pi))"))
+    found = solved(
+        tmp_path, scene.format(angle="goal * (t / (1 s) - sin(2*pi*t / (1 s)) / (2*pi))")
+    )
     assert found["a"] == pytest.approx(np.pi / 2, abs=1e-9)
     (tmp_path / "scene.yaml").write_text("schema: 1\n" + scene.format(angle="90 deg * t"))
-    refused(tmp_path / "scene.yaml", "expected an angle [rad] as a function of t, got '90 deg * t' (s rad)")
+    refused(
+        tmp_path / "scene.yaml",
+        "expected an angle [rad] as a function of t, got '90 deg * t' (s rad)",
+    )
 
 
 # -------------------------------------------------------------------------------------------------------------------------- steps
 def test_inputs_act_once_and_on_time() -> None:
     """m v = h (u1 + u2 + u3), each from the middle of its step, and t = k h.
 
-    https://github.com/CATIA-Systems/FMPy/issues/697 https://github.com/CATIA-Systems/FMPy/issues/664
+    https://github.com/CATIA-Systems/FMPy/issues/697
+    https://github.com/CATIA-Systems/FMPy/issues/664
     """
     text = """
 schema: 1

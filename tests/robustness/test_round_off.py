@@ -1,7 +1,9 @@
-"""The hardest small equilibria with inputs moved by 1e-15 of themselves: what a kernel of another processor does to a model.
+"""The hardest small equilibria with inputs moved by 1e-15 of themselves: what a kernel of another
+processor does to a model.
 
-Behind branch and limit points, where hardly anything resists, with ends rolled up or twisted, and buckling loads of what is stiff:
-the last digit decides neither whether a solve converges, nor where it ends, nor what is said of the way.
+Behind branch and limit points, where hardly anything resists, with ends rolled up or twisted, and
+buckling loads of what is stiff: the last digit decides neither whether a solve converges, nor where
+it ends, nor what is said of the way.
 """
 
 from __future__ import annotations
@@ -58,7 +60,10 @@ def moved(system: System) -> System:
 def end(path: Trajectory) -> Answer:
     """The last state, its negative pivots, and what was crossed."""
     assert path.negative is not None
-    return path.x[-1], (str(path.negative[-1]), [(one.kind, one.negative) for one in path.crossings])
+    return path.x[-1], (
+        str(path.negative[-1]),
+        [(one.kind, one.negative) for one in path.crossings],
+    )
 
 
 def loaded(steps: int) -> Callable[[System], Answer]:
@@ -99,13 +104,19 @@ def clamped(part: Body, *push: loads.Load) -> System:
 def rolled(cells: int, slender: float, turns: float) -> System:
     """A beam with torsion under a moment at its end."""
     section = square(1.0 / slender)
-    return clamped(straight(cells, section), loads.Moment("M", TIP, (0.0, 2.0 * np.pi * turns * section.stiffness[4, 4], 0.0)))
+    return clamped(
+        straight(cells, section),
+        loads.Moment("M", TIP, (0.0, 2.0 * np.pi * turns * section.stiffness[4, 4], 0.0)),
+    )
 
 
 def twisted(cells: int, turns: float) -> System:
     """A shaft under a moment at its end."""
     section = square(1e-2)
-    return clamped(straight(cells, section), loads.Moment("M", TIP, (2.0 * np.pi * turns * section.stiffness[3, 3], 0.0, 0.0)))
+    return clamped(
+        straight(cells, section),
+        loads.Moment("M", TIP, (2.0 * np.pi * turns * section.stiffness[3, 3], 0.0, 0.0)),
+    )
 
 
 def blade(push: tuple[float, float, float]) -> System:
@@ -116,18 +127,42 @@ def blade(push: tuple[float, float, float]) -> System:
 def frame() -> System:
     """A right-angle frame of thin legs, pulled along the first one (Argyris 1979)."""
     section = sections.Rectangular(0.6, 30.0).of_beam(sections.Material(71240.0, 1e-9, 0.31))
-    legs = leg("one", (0, 0, 0), (240, 0, 0), 4, section), leg("two", (240, 0, 0), (240, -240, 0), 4, section)
-    return eliminate(assemble(list(legs), angled(*legs), [loads.PointForce("F", At("two", "right"), (1.0, 0.0, 0.0))]))
+    legs = (
+        leg("one", (0, 0, 0), (240, 0, 0), 4, section),
+        leg("two", (240, 0, 0), (240, -240, 0), 4, section),
+    )
+    return eliminate(
+        assemble(
+            list(legs), angled(*legs), [loads.PointForce("F", At("two", "right"), (1.0, 0.0, 0.0))]
+        )
+    )
 
 
-#: models, how they are solved, and by how much answers may differ over their size: some ten times of what they do
+#: models, how they are solved, and by how much answers may differ over their size: some ten times
+#: of what they do
 CASES: dict[str, tuple[Callable[[], System], Callable[[System], Answer], float]] = {
     "a column behind Euler's load in one step": (lambda: column(1e-4, cells=8), loaded(1), 1e-11),
     "a column pushed to the other side": (lambda: column(-1e-2, cells=8), loaded(5), 1e-11),
-    "a straight column past two branch points": (lambda: column(0.0, 12.0, cells=8), loaded(24), 1e-12),
-    "a column along the branch that turns off": (lambda: column(0.0, cells=8), followed(0.3, "other"), 1e-10),
-    "a column straight on at its branch point": (lambda: column(0.0, cells=8), followed(0.1), 1e-12),
-    "a column around a sharp bend of its path": (lambda: column(-1e-5, cells=8), followed(0.5), 1e-11),
+    "a straight column past two branch points": (
+        lambda: column(0.0, 12.0, cells=8),
+        loaded(24),
+        1e-12,
+    ),
+    "a column along the branch that turns off": (
+        lambda: column(0.0, cells=8),
+        followed(0.3, "other"),
+        1e-10,
+    ),
+    "a column straight on at its branch point": (
+        lambda: column(0.0, cells=8),
+        followed(0.1),
+        1e-12,
+    ),
+    "a column around a sharp bend of its path": (
+        lambda: column(-1e-5, cells=8),
+        followed(0.5),
+        1e-11,
+    ),
     "a truss that snaps through in one step": (lambda: truss(load=4.0), loaded(1), 1e-12),
     "a truss that snaps through in two": (lambda: truss(load=8.0), loaded(2), 1e-12),
     "a truss along its path": (lambda: truss(load=8.0), followed(0.1), 1e-12),

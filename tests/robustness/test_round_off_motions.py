@@ -1,6 +1,8 @@
-"""Motions with inputs that are moved by 1e-15 of themselves: no solve hangs on the last digit, and results move by as little.
+"""Motions with inputs that are moved by 1e-15 of themselves: no solve hangs on the last digit, and
+results move by as little.
 
-What other processors or libraries change is of that size, so that this shows on one machine what would fail on another one.
+What other processors or libraries change is of that size, so that this shows on one machine what
+would fail on another one.
 """
 
 from __future__ import annotations
@@ -23,27 +25,45 @@ from tests.exports.test_part_ports import PUSHED, SHARP, bent
 from tests.systems.test_contact_facets import TIGHT, falling
 
 MOVED = 1e-15  #: of an input, 5 times the round-off of a number
-THIN = (2e4, 7.5e3, 7.5e3, 0.024, 0.03, 0.03)  #: EA, GA, GA [N], GJ, EI, EI [N m2] of a bar of 5 mm, E = 1 GPa
+THIN = (
+    2e4,
+    7.5e3,
+    7.5e3,
+    0.024,
+    0.03,
+    0.03,
+)  #: EA, GA, GA [N], GJ, EI, EI [N m2] of a bar of 5 mm, E = 1 GPa
 
 
 def shaft(moved: float, cells: int, steps: int) -> Trajectory:
-    """An elbow of two thin beams of 0.6 and 0.3 m whose first one turns about its axis by more than a third of a turn in 1 s."""
+    """An elbow of two thin beams of 0.6 and 0.3 m whose first one turns about its axis by more than
+    a third of a turn in 1 s.
+    """
     section = BeamSection((1.0 + moved) * np.diag(THIN), np.diag([0.035, 5e-8, 5e-8]))
     bodies = []
-    for name, start, end in (("a", (0.0, 0.0, 0.0), (0.6, 0.0, 0.0)), ("b", (0.6, 0.0, 0.0), (0.6, 0.3, 0.0))):
+    for name, start, end in (
+        ("a", (0.0, 0.0, 0.0), (0.6, 0.0, 0.0)),
+        ("b", (0.6, 0.0, 0.0), (0.6, 0.3, 0.0)),
+    ):
         length = float(np.linalg.norm(np.subtract(end, start)))
         curve = curves.Straight(np.array(start), np.array(end), length)
-        line = curves.Line(np.linspace(0.0, length, cells + 1), curve, {"left": 0.0, "right": length}, None)
+        line = curves.Line(
+            np.linspace(0.0, length, cells + 1), curve, {"left": 0.0, "right": length}, None
+        )
         bodies.append(beam(name, line, section, direction=np.array([0.0, 0.0, 1.0])))
     root, elbow, axis = At("a", "left"), At("a", "right"), (1.0, 0.0, 0.0)
     held = [
         joints.Weld("weld", At("b", "left"), elbow),
         joints.Revolute("root", root, axis=axis),
-        joints.DrivenAngle("drive", root, lambda t: 2.4 * (t - np.sin(2.0 * np.pi * t) / (2.0 * np.pi)), axis=axis),
+        joints.DrivenAngle(
+            "drive", root, lambda t: 2.4 * (t - np.sin(2.0 * np.pi * t) / (2.0 * np.pi)), axis=axis
+        ),
         joints.Slider("bearing", elbow, axis),
     ]
     system = eliminate(assemble(bodies, held, outputs={"tip": probes.Position(At("b", "right"))}))
-    return integrate(system, GeneralizedAlpha(1.0 / steps, 0.9), 1.0, Newton(1e-8), every=steps // 50)
+    return integrate(
+        system, GeneralizedAlpha(1.0 / steps, 0.9), 1.0, Newton(1e-8), every=steps // 50
+    )
 
 
 def tip(motion: Trajectory) -> np.ndarray:
@@ -53,7 +73,8 @@ def tip(motion: Trajectory) -> np.ndarray:
 
 
 def test_coarse_steps_of_a_thin_shaft_converge_on_every_processor() -> None:
-    """Factors of the step before made corrections of 75 m of guesses that were wrong by 6 um: one of three such runs failed.
+    """Factors of the step before made corrections of 75 m of guesses that were wrong by 6 um: one
+    of three such runs failed.
 
     Others of them had 5 to 70 corrections a step, by the last digit.
     """
@@ -90,8 +111,13 @@ def test_steps_are_not_divided_by_the_round_off_of_a_beam_with_torsion() -> None
 
 @pytest.mark.filterwarnings("ignore:.*projected")
 def test_a_reduced_box_meets_a_plate_whatever_the_last_digit_of_its_training() -> None:
-    """Five modes of a box that tumbles left its rigidity none or one to move in, by round-off: bases of it have all directions."""
-    raw, scheme = falling(2.0, (0.43, 0.56), stiffness=2e4, friction=0.2), GeneralizedAlpha(2e-4, 0.8)
+    """Five modes of a box that tumbles left its rigidity none or one to move in, by round-off:
+    bases of it have all directions.
+    """
+    raw, scheme = (
+        falling(2.0, (0.43, 0.56), stiffness=2e4, friction=0.2),
+        GeneralizedAlpha(2e-4, 0.8),
+    )
     full = integrate(eliminate(raw), scheme, 6e-3, TIGHT)
     data, level = galerkin.snapshots(full), component.body_level(raw)
     random, expected = np.random.default_rng(0), outputs(full)["foot_z"]

@@ -1,4 +1,6 @@
-"""Python files of a scene: the recipes of docs/extensions.md, from a scene and from Python, and what is refused."""
+"""Python files of a scene: the recipes of docs/extensions.md, from a scene and from Python, and
+what is refused.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,9 @@ PAGE = "docs/extensions.md"
 SCENE = pages.blocks(PAGE, "yaml")[0]
 BLOCKS = pages.blocks(PAGE)
 NAMED = re.findall(r"my_\w+\.py", re.findall(r"extensions: (.*)", SCENE)[0])
-FILES = {block.split("\n")[0].removeprefix("# "): block for block in BLOCKS if block.startswith("# my_")}
+FILES = {
+    block.split("\n")[0].removeprefix("# "): block for block in BLOCKS if block.startswith("# my_")
+}
 
 
 @pytest.fixture(autouse=True)
@@ -57,7 +61,13 @@ def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for kind in (ConstraintLaw, ForceLaw):
         monkeypatch.setattr(kind, "makers", dict(kind.makers))
     yield from forget(
-        monkeypatch, systems.connections.joints.Joint, systems.forces.loads.Load, probes.Probe, SceneBody, Analysis, Monitor
+        monkeypatch,
+        systems.connections.joints.Joint,
+        systems.forces.loads.Load,
+        probes.Probe,
+        SceneBody,
+        Analysis,
+        Monitor,
     )
 
 
@@ -66,7 +76,9 @@ def project(tmp_path: Path) -> Path:
     """The scene of the page in a project with its files and mesh."""
     for name in ("scenes", "meshes"):
         (tmp_path / name).mkdir()
-    (tmp_path / "meshes" / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
+    (tmp_path / "meshes" / "beam_20.msh").write_bytes(
+        (ROOT / "meshes" / "beam_20.msh").read_bytes()
+    )
     for name, text in FILES.items():
         (tmp_path / "scenes" / name).write_text(text, encoding="utf-8")
     (tmp_path / "scenes" / "own.yaml").write_text(SCENE, encoding="utf-8")
@@ -80,14 +92,29 @@ def quiet(path: Path) -> schema.Scene:
 
 
 def test_every_recipe_is_short() -> None:
-    whole = {"my_rod.py", "my_periods.py", "my_wind.py", "my_hht.py", "my_fence.py"}  # a scene of their own, or none
-    assert set(FILES) - whole == {"my_joint.py", "my_track.py", "my_load.py", "my_force.py", "my_output.py", "my_law.py"}
+    whole = {
+        "my_rod.py",
+        "my_periods.py",
+        "my_wind.py",
+        "my_hht.py",
+        "my_fence.py",
+    }  # a scene of their own, or none
+    assert set(FILES) - whole == {
+        "my_joint.py",
+        "my_track.py",
+        "my_load.py",
+        "my_force.py",
+        "my_output.py",
+        "my_law.py",
+    }
     assert whole < set(FILES)
     assert all(block.count("\n") < 60 for block in BLOCKS)
 
 
 def test_the_scene_is_sound_and_runs(project: Path, tmp_path: Path) -> None:
-    """Every file is named, --strict does not mind; the table has the column, the plot its unit, the joint holds."""
+    """Every file is named, --strict does not mind; the table has the column, the plot its unit, the
+    joint holds.
+    """
     done = fmbs("check", project, "--strict", "--json")
     assert done.code == 0, done.err
     assert [note for note in done.json["notices"] if "runs the Python file" in note] == [
@@ -115,7 +142,9 @@ analysis: {type: periods, count: 1}
 
 
 def test_a_body_and_an_analysis(project: Path, tmp_path: Path) -> None:
-    """A rod m, L on a pin with a spring k: the period 2 pi sqrt(m L^2 / 3 k); all commands take it, and say what it has not."""
+    """A rod m, L on a pin with a spring k: the period 2 pi sqrt(m L^2 / 3 k); all commands take it,
+    and say what it has not.
+    """
     path = project.parent / "whole.yaml"
     path.write_text(OWN)
     done = fmbs("check", path, "--json")
@@ -125,20 +154,28 @@ def test_a_body_and_an_analysis(project: Path, tmp_path: Path) -> None:
     assert done.json["mass"] == pytest.approx(3.0)
     done = fmbs("run", path, "--out", tmp_path / "out", "--json")
     assert done.code == 0, done.err
-    assert done.json["periods_s"] == [pytest.approx(2 * np.pi * np.sqrt(3.0 * 4.0 / 3.0 / 5.0), rel=1e-9)]
+    assert done.json["periods_s"] == [
+        pytest.approx(2 * np.pi * np.sqrt(3.0 * 4.0 / 3.0 / 5.0), rel=1e-9)
+    ]
     assert (tmp_path / "out" / "periods.csv").read_text().startswith("mode,period_s\n1,")
     for command in ("render", "export"):
         done = fmbs(command, path, "--out", tmp_path / command)
         assert done.code == 3
-        assert "expected one that finds shapes, such as modes, got periods; use fmbs run" in done.err
+        assert (
+            "expected one that finds shapes, such as modes, got periods; use fmbs run" in done.err
+        )
     path.write_text(OWN.replace("mass: 3 kg", "mass: 3 m"))
-    with pytest.raises(InputError, match=r"whole.yaml:6: bodies.rod.mass: expected a mass \[kg\], got '3 m'"):
+    with pytest.raises(
+        InputError, match=r"whole.yaml:6: bodies.rod.mass: expected a mass \[kg\], got '3 m'"
+    ):
         quiet(path)
     assert {"Rod", "Periods"} <= set(scenes.json_schema()["$defs"])
 
 
 def test_outputs_that_an_own_analysis_names_do_something(project: Path) -> None:
-    own = FILES["my_periods.py"].replace("    count: Count = 3\n", '    count: Count = 3\n    output: str = ""\n')
+    own = FILES["my_periods.py"].replace(
+        "    count: Count = 3\n", '    count: Count = 3\n    output: str = ""\n'
+    )
     (project.parent / "my_periods.py").write_text(own)
     path = project.parent / "whole.yaml"
     outputs = "outputs: {tip: {type: position, at: rod.b}, other: {type: position, at: rod.a}}\n"
@@ -146,7 +183,9 @@ def test_outputs_that_an_own_analysis_names_do_something(project: Path) -> None:
     with pytest.warns(Notice) as shown:
         quiet(path)
     (said,) = (str(one.message) for one in shown if "outputs: do" in str(one.message))
-    assert said.endswith("whole.yaml:10: outputs: do nothing, an analysis of periods has none: other")
+    assert said.endswith(
+        "whole.yaml:10: outputs: do nothing, an analysis of periods has none: other"
+    )
 
 
 ARM = """\
@@ -168,7 +207,9 @@ training: {candidates: 4, samples: 2, iterations: 1, holdout: 1}
 
 
 def test_a_scheme_is_kept_in_saved_models(project: Path, tmp_path: Path) -> None:
-    """A saved model runs by the scheme that it was trained with, to the same digits, and is refused where that is not known."""
+    """A saved model runs by the scheme that it was trained with, to the same digits, and is refused
+    where that is not known.
+    """
     path = project.parent / "arm.yaml"
     path.write_text(ARM)
     done = fmbs("reduce", path, "--out", tmp_path / "arm.h5", "--json")
@@ -185,7 +226,10 @@ def test_a_scheme_is_kept_in_saved_models(project: Path, tmp_path: Path) -> None
     box = parametric_model.load(tmp_path / "box" / "model.h5")
     assert box.model.nominal.scheme == case.scheme
     del container.TYPES["Hht"]
-    with pytest.raises(CorruptFile, match=r"notes\.scheme: .* unknown type Hht; import the Python file that declares it first"):
+    with pytest.raises(
+        CorruptFile,
+        match=r"notes\.scheme: .* unknown type Hht; import the Python file that declares it first",
+    ):
         files.read(tmp_path / "arm.h5")
 
 
@@ -199,17 +243,24 @@ def test_a_motion_that_solves_by_itself_is_not_reduced(project: Path, tmp_path: 
     for command in (["reduce"], ["train"], ["sweep", "--samples", 2], ["compare"]):
         done = fmbs(command[0], path, *command[1:], "--out", tmp_path / command[0])
         assert done.code == 3
-        assert "arm.yaml:11: analysis: expected a motion by the steps of its scheme, got own_motion" in done.err
+        assert (
+            "arm.yaml:11: analysis: expected a motion by the steps of its scheme, got own_motion"
+            in done.err
+        )
 
 
 def test_a_scheme_needs_a_name_of_its_own() -> None:
-    with pytest.raises(InputError, match="class System: expected a name of its own, got System, as fmbs_skfem"):
+    with pytest.raises(
+        InputError, match="class System: expected a name of its own, got System, as fmbs_skfem"
+    ):
         type("System", (dynamics.GeneralizedAlpha,), {})
 
 
 def test_tables_are_written_as_they_are(project: Path, tmp_path: Path) -> None:
     """Also the first column of an analysis of one's own."""
-    periods = FILES["my_periods.py"].replace('"mode": np.arange(1, len(periods) + 1)', '"angle": np.array([0.785])')
+    periods = FILES["my_periods.py"].replace(
+        '"mode": np.arange(1, len(periods) + 1)', '"angle": np.array([0.785])'
+    )
     (project.parent / "my_periods.py").write_text(periods)
     path = project.parent / "whole.yaml"
     path.write_text(OWN)
@@ -231,12 +282,32 @@ def test_the_keys_are_checked(project: Path) -> None:
             "moment: 10 g",
             r"own.yaml:\d+: loads.motor.moment: expected a quantity \[kg m\], got '10 g' \(mass\)",
         ),
-        ("semi_axes", "semi_axis", r"own.yaml:\d+: joints.rail.semi_axis: expected one of the keys .* did you mean 'semi_axes'"),
+        (
+            "semi_axes",
+            "semi_axis",
+            r"own.yaml:\d+: joints.rail.semi_axis: expected one of the keys .* did you mean 'semi_axes'",
+        ),
         ("type: span", "type: spam", r"own.yaml:\d+: outputs.length.type: .* did you mean 'span'"),
-        ("law: hardening", "law: hardning", r"own.yaml:\d+: bodies.beam.law: .* did you mean 'hardening'"),
-        ("{c: 40}", "{d: 40}", r"own.yaml:\d+: bodies.beam: body 'beam'.numbers: expected the numbers of the law: c"),
-        ("{c: 40}", "{c: 40, d: 2}", r"body 'beam'.numbers: expected numbers of the law hardening .*, got 'd'"),
-        ("b: beam.right", "b: bem.right", r"own.yaml:\d+: outputs.length.b: .* did you mean 'beam'"),
+        (
+            "law: hardening",
+            "law: hardning",
+            r"own.yaml:\d+: bodies.beam.law: .* did you mean 'hardening'",
+        ),
+        (
+            "{c: 40}",
+            "{d: 40}",
+            r"own.yaml:\d+: bodies.beam: body 'beam'.numbers: expected the numbers of the law: c",
+        ),
+        (
+            "{c: 40}",
+            "{c: 40, d: 2}",
+            r"body 'beam'.numbers: expected numbers of the law hardening .*, got 'd'",
+        ),
+        (
+            "b: beam.right",
+            "b: bem.right",
+            r"own.yaml:\d+: outputs.length.b: .* did you mean 'beam'",
+        ),
         ("dimension: 2", "dimension: 3", r"own.yaml:\d+: joints.rail"),
     ):
         assert text.count(before) == 1
@@ -250,7 +321,10 @@ def test_the_schema_has_them(project: Path) -> None:
     published = scenes.json_schema()
     semi_axes = published["$defs"]["EllipseGuide"]["properties"]["semi_axes"]
     assert semi_axes["description"] == "along x and y: a length [m] per coordinate"
-    assert "unbalance" in published["properties"]["loads"]["additionalProperties"]["discriminator"]["mapping"]
+    assert (
+        "unbalance"
+        in published["properties"]["loads"]["additionalProperties"]["discriminator"]["mapping"]
+    )
 
 
 def test_the_command_takes_files(project: Path) -> None:
@@ -265,25 +339,34 @@ def test_the_command_takes_files(project: Path) -> None:
 
 
 def test_reduced_models_know_them(project: Path, tmp_path: Path) -> None:
-    """The joint and the load are arrays in a saved model; the output is known by its word, and named where it is not."""
+    """The joint and the load are arrays in a saved model; the output is known by its word, and
+    named where it is not.
+    """
     full = build.system(quiet(project))
     motion = dynamics.integrate(full, dynamics.GeneralizedAlpha(5e-3), 0.05)
     V = np.linalg.qr(np.random.default_rng(0).normal(size=(full.size, 8)))[0]
     reduced = systems.change_coordinates(full, V, full.x0)
     path = files.save(reduced, tmp_path / "model.rom")
     loaded = files.load(path)
-    x, v, a = ((part - start) @ V for part, start in ((motion.x, full.x0), (motion.v, 0.0), (motion.a, 0.0)))
+    x, v, a = (
+        (part - start) @ V
+        for part, start in ((motion.x, full.x0), (motion.v, 0.0), (motion.a, 0.0))
+    )
     again = dynamics.outputs(replace(motion, system=loaded, x=x, v=v, a=a))["length"]
     assert again.shape == motion.times.shape
     assert again[0] == pytest.approx(dynamics.outputs(motion)["length"][0], rel=1e-12)
     assert probes.units("length", loaded.outputs["length"]) == ("m",)
     del probes.Probe.known["span"]
-    with pytest.raises(Exception, match=r"outputs\.length\.kind: expected one of position.*, got 'span'"):
+    with pytest.raises(
+        Exception, match=r"outputs\.length\.kind: expected one of position.*, got 'span'"
+    ):
         files.load(path)
 
 
 def test_parameters_and_worker_processes(project: Path) -> None:
-    """Another value of a parameter reads the scene again; what the file declares goes to another process by its module."""
+    """Another value of a parameter reads the scene again; what the file declares goes to another
+    process by its module.
+    """
     scene = quiet(project)
     assert scene.again({}).joints == scene.joints
     child = "import pickle, sys; print(pickle.load(sys.stdin.buffer).joints['rail'])"
@@ -302,14 +385,20 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
     [
         ("[../../outside.py]", r"extensions\[0\]: .* stays in its parent folder"),
         ("[/tmp/my_joint.py]", r"extensions\[0\]: .* relative"),
-        ("[nowhere.py]", r"extensions\[0\]: expected a Python file .*nowhere.py, which is not there"),
+        (
+            "[nowhere.py]",
+            r"extensions\[0\]: expected a Python file .*nowhere.py, which is not there",
+        ),
         ("[own.yaml]", r"extensions\[0\]: expected a Python file \(\.py\)"),
         ("my_joint.py", r"extensions: expected a list of Python files"),
         (
             "[broken.py]",
             r"extensions\[0\]: expected a Python file that runs, got ZeroDivisionError in broken.py, line 2: division by zero",
         ),
-        ("[twice.py]", r"expected a word of its own, got 'guide', which is that of fmbs_extension_"),
+        (
+            "[twice.py]",
+            r"expected a word of its own, got 'guide', which is that of fmbs_extension_",
+        ),
         ("[bare.py]", r"class Bare: expected a dataclass"),
         ("[half.py]", r"class Half: expected the methods constrain, got none of these"),
     ],
@@ -317,11 +406,19 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
 def test_refused(project: Path, named: str, message: str) -> None:
     (project.parent / "broken.py").write_text("a = 1\nb = a / 0\n")
     head = "from fmbs_skfem.systems.connections.joints import Joint\n"
-    (project.parent / "twice.py").write_text(head + "class Guide(Joint):\n    pass\nclass Other(Joint, word='guide'):\n    pass\n")
-    (project.parent / "bare.py").write_text(head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n")
+    (project.parent / "twice.py").write_text(
+        head + "class Guide(Joint):\n    pass\nclass Other(Joint, word='guide'):\n    pass\n"
+    )
+    (project.parent / "bare.py").write_text(
+        head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n"
+    )
     half = "from dataclasses import dataclass\n\n@dataclass(frozen=True)\nclass Half(Joint):\n    name: str\n"
     (project.parent / "half.py").write_text(head + half)
-    project.write_text(SCENE.replace("[my_joint.py, my_track.py, my_load.py, my_force.py, my_output.py, my_law.py]", named))
+    project.write_text(
+        SCENE.replace(
+            "[my_joint.py, my_track.py, my_load.py, my_force.py, my_output.py, my_law.py]", named
+        )
+    )
     with pytest.raises(InputError, match=message):
         quiet(project)
 
@@ -392,8 +489,12 @@ SCENE_OF_THE_PACKAGE = (
 )
 
 
-def test_words_that_the_package_has_as_well_are_those_of_the_file(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In the scene that lists it, with one remark; in another one of the same process they are the package's."""
+def test_words_that_the_package_has_as_well_are_those_of_the_file(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the scene that lists it, with one remark; in another one of the same process they are the
+    package's.
+    """
     known = hyper_reduction.KNOWN
     monkeypatch.setitem(known, "points_of_taken", None)  # forgotten after the test
     (project.parent / "taken.py").write_text(TAKEN)
@@ -420,11 +521,15 @@ def test_words_that_the_package_has_as_well_are_those_of_the_file(project: Path,
         assert known[plain.reduction.hyper_reduction.sample].label == "ecsw-points"
 
 
-def test_a_sampling_of_the_scene_is_one_of_the_command(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sampling_of_the_scene_is_one_of_the_command(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its file has not been run when options are read."""
     monkeypatch.setitem(hyper_reduction.KNOWN, "all_of_mine", None)  # forgotten after the test
     del hyper_reduction.KNOWN["all_of_mine"]
-    (project.parent / "taken.py").write_text(TAKEN.partition("own_laws.define")[0].replace('"points"', '"all_of_mine"'))
+    (project.parent / "taken.py").write_text(
+        TAKEN.partition("own_laws.define")[0].replace('"points"', '"all_of_mine"')
+    )
     project.write_text(WITH_TAKEN.replace("    law: EXACT\n", ""))
     seen = list[str]()
 
@@ -443,13 +548,18 @@ def test_a_sampling_of_the_scene_is_one_of_the_command(project: Path, monkeypatc
 
 def test_the_switch_refuses_all(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FMBS_EXTENSIONS", "refuse")
-    with pytest.raises(InputError, match=r"own.yaml:4: extensions: expected consent to run Python files, got none for /"):
+    with pytest.raises(
+        InputError,
+        match=r"own.yaml:4: extensions: expected consent to run Python files, got none for /",
+    ):
         scenes.read(project)
     assert "ellipse_guide" not in systems.connections.joints.Joint.known
 
 
 @pytest.mark.parametrize("command", ["check", "run", "reduce", "compare", "sweep"])
-def test_nothing_runs_without_consent(project: Path, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
+def test_nothing_runs_without_consent(
+    project: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
     """Exit code 3 names the file and the call that allows it; that call runs it."""
     monkeypatch.delenv("FMBS_EXTENSIONS")
     trace = project.parent / "executed"
@@ -465,15 +575,24 @@ def test_nothing_runs_without_consent(project: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("word", ["alow", "", "1"])
-def test_another_word_for_consent_is_refused(project: Path, monkeypatch: pytest.MonkeyPatch, word: str) -> None:
-    with pytest.raises(InputError, match=f"extensions: expected one of allow, ask, refuse, got '{word}'"):
+def test_another_word_for_consent_is_refused(
+    project: Path, monkeypatch: pytest.MonkeyPatch, word: str
+) -> None:
+    with pytest.raises(
+        InputError, match=f"extensions: expected one of allow, ask, refuse, got '{word}'"
+    ):
         scenes.read(project, extensions=word)
     monkeypatch.setenv("FMBS_EXTENSIONS", word)
-    with pytest.raises(InputError, match=f"environment: FMBS_EXTENSIONS: expected one of allow, ask, refuse, got '{word}'"):
+    with pytest.raises(
+        InputError,
+        match=f"environment: FMBS_EXTENSIONS: expected one of allow, ask, refuse, got '{word}'",
+    ):
         scenes.read(project)
 
 
-def test_consent_of_a_call_goes_before_the_environment(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_consent_of_a_call_goes_before_the_environment(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("FMBS_EXTENSIONS", "refuse")
     with pytest.warns(Remark, match="runs the Python file"):
         assert scenes.read(project, extensions="allow").extensions
@@ -482,14 +601,22 @@ def test_consent_of_a_call_goes_before_the_environment(project: Path, monkeypatc
         scenes.read(project.with_name("own.yaml"), extensions="refuse")
 
 
-def test_an_answer_at_a_terminal_is_remembered_by_content(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_at_a_terminal_is_remembered_by_content(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One question for all files, once; a file that has changed is asked for again."""
     monkeypatch.setenv("FMBS_EXTENSIONS", "ask")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(project.parent / "config"))
     shell = f"import pty, sys; sys.exit(pty.spawn([{sys.executable!r}, '-m', 'fmbs_skfem', 'check', {str(project)!r}]) >> 8)"
 
     def check(answers: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run([sys.executable, "-c", shell], input=answers, capture_output=True, text=True, timeout=120)
+        return subprocess.run(
+            [sys.executable, "-c", shell],
+            input=answers,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
 
     refused = check("n\n")
     assert refused.returncode == 3, refused.stdout
@@ -507,19 +634,28 @@ def test_an_answer_at_a_terminal_is_remembered_by_content(project: Path, monkeyp
 
 
 def test_bytecode_beside_a_file_is_not_run(project: Path) -> None:
-    """Consent is to what can be read: a __pycache__ that came with the folder may hold anything else."""
+    """Consent is to what can be read: a __pycache__ that came with the folder may hold anything
+    else.
+    """
     path, trace = project.parent / "my_load.py", project.parent / "executed"
     source = path.read_text()
     path.write_text(f"open({str(trace)!r}, 'w')\n" + source)
-    beside, unchecked = importlib.util.cache_from_source(str(path)), py_compile.PycInvalidationMode.UNCHECKED_HASH
+    beside, unchecked = (
+        importlib.util.cache_from_source(str(path)),
+        py_compile.PycInvalidationMode.UNCHECKED_HASH,
+    )
     py_compile.compile(str(path), beside, invalidation_mode=unchecked)
     path.write_text(source)
     quiet(project)
     assert not trace.exists()
 
 
-def test_no_module_of_the_current_folder_runs(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On an empty cache a process beside the run compiles: it imports the package, not what is called so in the current folder."""
+def test_no_module_of_the_current_folder_runs(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On an empty cache a process beside the run compiles: it imports the package, not what is
+    called so in the current folder.
+    """
     folder = project.parent / "here"
     folder.mkdir()
     for name in ("fmbs_skfem.py", "numba.py", "multiprocessing.py"):
@@ -531,7 +667,9 @@ def test_no_module_of_the_current_folder_runs(project: Path, monkeypatch: pytest
     class Recorded(subprocess.Popen):  # type: ignore[type-arg]
         def __init__(self, command: list[str], **options: object) -> None:
             calls.append(command)
-            super().__init__([*command[:-1], "fmbs_skfem.core.errors"], **options)  # what it imports first, without the work
+            super().__init__(
+                [*command[:-1], "fmbs_skfem.core.errors"], **options
+            )  # what it imports first, without the work
 
     jit.cache_folder.cache_clear()
     monkeypatch.setattr(compiling.subprocess, "Popen", Recorded)
@@ -553,7 +691,8 @@ def test_a_changed_file_is_refused(project: Path) -> None:
         scenes.read(project)
 
 
-#: what a file of a user's own declares and does wrong, and what a scene says of it; the wrong line is marked
+#: what a file of a user's own declares and does wrong, and what a scene says of it; the wrong line
+#: is marked
 WRONG = {
     "a force": (
         "@force(compiled=False)\ndef broken(t, at: fields.Place):\n    'x'\n    raise RuntimeError('too late')  # here\n",
@@ -682,7 +821,9 @@ from fmbs_skfem.systems.probes import Probe
 
 
 def run_with(folder: Path, content: str, section: str) -> Call:
-    """`fmbs run` of the beam with a file of a user's own, and a section of the scene in place of its own one."""
+    """`fmbs run` of the beam with a file of a user's own, and a section of the scene in place of
+    its own one.
+    """
     (folder / "own.py").write_text(HEAD + content)
     name = section.partition(":")[0]
     text = re.sub(rf"^{name}:.*\n(  .*\n)*", "", BEAM, flags=re.MULTILINE)
@@ -704,7 +845,14 @@ def test_errors_of_ones_own_are_told_with_file_and_line(kind: str, tmp_path: Pat
     """Exit code 3, and no word of an internal error of the package."""
     content, section = WRONG[kind]
     done = run_with(tmp_path, content, section)
-    lines = [f"line {k}" for k, row in enumerate((HEAD + content).splitlines(), 1) if row.endswith("# here")]
+    lines = [
+        f"line {k}"
+        for k, row in enumerate((HEAD + content).splitlines(), 1)
+        if row.endswith("# here")
+    ]
     assert done.code == 3, done.err
-    assert f"{tmp_path / 'own.py'}, {(lines or ['class Broken'])[0]}: expected a Python file that runs, got " in done.err
+    assert (
+        f"{tmp_path / 'own.py'}, {(lines or ['class Broken'])[0]}: expected a Python file that runs, got "
+        in done.err
+    )
     assert "internal error" not in done.err

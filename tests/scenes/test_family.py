@@ -1,4 +1,6 @@
-"""Families of scenes: a member with other values is the scene in which these values are written as numbers."""
+"""Families of scenes: a member with other values is the scene in which these values are written as
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +71,14 @@ loads:
   pull: {{type: point_force, at: disc.center, force: [F, 0]}}
 analysis: {{type: dynamic, duration: 1 ms, step: 1e-5 s}}
 """
-PLATE_VALUES = {"nu": (0.3, 0.2), "t0": (0.01, 0.02), "E": (7e10, 4e10), "m": (1.0, 2.0), "b": (1.0, 1.5), "F": (1.0, 2.0)}
+PLATE_VALUES = {
+    "nu": (0.3, 0.2),
+    "t0": (0.01, 0.02),
+    "E": (7e10, 4e10),
+    "m": (1.0, 2.0),
+    "b": (1.0, 1.5),
+    "F": (1.0, 2.0),
+}
 
 
 TURNED = """\
@@ -85,14 +94,28 @@ loads: {{weight: {{type: gravity, acceleration: [0, -g, 0]}}}}
 analysis: {{type: dynamic, duration: 20 ms, step: 1 ms}}
 reduction: {{snapshots: 2 ms}}
 """
-TURNED_VALUES = {"EA": (1e5, 2e5), "EI": (2.0, 3.0), "mu": (0.5, 0.25), "y": (0.0, 0.5), "q": (0.25, 0.75), "g": (9.81, 5.0)}
-PLANAR = TURNED.replace("dimension: 3", "dimension: 2").replace("{{axis: [0, 0, 1], angle: q}}", "q").replace(", 0]}}}}", "]}}}}")
+TURNED_VALUES = {
+    "EA": (1e5, 2e5),
+    "EI": (2.0, 3.0),
+    "mu": (0.5, 0.25),
+    "y": (0.0, 0.5),
+    "q": (0.25, 0.75),
+    "g": (9.81, 5.0),
+}
+PLANAR = (
+    TURNED.replace("dimension: 3", "dimension: 2")
+    .replace("{{axis: [0, 0, 1], angle: q}}", "q")
+    .replace(", 0]}}}}", "]}}}}")
+)
 PLANAR = PLANAR.replace("[0, y, 0]", "[0, y]").replace("spherical", "pin")
 
 
 def ranged(values: dict[str, tuple[float, float]]) -> str:
     """The section `parameters` with a range about both values of each."""
-    return "\n".join(f"  {name}: {{value: {a}, range: [{min(a, b) - 1}, {max(a, b) + 1}]}}" for name, (a, b) in values.items())
+    return "\n".join(
+        f"  {name}: {{value: {a}, range: [{min(a, b) - 1}, {max(a, b) + 1}]}}"
+        for name, (a, b) in values.items()
+    )
 
 
 def literal(values: dict[str, float]) -> str:
@@ -107,8 +130,14 @@ def written(case: Case) -> tuple[Any, list[np.ndarray]]:
 
 def same(a: Case, b: Case) -> bool:
     (tree, arrays), (other, others) = written(a), written(b)
-    equal = len(arrays) == len(others) and all(np.array_equal(x, y) for x, y in zip(arrays, others, strict=True))
-    return equal and tree == other and (a.scheme, a.duration, a.newton) == (b.scheme, b.duration, b.newton)
+    equal = len(arrays) == len(others) and all(
+        np.array_equal(x, y) for x, y in zip(arrays, others, strict=True)
+    )
+    return (
+        equal
+        and tree == other
+        and (a.scheme, a.duration, a.newton) == (b.scheme, b.duration, b.newton)
+    )
 
 
 @pytest.mark.parametrize(
@@ -116,15 +145,21 @@ def same(a: Case, b: Case) -> bool:
     [(BEAMS, VALUES), (PLATE, PLATE_VALUES), (TURNED, TURNED_VALUES), (PLANAR, TURNED_VALUES)],
     ids=["beams", "plate", "turned in space", "turned in the plane"],
 )
-def test_a_member_is_the_scene_with_these_numbers(text: str, values: dict[str, tuple[float, float]]) -> None:
+def test_a_member_is_the_scene_with_these_numbers(
+    text: str, values: dict[str, tuple[float, float]]
+) -> None:
     """Every number a parameter is written for follows it, one by one and all together, to the bit."""
     _, family = scenes.family(scenes.loads(text.format(parameters=ranged(values)), EXAMPLES))
     nominal = {name: a for name, (a, _) in values.items()}
     base = family({})
     assert same(base, family(nominal))
-    changes = [{name: b} for name, (_, b) in values.items()] + [{name: b for name, (_, b) in values.items()}]
+    changes = [{name: b} for name, (_, b) in values.items()] + [
+        {name: b for name, (_, b) in values.items()}
+    ]
     for change in changes:
-        _, literally = scenes.family(scenes.loads(text.format(parameters=literal(nominal | change)), EXAMPLES))
+        _, literally = scenes.family(
+            scenes.loads(text.format(parameters=literal(nominal | change)), EXAMPLES)
+        )
         found = family(change)
         assert same(found, literally({})), change
         assert not same(found, base), change
@@ -140,12 +175,16 @@ def test_step_duration_and_newton_depend_on_parameters() -> None:
 
 
 def test_masses_are_those_of_the_formulas() -> None:
-    """Mass of the beam rho pi d^2 / 4 L with L = 1 m, and of the mass points: exactly what the parameters say."""
+    """Mass of the beam rho pi d^2 / 4 L with L = 1 m, and of the mass points: exactly what the
+    parameters say.
+    """
     scene = scenes.loads(BEAMS.format(parameters=ranged(VALUES)), EXAMPLES)
     system = scenes.family(scene)[1]({"rho": 1500.0, "d": 0.02, "m": 3.0}).system
     move = np.zeros(system.size)
     for name, first, last in system.coordinates:
-        move[first : last if name == "beam" else first + 1 : 2] = 1.0  # all control points one metre along x
+        move[first : last if name == "beam" else first + 1 : 2] = (
+            1.0  # all control points one metre along x
+        )
     mass = move @ (system.mass @ move)
     assert mass == pytest.approx(1500.0 * np.pi * 0.02**2 / 4 + 3.0 + 1.0, rel=1e-12)
 
@@ -164,10 +203,14 @@ def test_changes_of_the_scene_stay_and_unknown_names_are_refused() -> None:
     scene = scenes.read(EXAMPLES / "pendulum_family.yaml", {"rho": 1500.0})
     _, family = scenes.family(scene, cells=4, duration=0.05)
     own = family({"E": 1.2e9})
-    _, other = scenes.family(scenes.read(EXAMPLES / "pendulum_family.yaml", {"rho": 1500.0, "E": "1.2 GPa"}), cells=4)
+    _, other = scenes.family(
+        scenes.read(EXAMPLES / "pendulum_family.yaml", {"rho": 1500.0, "E": "1.2 GPa"}), cells=4
+    )
     assert own.duration == 0.05
     assert written(own)[0] == written(other({}))[0]
-    assert all(np.array_equal(x, y) for x, y in zip(written(own)[1], written(other({}))[1], strict=True))
+    assert all(
+        np.array_equal(x, y) for x, y in zip(written(own)[1], written(other({}))[1], strict=True)
+    )
     with pytest.raises(InputError, match="expected one of the parameters E, rho, d, g, got 'dd'"):
         family({"dd": 0.01})
 

@@ -1,4 +1,6 @@
-"""Plates of free meshes from scenes: the interpolation that converges is taken, and stresses meet exact ones."""
+"""Plates of free meshes from scenes: the interpolation that converges is taken, and stresses meet
+exact ones.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ outputs:
   w: {type: position, at: plate.middle, component: z}
   s: {type: stress_tensor, at: plate.middle}
 """
-#: S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells (1959), table 35: 0.00126532 q a^4 / D and 0.0229051 q a^2
+#: S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells (1959), table 35: 0.00126532 q
+#: a^4 / D and 0.0229051 q a^2
 DEFLECTION, STRESS = 6.5797e-6, 6 * 0.0229051 * 100.0 / 0.01**2
 
 
@@ -40,7 +43,9 @@ def centred(mesh: Mesh) -> PlateMesh:
     same = np.sort(sides, axis=1) @ [len(points), 1]
     rim = sides[np.isin(same, np.flatnonzero(np.bincount(same) == 1))]
     places = np.column_stack([points, np.zeros(len(points))])
-    return PlateMesh(places, cells, {"middle": np.array([middle])}, {"rim": rim}, {"all": np.arange(len(cells))})
+    return PlateMesh(
+        places, cells, {"middle": np.array([middle])}, {"rim": rim}, {"all": np.arange(len(cells))}
+    )
 
 
 def centre(folder: Path, name: str, options: str = "") -> tuple[float, float, float]:
@@ -52,9 +57,12 @@ def centre(folder: Path, name: str, options: str = "") -> tuple[float, float, fl
 
 
 @pytest.mark.parametrize(
-    ("kind", "n", "deflection", "stress"), [("free quads", 32, 4e-3, 0.01), ("free triangles", 24, 6e-3, 0.03)]
+    ("kind", "n", "deflection", "stress"),
+    [("free quads", 32, 4e-3, 0.01), ("free triangles", 24, 6e-3, 0.03)],
 )
-def test_stress_in_the_middle_of_a_clamped_square(kind: str, n: int, deflection: float, stress: float, tmp_path: Path) -> None:
+def test_stress_in_the_middle_of_a_clamped_square(
+    kind: str, n: int, deflection: float, stress: float, tmp_path: Path
+) -> None:
     plate_meshes.write(centred(MESHES[kind](n)), tmp_path / "free.msh")
     w, s11, s22 = centre(tmp_path, "free.msh")
     assert w == pytest.approx(DEFLECTION, rel=deflection)
@@ -67,11 +75,26 @@ def test_quads_and_triangles_in_one_body(tmp_path: Path) -> None:
     half = mesh.points[mesh.cells].mean(axis=1)[:, 0] < 0.5
     cut = np.concatenate([mesh.cells[half][:, [0, 1, 2]], mesh.cells[half][:, [0, 2, 3]]])
     middle, rim = mesh.point_groups["middle"], mesh.edge_groups["rim"]
-    cells = [("vertex", middle[:, None]), ("line", rim), ("triangle", cut), ("quad", mesh.cells[~half])]
-    tags = [np.array([1]), np.full(len(rim), 2), np.full(len(cut), 3), np.full(int((~half).sum()), 3)]
+    cells = [
+        ("vertex", middle[:, None]),
+        ("line", rim),
+        ("triangle", cut),
+        ("quad", mesh.cells[~half]),
+    ]
+    tags = [
+        np.array([1]),
+        np.full(len(rim), 2),
+        np.full(len(cut), 3),
+        np.full(int((~half).sum()), 3),
+    ]
     names = {"middle": np.array([1, 0]), "rim": np.array([2, 1]), "all": np.array([3, 2])}
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
-    meshio.write(tmp_path / "mixed.msh", meshio.Mesh(mesh.points, cells, cell_data=data, field_data=names), "gmsh22", binary=True)
+    meshio.write(
+        tmp_path / "mixed.msh",
+        meshio.Mesh(mesh.points, cells, cell_data=data, field_data=names),
+        "gmsh22",
+        binary=True,
+    )
     with pytest.warns(UserWarning, match="cut along its shorter diagonal"):
         w, s11, s22 = centre(tmp_path, "mixed.msh")
     assert w == pytest.approx(DEFLECTION, rel=0.02)
@@ -98,5 +121,7 @@ def test_the_interpolation_that_converges_is_taken(mesh: Mesh, dim: int, expecte
 def test_what_a_scene_names_is_taken(tmp_path: Path) -> None:
     plate_meshes.write(centred(shaken(4)), tmp_path / "free.msh")
     for word, space in (("ancf", ancf_plate.PlateTangents), ("fvs", fvs_plate.Conforming)):
-        plate = scenes.loads(SCENE.replace("MESH", f"free.msh, interpolation: {word}"), tmp_path).bodies["plate"]
+        plate = scenes.loads(
+            SCENE.replace("MESH", f"free.msh, interpolation: {word}"), tmp_path
+        ).bodies["plate"]
         assert type(plate.surface(tmp_path).space) is space

@@ -1,4 +1,6 @@
-"""The guide to scene files: every block of it is a scene that `fmbs check` finds sound, and its meshes are built as it says."""
+"""The guide to scene files: every block of it is a scene that `fmbs check` finds sound, and its
+meshes are built as it says.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ from ..cli.calls import ROOT, fmbs
 
 GUIDE = "docs/scenes.md"
 SCENES = pages.blocks(GUIDE, "yaml")
-SOLID = "section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}"
+SOLID = (
+    "section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}"
+)
 LINE = f"{{type: %s, mesh: ../meshes/beam_20.msh, {SOLID}}}"
 RIGID = "{type: rigid, mass: 0.1 kg, inertia: 1e-4 kg m^2, center: [%s, 0]}"
 #: what stands around the blocks that are about other bodies than the first scene's, by one of these
@@ -67,19 +71,37 @@ def sections(text: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("number", range(len(SCENES)))
 def test_every_block_makes_a_sound_scene(number: int, tmp_path: Path) -> None:
-    """A block replaces and adds sections of the first one, as the guide says; modes and buckling have no outputs."""
+    """A block replaces and adds sections of the first one, as the guide says; modes and buckling
+    have no outputs.
+    """
     text, block = io.StringIO(), sections(SCENES[number])
-    around = next((sections(one) for body, one in AROUND.items() if re.search(rf"\b{body}\b", SCENES[number])), {})
-    block = around | {key: around[key] | value if key in around else value for key, value in block.items()}
+    around = next(
+        (
+            sections(one)
+            for body, one in AROUND.items()
+            if re.search(rf"\b{body}\b", SCENES[number])
+        ),
+        {},
+    )
+    block = around | {
+        key: around[key] | value if key in around else value for key, value in block.items()
+    }
     idle = ("outputs",) if block.get("analysis", {}).get("type") in ("modes", "buckling") else ()
-    YAML(typ="safe").dump({key: value for key, value in (sections(SCENES[0]) | block).items() if key not in idle}, text)
+    YAML(typ="safe").dump(
+        {key: value for key, value in (sections(SCENES[0]) | block).items() if key not in idle},
+        text,
+    )
     done = fmbs("check", project(tmp_path, text.getvalue()), "--strict", "--json")
     assert done.code == 0, done.err
 
 
 def test_the_first_scene_runs(tmp_path: Path) -> None:
-    """The tip swings about its static deflection P l^3 / (3 EI) (Euler-Bernoulli), less far than twice that: it moves on an arc."""
-    done = fmbs("run", project(tmp_path, SCENES[0]), "--out", tmp_path / "out", "--no-plots", "--json")
+    """The tip swings about its static deflection P l^3 / (3 EI) (Euler-Bernoulli), less far than
+    twice that: it moves on an arc.
+    """
+    done = fmbs(
+        "run", project(tmp_path, SCENES[0]), "--out", tmp_path / "out", "--no-plots", "--json"
+    )
     assert done.code == 0, done.err
     table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
     static = 0.5 / (3 * 1e9 * np.pi * 0.01**4 / 64)

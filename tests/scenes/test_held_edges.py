@@ -1,4 +1,6 @@
-"""Held edges of meshes in any direction, from every file: deflection, frequency and reactions do not depend on the digits."""
+"""Held edges of meshes in any direction, from every file: deflection, frequency and reactions do
+not depend on the digits.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 from ..bodies.test_edge_directions import mesh
 
-pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # one scene serves statics and modes
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::fmbs_skfem.core.notices.Notice"
+)  # one scene serves statics and modes
 SUPPORTS = {
     "hinged": "{hold: {type: edge, body: plate, edges: rim, fixed: xyz}}",
     "clamped": "{hold: {type: edge, body: plate, edges: rim, fixed: xyz, slope: xyz}}",
@@ -40,8 +44,13 @@ LOAD = 100.0  #: [Pa], under which the hinged plate deflects by 2e-3 of its thic
 MODES = "{type: modes, count: 1, about: reference}"
 RIGIDITY = 210e9 * 0.01**3 / (12 * (1 - 0.3**2))
 #: Timoshenko, Woinowsky-Krieger: w / (q a^4); a quarter has half of the side
-EXACT = {"hinged": 0.00406235 / RIGIDITY, "clamped": 0.00126532 / RIGIDITY, "quarter": 16 * 0.00406235 / RIGIDITY}
-#: sides of the square in one group, as most meshes have them, whose corners are those of no single side
+EXACT = {
+    "hinged": 0.00406235 / RIGIDITY,
+    "clamped": 0.00126532 / RIGIDITY,
+    "quarter": 16 * 0.00406235 / RIGIDITY,
+}
+#: sides of the square in one group, as most meshes have them, whose corners are those of no single
+#: side
 GROUPS = {
     "hinged": {"rim": ("left", "top", "right", "bottom")},
     "clamped": {"rim": ("left", "top", "right", "bottom")},
@@ -54,12 +63,17 @@ GROUPS = {
 def square(cells: int, triangles: bool, support: str) -> PlateMesh:
     """A unit square with the groups of sides that a support needs."""
     given = mesh(cells, triangles)
-    groups = {name: np.concatenate([given.edge_groups[side] for side in sides]) for name, sides in GROUPS[support].items()}
+    groups = {
+        name: np.concatenate([given.edge_groups[side] for side in sides])
+        for name, sides in GROUPS[support].items()
+    }
     return replace(given, edge_groups=groups)
 
 
 def written(path: Path, points: np.ndarray, given: PlateMesh, middle: int, digits: int) -> None:
-    """A mesh with its nodes at points (n, 3) as `.msh` or `.inp` with some digits, or as `.vtk` in single precision."""
+    """A mesh with its nodes at points (n, 3) as `.msh` or `.inp` with some digits, or as `.vtk` in
+    single precision.
+    """
     triangles = given.cells.shape[1] == 3
     rows = [" ".join(f"{x:.{digits}g}" for x in point) for point in points]
     if path.suffix == ".inp":
@@ -71,13 +85,18 @@ def written(path: Path, points: np.ndarray, given: PlateMesh, middle: int, digit
         lines += ["*NSET, NSET=middle", f"{middle + 1},"]
         path.write_text("\n".join([*lines, ""]), encoding="utf-8")
         return
-    names = {name: np.array([tag, 1]) for tag, name in enumerate(given.edge_groups, 1)} | {"middle": np.array([9, 0])}
-    cells = [("line", pairs) for pairs in given.edge_groups.values()] + [("vertex", np.array([[middle]]))]
+    names = {name: np.array([tag, 1]) for tag, name in enumerate(given.edge_groups, 1)} | {
+        "middle": np.array([9, 0])
+    }
+    cells = [("line", pairs) for pairs in given.edge_groups.values()] + [
+        ("vertex", np.array([[middle]]))
+    ]
     cells = [("triangle" if triangles else "quad", given.cells), *cells]
     if path.suffix == ".vtk":
         flags = {
             name: [
-                np.full(len(part), name == own, dtype=np.int32) for (_, part), own in zip(cells[:-1], ["", *names], strict=False)
+                np.full(len(part), name == own, dtype=np.int32)
+                for (_, part), own in zip(cells[:-1], ["", *names], strict=False)
             ]
             for name in given.edge_groups
         }
@@ -88,7 +107,11 @@ def written(path: Path, points: np.ndarray, given: PlateMesh, middle: int, digit
     numbers = [8, *range(1, len(cells) - 1), 9]
     tags = [np.full(len(part), tag) for (_, part), tag in zip(cells, numbers, strict=True)]
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
-    meshio.write(path, meshio.Mesh(rounded, cells, cell_data=data, field_data=names | {"all": np.array([8, 2])}), "gmsh22")
+    meshio.write(
+        path,
+        meshio.Mesh(rounded, cells, cell_data=data, field_data=names | {"all": np.array([8, 2])}),
+        "gmsh22",
+    )
 
 
 def solved(
@@ -102,25 +125,53 @@ def solved(
     far: float = 0.0,
     cells: int = 4,
 ) -> tuple[float, float, np.ndarray]:
-    """Deflection over the load [m/Pa], lowest frequency [Hz], and reactions without and with the load over it, (2, k)."""
+    """Deflection over the load [m/Pa], lowest frequency [Hz], and reactions without and with the
+    load over it, (2, k).
+    """
     turn = Rotation.from_euler(axis, 30.0, degrees=True).as_matrix()
     flat = axis == "z"
-    noise = moved * np.random.default_rng(3).uniform(-1.0, 1.0, ((cells + 1) ** 2, 3)) * [1.0, 1.0, not flat]
+    noise = (
+        moved
+        * np.random.default_rng(3).uniform(-1.0, 1.0, ((cells + 1) ** 2, 3))
+        * [1.0, 1.0, not flat]
+    )
     normal = turn[:, 2]
     given = square(cells, triangles, support)
     # the middle of a quarter is where both planes meet
     middle = len(given.points) - 1 if support == "quarter" else len(given.points) // 2
-    written(folder / file, (given.points + noise) @ turn.T + far * np.array([1.0, 1.0, 0.0]), given, middle, digits)
+    written(
+        folder / file,
+        (given.points + noise) @ turn.T + far * np.array([1.0, 1.0, 0.0]),
+        given,
+        middle,
+        digits,
+    )
     force = "[" + ", ".join(f"{-LOAD * float(x)!r}" for x in normal) + "]"
     rims = "rims: {grip: {edges: left, slopes: true, center: CENTER}}, " if support == "rim" else ""
-    text = SCENE.replace("TYPE", "plate" if flat else "shell").replace("FILE", file).replace("RIMS", rims)
+    text = (
+        SCENE.replace("TYPE", "plate" if flat else "shell")
+        .replace("FILE", file)
+        .replace("RIMS", rims)
+    )
     centre = turn @ [0.0, 0.5, 0.0] + far * np.array([1.0, 1.0, 0.0])
-    text = text.replace("CENTER", str([float(x) for x in centre])).replace("JOINTS", SUPPORTS[support]).replace("FORCE", force)
+    text = (
+        text.replace("CENTER", str([float(x) for x in centre]))
+        .replace("JOINTS", SUPPORTS[support])
+        .replace("FORCE", force)
+    )
     found = scenes.loads(text, folder).run().outputs
-    lowered = sum(float(found[f"u_{c}"][0] - found[f"u_{c}"][-1]) * normal[k] for k, c in enumerate("xyz"))
-    held = [f"r_{c}" for c in (*"xyz", "mx", "my", "mz")] if support != "rim" else sorted(name for name in found if name[0] == "r")
+    lowered = sum(
+        float(found[f"u_{c}"][0] - found[f"u_{c}"][-1]) * normal[k] for k, c in enumerate("xyz")
+    )
+    held = (
+        [f"r_{c}" for c in (*"xyz", "mx", "my", "mz")]
+        if support != "rim"
+        else sorted(name for name in found if name[0] == "r")
+    )
     forces = np.array([[float(found[name][k]) for name in held] for k in (0, -1)])
-    if support == "quarter":  # its planes hold the same in its own plane: how both share that hangs on membrane forces
+    if (
+        support == "quarter"
+    ):  # its planes hold the same in its own plane: how both share that hangs on membrane forces
         forces[:, 3:] -= np.outer(forces[:, 3:] @ normal, normal)
     return lowered / LOAD, frequency(text, folder), forces / LOAD
 
@@ -130,8 +181,8 @@ def frequency(text: str, folder: Path) -> float:
     return float(scenes.loads(modes, folder).run().frequencies[0])
 
 
-#: what the numbers of a file may say, and by how much deflection and frequency change: nodes moved by d over sides of a quarter
-#: turn these by 8 d, and bend a plate of 1/100 of its size by 100 d
+#: what the numbers of a file may say, and by how much deflection and frequency change: nodes moved
+#: by d over sides of a quarter turn these by 8 d, and bend a plate of 1/100 of its size by 100 d
 DOORS = {
     "8 digits": ({"file": "plate.msh", "digits": 8}, 2e-6),
     "5 digits": ({"file": "plate.msh", "digits": 5}, 2e-3),
@@ -144,7 +195,9 @@ DOORS = {
 
 
 def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[str]) -> None:
-    """The plate with all digits beside others; the exact deflection to what four cells a side can (clamped: 17 % less)."""
+    """The plate with all digits beside others; the exact deflection to what four cells a side can
+    (clamped: 17 % less).
+    """
     w, f, forces = solved(folder, support, axis, triangles, "plate.msh")
     if support in EXACT:
         assert w == pytest.approx(EXACT[support], rel=0.2)
@@ -177,7 +230,9 @@ def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[
         ("rim", "y", True, "single precision"),
     ],
 )
-def test_digits_do_not_clamp(support: str, axis: str, triangles: bool, door: str, tmp_path: Path) -> None:
+def test_digits_do_not_clamp(
+    support: str, axis: str, triangles: bool, door: str, tmp_path: Path
+) -> None:
     compare(tmp_path, support, axis, triangles, [door])
 
 

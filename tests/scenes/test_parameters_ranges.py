@@ -57,9 +57,13 @@ def test_values_and_ranges_are_si() -> None:
 
 
 def test_a_range_without_unit_takes_the_unit_of_the_value() -> None:
-    scene = scenes.loads(changed("{value: 60 GPa, range: [40 GPa, 70 GPa]}", "{value: 60 GPa, range: [4e10, 7e10]}"))
+    scene = scenes.loads(
+        changed("{value: 60 GPa, range: [40 GPa, 70 GPa]}", "{value: 60 GPa, range: [4e10, 7e10]}")
+    )
     assert scene.ranges["E"] == Parameter("E", 40e9, 70e9, unit="Pa")
-    scene = scenes.loads(changed("{value: 60 GPa, range: [40 GPa, 70 GPa]}", "{value: 6e10, range: [0, 70 GPa]}"))
+    scene = scenes.loads(
+        changed("{value: 60 GPa, range: [40 GPa, 70 GPa]}", "{value: 6e10, range: [0, 70 GPa]}")
+    )
     assert scene.ranges["E"] == Parameter("E", 0.0, 70e9, unit="Pa")
 
 
@@ -67,14 +71,20 @@ def test_other_values_keep_the_range() -> None:
     scene = scenes.loads(SCENE, parameters={"E": "50 GPa", "d": 0.02})
     assert (scene.parameters["E"], scene.parameters["d"]) == (50e9, 0.02)
     assert scene.ranges == scenes.loads(SCENE).ranges
-    with pytest.raises(InputError, match=r"parameters\.E: expected a value of the dimension of the parameter \(pressure\)"):
+    with pytest.raises(
+        InputError,
+        match=r"parameters\.E: expected a value of the dimension of the parameter \(pressure\)",
+    ):
         scenes.loads(SCENE, parameters={"E": "50 mm"})
 
 
 @pytest.mark.parametrize("where", ["file", "change"])
 def test_a_value_outside_its_range_is_a_notice(where: str) -> None:
     text = changed("value: 60 GPa", "value: 80 GPa") if where == "file" else SCENE
-    with pytest.warns(Notice, match=r"scene:4: parameters\.E: the value 8e\+10 Pa is outside the range of 4e\+10 to 7e\+10 Pa"):
+    with pytest.warns(
+        Notice,
+        match=r"scene:4: parameters\.E: the value 8e\+10 Pa is outside the range of 4e\+10 to 7e\+10 Pa",
+    ):
         scenes.loads(text, parameters={} if where == "file" else {"E": "80 GPa"})
 
 
@@ -94,34 +104,102 @@ def test_ends_of_a_range_are_inside() -> None:
             "value: 60 mm",
             r"scene:4: parameters.E.range\[0\]: |scene:4: parameters.E.value: expected value and range",
         ),
-        ("40 GPa, 70 GPa", "40 GPa, 70 mm", r"scene:4: parameters.E.range\[1\]: expected value and range of one dimension"),
-        ("40 GPa, 70 GPa", "40 GPz, 70 GPa", r"scene:4: parameters.E.range\[0\]: expected a known unit"),
-        ("40 GPa, 70 GPa", "70 GPa, 40 GPa", r"scene:4: parameters.E.range: .* smaller than its second, got \[70 GPa, 40 GPa\]"),
-        ("40 GPa, 70 GPa", "40 GPa, 40 GPa", r"scene:4: parameters.E.range: .* smaller than its second"),
-        ("40 GPa, 70 GPa", "40, 70 GPa", r"scene:4: parameters.E.range: expected both ends .* got \[40, 70 GPa\]; write the unit"),
-        ("40 GPa, 70 GPa", "40 GPa", r"scene:4: parameters.E.range: expected a list of two quantities, .* got a list of 1"),
-        ("40 GPa, 70 GPa", ".nan, 70 GPa", r"scene:4: parameters.E.range\[0\]: expected a finite number, got nan"),
-        ("40 GPa, 70 GPa", "1 / 0, 70 GPa", r"scene:4: parameters.E.range\[0\]: expected a quantity"),
+        (
+            "40 GPa, 70 GPa",
+            "40 GPa, 70 mm",
+            r"scene:4: parameters.E.range\[1\]: expected value and range of one dimension",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            "40 GPz, 70 GPa",
+            r"scene:4: parameters.E.range\[0\]: expected a known unit",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            "70 GPa, 40 GPa",
+            r"scene:4: parameters.E.range: .* smaller than its second, got \[70 GPa, 40 GPa\]",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            "40 GPa, 40 GPa",
+            r"scene:4: parameters.E.range: .* smaller than its second",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            "40, 70 GPa",
+            r"scene:4: parameters.E.range: expected both ends .* got \[40, 70 GPa\]; write the unit",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            "40 GPa",
+            r"scene:4: parameters.E.range: expected a list of two quantities, .* got a list of 1",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            ".nan, 70 GPa",
+            r"scene:4: parameters.E.range\[0\]: expected a finite number, got nan",
+        ),
+        (
+            "40 GPa, 70 GPa",
+            "1 / 0, 70 GPa",
+            r"scene:4: parameters.E.range\[0\]: expected a quantity",
+        ),
         (
             "range: [1 mm, 100 mm]",
             "range: [0, 100 mm]",
             "scene:5: parameters.d.range: expected a range above zero for the scale log",
         ),
-        ("scale: log", "scale: lgo", "scene:5: parameters.d.scale: expected one of linear, log, got 'lgo'; did you mean 'log'"),
-        ("scale: log", "scale: [log]", "scene:5: parameters.d.scale: expected one of linear, log, got a list of 1"),
-        ("scale: log", "scal: log", "scene:5: parameters.d.scal: expected one of the keys range, .* did you mean 'scale'"),
+        (
+            "scale: log",
+            "scale: lgo",
+            "scene:5: parameters.d.scale: expected one of linear, log, got 'lgo'; did you mean 'log'",
+        ),
+        (
+            "scale: log",
+            "scale: [log]",
+            "scene:5: parameters.d.scale: expected one of linear, log, got a list of 1",
+        ),
+        (
+            "scale: log",
+            "scal: log",
+            "scene:5: parameters.d.scal: expected one of the keys range, .* did you mean 'scale'",
+        ),
         (
             "{range: [-1, 3]}",
             "{value: 3}",
             "scene:6: parameters.r.range: expected the key 'range', got no .* write the value alone",
         ),
-        ("{range: [-1, 3]}", "{range: 3}", "scene:6: parameters.r.range: expected a list of two quantities"),
-        ("{range: [-1, 3]}", "{range: [q, 3]}", r"scene:6: parameters.r.range\[0\]: expected one of the names E, d, pi, got 'q'"),
-        ("[-1, 3]", "[-1e308, 1e308]", "scene:6: parameters.r.range: expected a range whose width is a finite number"),
-        ("1 mm, 100 mm", "1e-300 m, 1e300 m", "scene:5: parameters.d.range: expected a range whose width is a finite number"),
+        (
+            "{range: [-1, 3]}",
+            "{range: 3}",
+            "scene:6: parameters.r.range: expected a list of two quantities",
+        ),
+        (
+            "{range: [-1, 3]}",
+            "{range: [q, 3]}",
+            r"scene:6: parameters.r.range\[0\]: expected one of the names E, d, pi, got 'q'",
+        ),
+        (
+            "[-1, 3]",
+            "[-1e308, 1e308]",
+            "scene:6: parameters.r.range: expected a range whose width is a finite number",
+        ),
+        (
+            "1 mm, 100 mm",
+            "1e-300 m, 1e300 m",
+            "scene:5: parameters.d.range: expected a range whose width is a finite number",
+        ),
         ("  r: ", "  t: ", "scene:6: parameters.t: expected a name of letters"),
-        ("mass: m", "mass: d", r"scene:11: bodies.ball.mass: expected a mass \[kg\], got 'd' \(length\)"),
-        ("parameters:\n", "parameters: 3\nrest:\n", "scene:3: parameters: expected a mapping of names and quantities, got 3"),
+        (
+            "mass: m",
+            "mass: d",
+            r"scene:11: bodies.ball.mass: expected a mass \[kg\], got 'd' \(length\)",
+        ),
+        (
+            "parameters:\n",
+            "parameters: 3\nrest:\n",
+            "scene:3: parameters: expected a mapping of names and quantities, got 3",
+        ),
     ],
 )
 def test_refused_with_place(before: str, after: str, message: str) -> None:
@@ -131,7 +209,11 @@ def test_refused_with_place(before: str, after: str, message: str) -> None:
 
 
 def test_all_problems_at_once() -> None:
-    text = changed("40 GPa, 70 GPa", "70 GPa, 40 GPa").replace("scale: log", "scale: ln").replace("[-1, 3]", "[a, b]")
+    text = (
+        changed("40 GPa, 70 GPa", "70 GPa, 40 GPa")
+        .replace("scale: log", "scale: ln")
+        .replace("[-1, 3]", "[a, b]")
+    )
     assert [line.split(": expected")[0] for line in refused(text)] == [
         "scene:4: parameters.E.range",
         "scene:5: parameters.d.scale",
@@ -154,7 +236,9 @@ def test_published_schema_knows_both_forms() -> None:
 
 @pytest.mark.parametrize("name", ["crank_slider_young", "crank_slider_torque", "pendulum_family"])
 def test_examples_state_ranges(name: str) -> None:
-    """The paper's ranges: E in [40, 70] GPa with 101 candidates, torque in [5, 15] N m; doi 10.1016/j.cma.2019.112690."""
+    """The paper's ranges: E in [40, 70] GPa with 101 candidates, torque in [5, 15] N m; doi
+    10.1016/j.cma.2019.112690.
+    """
     scene = scenes.read(Path(__file__).resolve().parents[2] / "examples" / f"{name}.yaml")
     ends = {key: (limits.low, limits.high) for key, limits in scene.ranges.items()}
     expected = {

@@ -1,4 +1,6 @@
-"""Plates, shells, rigid bodies and what holds and loads them in scene files: read, built, or refused with file and line."""
+"""Plates, shells, rigid bodies and what holds and loads them in scene files: read, built, or
+refused with file and line.
+"""
 
 from __future__ import annotations
 
@@ -127,7 +129,10 @@ def test_planar_bodies() -> None:
     block = parts["block"]
     assert float(block.constant @ (block.mass @ block.constant)) == pytest.approx(78.0, rel=1e-14)
     np.testing.assert_allclose(block.reference[0], [0.7, 0.5], atol=1e-14)
-    tip = bodies.probe(parts["wheel"], bodies.locate(parts["wheel"], "rod")) @ parts["wheel"].reference
+    tip = (
+        bodies.probe(parts["wheel"], bodies.locate(parts["wheel"], "rod"))
+        @ parts["wheel"].reference
+    )
     np.testing.assert_allclose(tip, [[0.2, 0.0]], atol=1e-15)
 
 
@@ -149,7 +154,11 @@ def test_planar_rules() -> None:
     scene = scenes.loads(PLANAR, EXAMPLES)
     spring = scene.loads["spring"]
     assert isinstance(spring, loads.TorsionSpring)
-    assert (spring.stiffness, spring.damping, spring.rest_angle) == (3.0, 1.0, pytest.approx(math.pi / 6, rel=1e-15))
+    assert (spring.stiffness, spring.damping, spring.rest_angle) == (
+        3.0,
+        1.0,
+        pytest.approx(math.pi / 6, rel=1e-15),
+    )
     motor = scene.loads["motor"]
     assert isinstance(motor, loads.Torque)
     assert motor.torque == 15.0
@@ -158,7 +167,11 @@ def test_planar_rules() -> None:
     assert mesh.teeth == (20, -40)
     assert isinstance(scene.outputs["speed"], probes.AngularVelocity)
     assert scene.loads["weight"] == loads.SurfaceLoad(
-        "weight", "crank", (0.0, -1000.0), getattr(scene.loads["weight"], "history", None), ("plate",)
+        "weight",
+        "crank",
+        (0.0, -1000.0),
+        getattr(scene.loads["weight"], "history", None),
+        ("plate",),
     )
 
 
@@ -166,13 +179,22 @@ def test_spatial_system() -> None:
     """The roof 1 / 10 as large and turned: its free corner is at (-y, x, z) / 10."""
     scene = scenes.loads(SPATIAL, EXAMPLES)
     parts = {name: model.build(scene, None, False) for name, model in scene.bodies.items()}
-    corner = bodies.probe(parts["roof"], bodies.locate(parts["roof"], "corner_11")) @ parts["roof"].reference
+    corner = (
+        bodies.probe(parts["roof"], bodies.locate(parts["roof"], "corner_11"))
+        @ parts["roof"].reference
+    )
     angle = math.radians(40)
-    np.testing.assert_allclose(corner, [[-2.5, 2.5 * math.sin(angle), 2.5 * math.cos(angle)]], atol=1e-14)
+    np.testing.assert_allclose(
+        corner, [[-2.5, 2.5 * math.sin(angle), 2.5 * math.cos(angle)]], atol=1e-14
+    )
     system = build.system(scene)
     names = {joint for joint, _ in system.constraints.names}
     assert {"edge", "all", "nodes", "hinge", "cross", "tube"} <= names
-    assert [column for output in system.outputs.values() for column in output.columns] == ["turn", "stress_bottom", "stress_top"]
+    assert [column for output in system.outputs.values() for column in output.columns] == [
+        "turn",
+        "stress_bottom",
+        "stress_top",
+    ]
     assert sum(map(len, system.loads.forces)) >= 2
 
 
@@ -181,50 +203,170 @@ def test_spatial_system() -> None:
     [
         ("face: plate", "face: plat", r"scene:5: bodies.crank: .*did you mean 'plate'"),
         ("arcs: [A, B]", "arcs: [A, E]", r"scene:5: bodies.crank: .*'E'"),
-        ("arcs: [A, B]", "interpolation: argyris", r"scene:5: bodies.crank: .*triangles for argyris, got quads; .*ancf or bfs"),
+        (
+            "arcs: [A, B]",
+            "interpolation: argyris",
+            r"scene:5: bodies.crank: .*triangles for argyris, got quads; .*ancf or bfs",
+        ),
         ("arcs: [A, B]", "interpolation: bfs", r"scene:5: bodies.crank: .*rectangles"),
-        ("arcs: [A, B]", "arcs: [A]\n    interpolation: bfs", "scene:9: bodies.crank.arcs: expected arcs with ancf or fvs only"),
-        ("{plate: 10 mm}", "{plat: 10 mm}", r"scene:5: bodies.crank: .*one of the faces plate.* did you mean 'plate'"),
-        ("{plate: 10 mm}", "{plate: 10 s}", r"scene:10: bodies.crank.thickness.plate: expected a length"),
-        ("{plate: 10 mm}", "[1 mm]", r"scene:10: bodies.crank.thickness: expected .*a thickness, or one a face"),
+        (
+            "arcs: [A, B]",
+            "arcs: [A]\n    interpolation: bfs",
+            "scene:9: bodies.crank.arcs: expected arcs with ancf or fvs only",
+        ),
+        (
+            "{plate: 10 mm}",
+            "{plat: 10 mm}",
+            r"scene:5: bodies.crank: .*one of the faces plate.* did you mean 'plate'",
+        ),
+        (
+            "{plate: 10 mm}",
+            "{plate: 10 s}",
+            r"scene:10: bodies.crank.thickness.plate: expected a length",
+        ),
+        (
+            "{plate: 10 mm}",
+            "[1 mm]",
+            r"scene:10: bodies.crank.thickness: expected .*a thickness, or one a face",
+        ),
         (
             "poisson_ratio: 0.25",
             "poisson_ratio: 0.6",
             "scene:11: bodies.crank.material.poisson_ratio: expected a number > -1 and < 0.5",
         ),
-        ("poisson_ratio: 0.25", "poisson_ratio: -1", "scene:11: bodies.crank.material.poisson_ratio: expected a number > -1"),
-        ("outer: [outer_A]", "outer: [outer_E]", r"scene:5: bodies.crank: .*'outer_E'; did you mean 'outer"),
-        ("outer: [outer_A]", "outer: {edge: A}", r"scene:12: bodies.crank.rims.outer.edge: .* got 'edge'; did you mean 'edges'"),
-        ("outer: [outer_A]", "outer: [outer_A, outer_A]", r"scene:12: bodies.crank.rims.outer: expected each name once"),
-        ("outer: [outer_A]", "ou ter: [outer_A]", r"scene:12: bodies.crank.rims.ou ter: expected a name of letters"),
-        ("center: [0.1 m, 0]}, outer", "center: [0.1 m]}, outer", r"scene:12: bodies.crank.rims.B.center: expected a list of 2"),
+        (
+            "poisson_ratio: 0.25",
+            "poisson_ratio: -1",
+            "scene:11: bodies.crank.material.poisson_ratio: expected a number > -1",
+        ),
+        (
+            "outer: [outer_A]",
+            "outer: [outer_E]",
+            r"scene:5: bodies.crank: .*'outer_E'; did you mean 'outer",
+        ),
+        (
+            "outer: [outer_A]",
+            "outer: {edge: A}",
+            r"scene:12: bodies.crank.rims.outer.edge: .* got 'edge'; did you mean 'edges'",
+        ),
+        (
+            "outer: [outer_A]",
+            "outer: [outer_A, outer_A]",
+            r"scene:12: bodies.crank.rims.outer: expected each name once",
+        ),
+        (
+            "outer: [outer_A]",
+            "ou ter: [outer_A]",
+            r"scene:12: bodies.crank.rims.ou ter: expected a name of letters",
+        ),
+        (
+            "center: [0.1 m, 0]}, outer",
+            "center: [0.1 m]}, outer",
+            r"scene:12: bodies.crank.rims.B.center: expected a list of 2",
+        ),
         ("order: 4", "order: 0", "scene:13: bodies.crank.order: expected a number >= 1"),
         ("inertia: 0.5 kg m^2", "inertia: [1, 1, 1]", "scene:14: bodies.wheel.inertia"),
-        ("inertia: 0.5 kg m^2", "inertia: 0.5 kg", r"scene:14: bodies.wheel.inertia: expected a moment of inertia \[kg m\^2\]"),
-        ("points: {rod:", "points: {frame:", "scene:14: bodies.wheel.points.frame: expected another name"),
-        ("at: crank.A, to: ground", "at: crank.E, to: ground", r"scene:20: joints.A.at: .*one of its points \(A, B, outer\)"),
-        ("at: crank.A, to: ground", "at: crank, to: ground", r"scene:20: joints.A.at: expected a rim or named point of 'crank'"),
-        ("at: crank.A, to: ground", "at: {body: crank, s: 0}, to: ground", r"scene:20: joints.A.at: expected a rim or named"),
-        ("at: crank.A, to: ground", "at: crank.A, axis: [0, 0, 1]", "scene:20: joints.A.axis: expected no axis in the plane"),
-        ("to: wheel}\n  rail", "to: {body: wheel, s: 0}}\n  rail", "scene:21: joints.B.to: expected the rigid body 'wheel' or one"),
-        ("teeth: [20, -40]", "teeth: [20, 0]", "scene:23: joints.mesh.teeth: expected two whole numbers that are not zero"),
-        ("carrier: block", "carrier: blok", "scene:23: joints.mesh.carrier: .* did you mean 'block'"),
-        ("torque: M", "torque: 15 N", r"scene:28: loads.motor.torque: expected a moment \[N m\], got '15 N'"),
-        ("stiffness: 3 N m/rad", "stiffness: -3", "scene:29: loads.spring.stiffness: expected a torsional stiffness"),
-        ("body: crank, force: [0", "body: crnk, force: [0", "scene:30: loads.weight.body: .* did you mean 'crank'"),
-        ("body: crank, force: [0", "body: wheel, force: [0", r"scene:30: loads.weight.body: .*\(crank\), got 'wheel', a rigid"),
+        (
+            "inertia: 0.5 kg m^2",
+            "inertia: 0.5 kg",
+            r"scene:14: bodies.wheel.inertia: expected a moment of inertia \[kg m\^2\]",
+        ),
+        (
+            "points: {rod:",
+            "points: {frame:",
+            "scene:14: bodies.wheel.points.frame: expected another name",
+        ),
+        (
+            "at: crank.A, to: ground",
+            "at: crank.E, to: ground",
+            r"scene:20: joints.A.at: .*one of its points \(A, B, outer\)",
+        ),
+        (
+            "at: crank.A, to: ground",
+            "at: crank, to: ground",
+            r"scene:20: joints.A.at: expected a rim or named point of 'crank'",
+        ),
+        (
+            "at: crank.A, to: ground",
+            "at: {body: crank, s: 0}, to: ground",
+            r"scene:20: joints.A.at: expected a rim or named",
+        ),
+        (
+            "at: crank.A, to: ground",
+            "at: crank.A, axis: [0, 0, 1]",
+            "scene:20: joints.A.axis: expected no axis in the plane",
+        ),
+        (
+            "to: wheel}\n  rail",
+            "to: {body: wheel, s: 0}}\n  rail",
+            "scene:21: joints.B.to: expected the rigid body 'wheel' or one",
+        ),
+        (
+            "teeth: [20, -40]",
+            "teeth: [20, 0]",
+            "scene:23: joints.mesh.teeth: expected two whole numbers that are not zero",
+        ),
+        (
+            "carrier: block",
+            "carrier: blok",
+            "scene:23: joints.mesh.carrier: .* did you mean 'block'",
+        ),
+        (
+            "torque: M",
+            "torque: 15 N",
+            r"scene:28: loads.motor.torque: expected a moment \[N m\], got '15 N'",
+        ),
+        (
+            "stiffness: 3 N m/rad",
+            "stiffness: -3",
+            "scene:29: loads.spring.stiffness: expected a torsional stiffness",
+        ),
+        (
+            "body: crank, force: [0",
+            "body: crnk, force: [0",
+            "scene:30: loads.weight.body: .* did you mean 'crank'",
+        ),
+        (
+            "body: crank, force: [0",
+            "body: wheel, force: [0",
+            r"scene:30: loads.weight.body: .*\(crank\), got 'wheel', a rigid",
+        ),
         ("faces: plate", "faces: plates", "scene:30: loads.weight.faces: .*'plates'"),
-        ("edges: [outer_B]", "edges: [outer_E]", "scene:31: loads.pull.edges: .*'outer_E'; did you mean 'outer"),
-        ("edges: [outer_B]", "edges: 3", "scene:31: loads.pull.edges: expected a name or a list of names, got 3"),
-        ("force: [2 kN/m, 0]", "force: [2 kN, 0]", r"scene:31: loads.pull.force: expected a force per length \[N/m\]"),
+        (
+            "edges: [outer_B]",
+            "edges: [outer_E]",
+            "scene:31: loads.pull.edges: .*'outer_E'; did you mean 'outer",
+        ),
+        (
+            "edges: [outer_B]",
+            "edges: 3",
+            "scene:31: loads.pull.edges: expected a name or a list of names, got 3",
+        ),
+        (
+            "force: [2 kN/m, 0]",
+            "force: [2 kN, 0]",
+            r"scene:31: loads.pull.force: expected a force per length \[N/m\]",
+        ),
         (
             "type: surface_load, body: crank, force: [0, -1 kPa]",
             "type: pressure, body: crank, pressure: 1",
             "scene:30: loads.weight",
         ),
-        ("every: 5 ms}", "every: 1 ns}", r"scene:37: analysis.every\[0\].every: expected at most 10000000 states"),
-        ("until: 0.05 s, ", "", "scene:37: analysis.every: expected the key 'until' in every span but the last"),
-        ("{every: 2 ms}", "{until: 0.01 s, every: 2 ms}", "scene:37: analysis.every: expected spans that end one after the other"),
+        (
+            "every: 5 ms}",
+            "every: 1 ns}",
+            r"scene:37: analysis.every\[0\].every: expected at most 10000000 states",
+        ),
+        (
+            "until: 0.05 s, ",
+            "",
+            "scene:37: analysis.every: expected the key 'until' in every span but the last",
+        ),
+        (
+            "{every: 2 ms}",
+            "{until: 0.01 s, every: 2 ms}",
+            "scene:37: analysis.every: expected spans that end one after the other",
+        ),
         (
             "{every: 2 ms}",
             "{evry: 2 ms}",
@@ -235,9 +377,21 @@ def test_spatial_system() -> None:
             "every: 0",
             "scene:37: analysis.every: expected a number >= 1 .a number of steps, a time such as 5 ms",
         ),
-        ("until: 50 ms", "until: 50.5 ms", r"scene:43: reduction.snapshots\[1\].until: expected a multiple"),
-        ("component: x", "component: z", "scene:39: outputs.x_B.component: expected x or y in the plane"),
-        ("reduction:", "pictures: {color: von_mises}\nreductio:", "scene:44: reductio: .* did you mean 'reduction'"),
+        (
+            "until: 50 ms",
+            "until: 50.5 ms",
+            r"scene:43: reduction.snapshots\[1\].until: expected a multiple",
+        ),
+        (
+            "component: x",
+            "component: z",
+            "scene:39: outputs.x_B.component: expected x or y in the plane",
+        ),
+        (
+            "reduction:",
+            "pictures: {color: von_mises}\nreductio:",
+            "scene:44: reductio: .* did you mean 'reduction'",
+        ),
         ("reduction:", "compare: {coarse: [5]}\nreduction: {snapshots: 0.5 s}\n#", "^$"),
     ],
 )
@@ -259,17 +413,37 @@ def test_planar_problems_have_file_and_line(before: str, after: str, message: st
         ("nurbs: roof.json", "nurbs: ../../../etc/passwd", r"scene:3: bodies.roof: "),
         ("degree: 3", "degree: 11", "scene:4: bodies.roof.degree: expected a number <= 10"),
         ("unit: 100 mm", "unit: 0", "scene:4: bodies.roof.unit: expected a length"),
-        ("rims: {left: left}", "rims: {left: lefft}", r"scene:6: bodies.plate: .* did you mean 'left'"),
+        (
+            "rims: {left: left}",
+            "rims: {left: lefft}",
+            r"scene:6: bodies.plate: .* did you mean 'left'",
+        ),
         (
             "lug_tri.msh, interpolation: argyris",
             "lug_tri.msh, interpolation: ancf",
             "scene:9: bodies.tri: .*quads for ancf, got triangles; .*argyris",
         ),
-        ("[1, 2, 2.5 kg m^2]", "1 kg m^2", "scene:12: bodies.box.inertia: expected 3 principal moments or a 3 x 3 tensor"),
-        ("[1, 2, 2.5 kg m^2]", "[1, 2, 3.5]", "scene:12: bodies.box: .*each principal moment is at most the sum"),
-        ("fixed: xz, slope: y", "fixed: xx", "scene:15: joints.edge.fixed: expected letters of xyz"),
+        (
+            "[1, 2, 2.5 kg m^2]",
+            "1 kg m^2",
+            "scene:12: bodies.box.inertia: expected 3 principal moments or a 3 x 3 tensor",
+        ),
+        (
+            "[1, 2, 2.5 kg m^2]",
+            "[1, 2, 3.5]",
+            "scene:12: bodies.box: .*each principal moment is at most the sum",
+        ),
+        (
+            "fixed: xz, slope: y",
+            "fixed: xx",
+            "scene:15: joints.edge.fixed: expected letters of xyz",
+        ),
         ("fixed: xz, slope: y", "fixed: ''", "scene:15: joints.edge.fixed: expected a component"),
-        ("to: [5, 4, 5]", "to: ground", "scene:17: joints.nodes.to: expected a place or the coordinates of a fixed point"),
+        (
+            "to: [5, 4, 5]",
+            "to: ground",
+            "scene:17: joints.nodes.to: expected a place or the coordinates of a fixed point",
+        ),
         (
             "at: box, axis: [0, 0, 1]}\n  cross",
             "at: box}\n  cross",
@@ -280,10 +454,26 @@ def test_planar_problems_have_file_and_line(before: str, after: str, message: st
             "axis_to: [0, 0, 0]",
             r"scene:19: joints.cross.axis_to: expected an axis that is not zero, got \[0, 0, 0\]",
         ),
-        ("at: box, axis: [0, 0, 1], stiffness", "at: box, to: nobody, axis: [0, 0, 1], stiffness", "scene:26: loads.spring.to"),
-        ("turn: {type: angle, at: box, axis: [0, 0, 1]}", "turn: {type: angle, at: box}", "scene:29: outputs.turn.axis"),
-        ("at: plate.c", "at: box.tip", r"scene:30: outputs.stress.at: expected one of the plates, shells and beams"),
-        ("pressure: -2 kPa", "pressure: -2 kN", r"scene:22: loads.wind.pressure: expected a pressure \[Pa\]"),
+        (
+            "at: box, axis: [0, 0, 1], stiffness",
+            "at: box, to: nobody, axis: [0, 0, 1], stiffness",
+            "scene:26: loads.spring.to",
+        ),
+        (
+            "turn: {type: angle, at: box, axis: [0, 0, 1]}",
+            "turn: {type: angle, at: box}",
+            "scene:29: outputs.turn.axis",
+        ),
+        (
+            "at: plate.c",
+            "at: box.tip",
+            r"scene:30: outputs.stress.at: expected one of the plates, shells and beams",
+        ),
+        (
+            "pressure: -2 kPa",
+            "pressure: -2 kN",
+            r"scene:22: loads.wind.pressure: expected a pressure \[Pa\]",
+        ),
         (
             "history: sin(t)",
             "history: sin(t), follower: true",
@@ -306,7 +496,9 @@ def test_rims_in_space_are_clamped_where_the_scene_says_so() -> None:
     text = SPATIAL.replace("rims: {left: left}", "rims: {left: {edges: left, slopes: true}}")
     plate = scenes.loads(text, EXAMPLES).bodies["plate"]
     assert plate.rims == {"left": Rim(("left",), slopes=True)}  # type: ignore[attr-defined]
-    with pytest.raises(InputError, match=r"scene:\d+: bodies.crank.rims.B.slopes: expected slopes in space only"):
+    with pytest.raises(
+        InputError, match=r"scene:\d+: bodies.crank.rims.B.slopes: expected slopes in space only"
+    ):
         scenes.loads(PLANAR.replace("center: [0.1 m, 0]}, outer", "slopes: true}, outer"), EXAMPLES)
 
 
@@ -327,11 +519,16 @@ def test_loads_that_follow_have_cells_of_their_own() -> None:
 
 
 def test_only_cables_are_divided_anew_and_only_plates_show_stress() -> None:
-    text = PLANAR[: PLANAR.index("  rod: {type: cable")] + "analysis: {type: static}\ncompare: {coarse: [5]}\n"
+    text = (
+        PLANAR[: PLANAR.index("  rod: {type: cable")]
+        + "analysis: {type: static}\ncompare: {coarse: [5]}\n"
+    )
     with pytest.raises(InputError, match=r"compare[.]coarse: expected a scene with cables"):
         scenes.loads(text, EXAMPLES)
     text = "schema: 1\nbodies: {m: {type: point_mass, mass: 1, position: [0, 0, 0]}}\nanalysis: {type: static}\n"
-    with pytest.raises(InputError, match=r"pictures[.]color: expected a scene with a body of the types beam, part"):
+    with pytest.raises(
+        InputError, match=r"pictures[.]color: expected a scene with a body of the types beam, part"
+    ):
         scenes.loads(text + "pictures: {color: von_mises}\n")
 
 
@@ -343,9 +540,13 @@ def test_thickness_of_every_cell() -> None:
     shape = model.surface(EXAMPLES)
     cells = np.arange(len(shape.nodes))
     shape.faces.update({"a": cells[:1], "b": cells[1:], "c": cells[:2]})
-    np.testing.assert_array_equal(surfaces.thickness({"a": 0.1, "b": 0.2}, shape), [0.1, 0.2, 0.2, 0.2])
+    np.testing.assert_array_equal(
+        surfaces.thickness({"a": 0.1, "b": 0.2}, shape), [0.1, 0.2, 0.2, 0.2]
+    )
     assert surfaces.thickness(0.3, shape) == 0.3
-    with pytest.raises(InputError, match="every cell in one face, got cell 1 in 'c' and another one"):
+    with pytest.raises(
+        InputError, match="every cell in one face, got cell 1 in 'c' and another one"
+    ):
         surfaces.thickness({"b": 0.2, "c": 0.1}, shape)
     with pytest.raises(InputError, match="none for 3 of 4 cells"):
         surfaces.thickness({"a": 0.1}, shape)
@@ -372,22 +573,30 @@ def test_steps_that_are_kept() -> None:
 
 
 def test_constraints_of_large_plates_stay_multipliers() -> None:
-    """237 nodes of three functions, less the slaved ones, are more than 500; the scene's own choice wins."""
+    """237 nodes of three functions, less the slaved ones, are more than 500; the scene's own choice
+    wins.
+    """
     text = PLANAR.replace("  step: 1 ms\n", "  step: 1 ms\n  constraints: FORM\n")
     full = build.system(scenes.loads(PLANAR, EXAMPLES))
     assert build.chosen_form(scenes.loads(PLANAR, EXAMPLES), full) is full
-    assert build.chosen_form(scenes.loads(text.replace("FORM", "eliminate"), EXAMPLES), full).size < full.size
-    assert build.chosen_form(scenes.loads(text.replace("FORM", "multipliers"), EXAMPLES), full) is full
+    assert (
+        build.chosen_form(scenes.loads(text.replace("FORM", "eliminate"), EXAMPLES), full).size
+        < full.size
+    )
+    assert (
+        build.chosen_form(scenes.loads(text.replace("FORM", "multipliers"), EXAMPLES), full) is full
+    )
     static = PLANAR[: PLANAR.index("analysis:")] + "analysis: {type: static}\n"
     assert build.chosen_form(scenes.loads(static, EXAMPLES), full).size < full.size
 
 
 @pytest.mark.parametrize(("name", "size"), [("crank_slider", 31310), ("crank_slider_coarse", 3134)])
 def test_crank_slider(name: str, size: int) -> None:
-    """Example 3 at both sizes: 3 orthonormality rows a rim, 2 a pin, 1 of the guide; the initial state and 1500 snapshots, and 9
-    more in the first 0.3 ms.
+    """Example 3 at both sizes: 3 orthonormality rows a rim, 2 a pin, 1 of the guide; the initial
+    state and 1500 snapshots, and 9 more in the first 0.3 ms.
 
-    6 coordinates a node and a frame, 2 of the slider, less 4 for each of the 72 (24) nodes of a rim: 6 * 5406 + 26 - 4 * 4 * 72.
+    6 coordinates a node and a frame, 2 of the slider, less 4 for each of the 72 (24) nodes of a
+    rim: 6 * 5406 + 26 - 4 * 4 * 72.
     """
     scene = scenes.read(EXAMPLES / f"{name}.yaml")
     system = build.system(scene)
@@ -395,7 +604,14 @@ def test_crank_slider(name: str, size: int) -> None:
     assert len(system.constraints.names) == 4 * 3 + 3 * 2 + 1
     assert build.chosen_form(scene, system) is system
     steps = build.snapshot_steps(scene)
-    assert (len(steps), steps[1], steps[15], steps[514], steps[515], steps[-1]) == (1515, 2, 30, 15000, 15005, 20000)
+    assert (len(steps), steps[1], steps[15], steps[514], steps[515], steps[-1]) == (
+        1515,
+        2,
+        30,
+        15000,
+        15005,
+        20000,
+    )
     np.testing.assert_array_equal(build.dynamic(scene).kept, steps)
     assert list(system.outputs)[:3] == ["x_C", "crank_angle", "crank_speed"]
     assert system.outputs["x_C"].columns == ("x_C",)
@@ -404,9 +620,11 @@ def test_crank_slider(name: str, size: int) -> None:
 
 
 def test_crank_slider_starts() -> None:
-    """50 steps of the coarse model, next to the rigid one, M t^2 / (2 J) with J = J_crank,A + J_linkage,C / 4 at dead centre.
+    """50 steps of the coarse model, next to the rigid one, M t^2 / (2 J) with J = J_crank,A +
+    J_linkage,C / 4 at dead centre.
 
-    The rim A runs ahead by the elastic twist around it, at most twice the static 3.6e-5 rad; numerical damping takes some work.
+    The rim A runs ahead by the elastic twist around it, at most twice the static 3.6e-5 rad;
+    numerical damping takes some work.
     """
     scene = scenes.read(EXAMPLES / "crank_slider_coarse.yaml")
     analysis = scene.analysis
@@ -447,7 +665,9 @@ analysis: {type: static}
 
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 def test_a_ring_is_slit_where_the_scene_says_so(tmp_path: Path) -> None:
-    """The file does not say whether its nine-point patch is closed; an edge that was joined away holds and carries nothing."""
+    """The file does not say whether its nine-point patch is closed; an edge that was joined away
+    holds and carries nothing.
+    """
     nurbs_file.write(tmp_path / "ring.json", nurbs.surface(*annulus(6.0, 10.0)))
     with pytest.raises(InputError) as caught:
         build.system(scenes.loads(RING, tmp_path))
@@ -464,7 +684,9 @@ def test_a_ring_is_slit_where_the_scene_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("join", [True, False])
-def test_a_file_says_whether_it_is_closed_and_the_scene_stands_above_it(tmp_path: Path, join: bool) -> None:
+def test_a_file_says_whether_it_is_closed_and_the_scene_stands_above_it(
+    tmp_path: Path, join: bool
+) -> None:
     nurbs_file.write(tmp_path / "ring.json", nurbs.surface(*annulus(6.0, 10.0), join=join))
     model = scenes.loads(RING, tmp_path).bodies["ring"]
     count = model.surface(tmp_path).count

@@ -1,4 +1,6 @@
-"""What is hardly meant in a scene: units, sizes, slenderness, sag and the shape of cells, against figures found by hand."""
+"""What is hardly meant in a scene: units, sizes, slenderness, sag and the shape of cells, against
+figures found by hand.
+"""
 
 from __future__ import annotations
 
@@ -53,11 +55,14 @@ def judged(
     """Figures of the beam of a scene, and its findings by their keys."""
     text = SCENE.format(E=E, rho=rho, section=section, g=g, rest=rest, analysis=analysis)
     scene = scenes.loads(
-        text if g != "0" else text.replace("  weight: {type: gravity, acceleration: [0, 0]}\n", ""), ROOT / "meshes"
+        text if g != "0" else text.replace("  weight: {type: gravity, acceleration: [0, 0]}\n", ""),
+        ROOT / "meshes",
     )
     parts = {name: model.build(scene, None, False) for name, model in scene.bodies.items()}
     known = plausibility.figures(scene, parts)
-    return known["beam"], {finding.keys: str(finding) for finding in plausibility.findings(scene, known)}
+    return known["beam"], {
+        finding.keys: str(finding) for finding in plausibility.findings(scene, known)
+    }
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -68,7 +73,9 @@ def test_the_examples_are_plausible(name: str) -> None:
 
 
 def test_figures_of_a_steel_rod_of_one_metre() -> None:
-    """c = sqrt(E / rho), L / i = 4 L / d, sag = w L^3 / (8 EI) and strain rho g L / E of a circular rod."""
+    """c = sqrt(E / rho), L / i = 4 L / d, sag = w L^3 / (8 EI) and strain rho g L / E of a circular
+    rod.
+    """
     found, odd = judged()
     assert odd == {}
     assert found.mass == pytest.approx(7850 * math.pi * 0.01**2 / 4, rel=1e-12)
@@ -108,8 +115,22 @@ def test_tonnes_and_millimetres_are_told_from_si() -> None:
     ],
 )
 def test_a_wave_speed_off_says_which_unit_would_explain_it(E: str, rho: str, hint: str) -> None:
-    scene = scenes.loads(SCENE.format(E=E, rho=rho, section="{shape: circular, diameter: 10 mm}", g=-1, rest=0, analysis=DYNAMIC))
-    texts = [str(finding) for finding in plausibility._material(scene.bodies["beam"], "beam", speed(float(E), float(rho)), True)]
+    scene = scenes.loads(
+        SCENE.format(
+            E=E,
+            rho=rho,
+            section="{shape: circular, diameter: 10 mm}",
+            g=-1,
+            rest=0,
+            analysis=DYNAMIC,
+        )
+    )
+    texts = [
+        str(finding)
+        for finding in plausibility._material(
+            scene.bodies["beam"], "beam", speed(float(E), float(rho)), True
+        )
+    ]
     assert any(hint in text for text in texts)
 
 
@@ -119,9 +140,12 @@ def speed(E: float, rho: float) -> BodyFigures:
 
 @pytest.mark.filterwarnings("ignore:.*the wave speed")
 @pytest.mark.parametrize(
-    ("E", "rho", "inside"), [(2.5e6, 1e3, False), (2.6e6, 1e3, True), (3.9e11, 1e3, True), (4.1e11, 1e3, False)]
+    ("E", "rho", "inside"),
+    [(2.5e6, 1e3, False), (2.6e6, 1e3, True), (3.9e11, 1e3, True), (4.1e11, 1e3, False)],
 )
-def test_wave_speeds_between_50_and_20000_metres_a_second_are_plausible(E: float, rho: float, inside: bool) -> None:
+def test_wave_speeds_between_50_and_20000_metres_a_second_are_plausible(
+    E: float, rho: float, inside: bool
+) -> None:
     """sqrt(2.5e6 / 1e3) = 50 and sqrt(4e11 / 1e3) = 20 000 m/s."""
     _, odd = judged(f"{E * (1 - 1e-9):.12g}", f"{rho}", g="0")
     assert (odd == {}) is inside
@@ -132,13 +156,21 @@ def test_without_motion_and_weight_only_what_no_solid_has_is_told() -> None:
     """10 m/s is soft rubber, where 50 m/s is the bound of what moves."""
     assert judged("1e5", "1e3", g="0", analysis=STATIC)[1] == {}
     assert ("bodies", "beam", "material") in judged("1e5", "1e3", g="-1e-3", analysis=STATIC)[1]
-    assert "outside 10 to 30000 m/s" in judged("0.99e5", "1e3", g="0", analysis=STATIC)[1]["bodies", "beam", "material"]
+    assert (
+        "outside 10 to 30000 m/s"
+        in judged("0.99e5", "1e3", g="0", analysis=STATIC)[1]["bodies", "beam", "material"]
+    )
 
 
 def test_thick_and_thin_rods_are_told() -> None:
     """4 L / d = 10 below the bound 15 where shear counts; 4e7 above any wire."""
-    assert "is below 15" in judged(section="{shape: circular, diameter: 400 mm}")[1]["bodies", "beam"]
-    assert "is above 4e+06" in judged(section="{shape: circular, diameter: 0.1 um}", g="0")[1]["bodies", "beam"]
+    assert (
+        "is below 15" in judged(section="{shape: circular, diameter: 400 mm}")[1]["bodies", "beam"]
+    )
+    assert (
+        "is above 4e+06"
+        in judged(section="{shape: circular, diameter: 0.1 um}", g="0")[1]["bodies", "beam"]
+    )
 
 
 def test_given_sections_have_a_wave_speed_and_a_slenderness_too() -> None:
@@ -149,12 +181,19 @@ def test_given_sections_have_a_wave_speed_and_a_slenderness_too() -> None:
 
 
 def test_quadratic_cells_of_a_slender_line_are_told() -> None:
-    """EA h^2 / EI = (4 h / d)^2 = 1.6e5 for 20 cells of a wire of 0.5 mm; a cubic or a thicker rod is silent."""
+    """EA h^2 / EI = (4 h / d)^2 = 1.6e5 for 20 cells of a wire of 0.5 mm; a cubic or a thicker rod
+    is silent.
+    """
     thin = "{shape: circular, diameter: 0.5 mm}"
     quadratic = thin + "\n    degree: 2"
-    assert "quadratic cells with EA h^2 / EI = 1.6e+05" in judged(section=quadratic, g="0")[1]["bodies", "beam", "degree"]
+    assert (
+        "quadratic cells with EA h^2 / EI = 1.6e+05"
+        in judged(section=quadratic, g="0")[1]["bodies", "beam", "degree"]
+    )
     assert ("bodies", "beam", "degree") not in judged(section=thin, g="0")[1]
-    assert ("bodies", "beam", "degree") not in judged(section="{shape: circular, diameter: 10 mm}\n    degree: 2", g="0")[1]
+    assert ("bodies", "beam", "degree") not in judged(
+        section="{shape: circular, diameter: 10 mm}\n    degree: 2", g="0"
+    )[1]
 
 
 @pytest.mark.filterwarnings("ignore:.*the wave speed")
@@ -170,7 +209,10 @@ def test_a_body_without_bending_stiffness_is_told() -> None:
 
 
 def test_gravity_in_millimetres_and_angles_in_degrees_are_told() -> None:
-    with pytest.warns(Notice, match=r"loads\.spring\.rest_angle: an angle of 90 rad is more than one turn: write '90 deg'"):
+    with pytest.warns(
+        Notice,
+        match=r"loads\.spring\.rest_angle: an angle of 90 rad is more than one turn: write '90 deg'",
+    ):
         _, odd = judged(g="-9810", rest="90")
     assert "write '9810 mm/s^2'" in odd["loads", "weight", "acceleration"]
     assert judged(rest="90 deg")[1] == {}
@@ -199,10 +241,16 @@ def shape_of(surface: object) -> CellShapes:
 def test_squares_and_equilateral_triangles_are_perfect() -> None:
     square = shape_of(grid(2, 2))
     assert (square.count, square.angle) == (4, pytest.approx(90.0))
-    triangle = shape_of(skfem_surface.argyris(np.array([[0, 0], [1, 0], [0.5, math.sqrt(0.75)]]), np.array([[0, 1, 2]])))
+    triangle = shape_of(
+        skfem_surface.argyris(
+            np.array([[0, 0], [1, 0], [0.5, math.sqrt(0.75)]]), np.array([[0, 1, 2]])
+        )
+    )
     assert triangle.angle == pytest.approx(60.0, rel=1e-10)
     for cells in (square, triangle):
-        assert (cells.size_ratio, cells.aspect, cells.jacobian) == pytest.approx((1.0, 1.0, 1.0), rel=1e-10)
+        assert (cells.size_ratio, cells.aspect, cells.jacobian) == pytest.approx(
+            (1.0, 1.0, 1.0), rel=1e-10
+        )
 
 
 def test_rectangles_have_the_aspect_of_their_sides() -> None:
@@ -226,7 +274,9 @@ def test_a_trapezoid_has_the_ratio_of_its_widths() -> None:
 
 def test_right_triangles_have_their_smallest_angle() -> None:
     """Legs 1 and 10: arctan(1 / 10) = 5.71 deg."""
-    cells = shape_of(skfem_surface.argyris(np.array([[0, 0], [10, 0], [0, 1]]), np.array([[0, 1, 2]])))
+    cells = shape_of(
+        skfem_surface.argyris(np.array([[0, 0], [10, 0], [0, 1]]), np.array([[0, 1, 2]]))
+    )
     assert cells.angle == pytest.approx(math.degrees(math.atan(0.1)), rel=1e-9)
 
 
@@ -252,10 +302,13 @@ def test_each_measure_of_cells_has_its_bound(cells: CellShapes, words: str) -> N
 
 
 @pytest.mark.parametrize(
-    "mesh,interpolation,across", [("plate_16x1", "ancf", 16), ("plate_16x1", "bfs", 16), ("plate_8x8", "ancf", 0)]
+    "mesh,interpolation,across",
+    [("plate_16x1", "ancf", 16), ("plate_16x1", "bfs", 16), ("plate_8x8", "ancf", 0)],
 )
 def test_strips_of_one_cell_across_are_told(mesh: str, interpolation: str, across: int) -> None:
-    """Bent by an end force, nu = 0.3 and b/t = 100, they are 0.8 % off; silent in the plane, and without Poisson's ratio."""
+    """Bent by an end force, nu = 0.3 and b/t = 100, they are 0.8 % off; silent in the plane, and
+    without Poisson's ratio.
+    """
     for dimension, ratio in ((3, 0.3), (2, 0.3), (3, 0.0)):
         text = f"""\
 schema: 1
@@ -272,16 +325,24 @@ analysis: {{type: static}}
         assert known["strip"].cells is not None
         assert known["strip"].cells.across == (across if (dimension, ratio) == (3, 0.3) else 0)
         told = [str(finding) for finding in plausibility.findings(scene, known)]
-        assert any("16 of 16 cells reach from edge to edge" in text for text in told) == (known["strip"].cells.across > 0)
+        assert any("16 of 16 cells reach from edge to edge" in text for text in told) == (
+            known["strip"].cells.across > 0
+        )
 
 
 @pytest.mark.parametrize("kind", ["plate", "shell"])
-@pytest.mark.parametrize(("unit", "asked"), [("", True), ("unit: mm, ", False), ("unit: m, ", False)])
-def test_files_that_look_as_if_they_were_in_mm_are_asked_about(tmp_path: Path, kind: str, unit: str, asked: bool) -> None:
-    """A strip of 200 x 50 mm, 2 mm thick, as every CAD program writes it; what the scene says of the unit counts."""
-    mesh = MeshQuad.init_tensor(np.linspace(0.0, 200.0, 9), np.linspace(0.0, 50.0, 3)).with_boundaries(
-        {"left": lambda x: x[0] == 0}
-    )
+@pytest.mark.parametrize(
+    ("unit", "asked"), [("", True), ("unit: mm, ", False), ("unit: m, ", False)]
+)
+def test_files_that_look_as_if_they_were_in_mm_are_asked_about(
+    tmp_path: Path, kind: str, unit: str, asked: bool
+) -> None:
+    """A strip of 200 x 50 mm, 2 mm thick, as every CAD program writes it; what the scene says of
+    the unit counts.
+    """
+    mesh = MeshQuad.init_tensor(
+        np.linspace(0.0, 200.0, 9), np.linspace(0.0, 50.0, 3)
+    ).with_boundaries({"left": lambda x: x[0] == 0})
     plate_meshes.write(plate_meshes.from_skfem(mesh), tmp_path / "strip.vtu")
     material = "{young_modulus: 210 GPa, density: 7850 kg/m^3}"
     text = f"schema: 1\nbodies: {{strip: {{type: {kind}, mesh: strip.vtu, {unit}thickness: 2 mm, material: {material}}}}}\n"

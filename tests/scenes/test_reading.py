@@ -91,7 +91,9 @@ def test_quantities_are_si() -> None:
     assert push.history(0.75) == 0.5
     assert link.to == (2.0, 0.0)
     assert hook.to == At("beam", 0.3)
-    assert scenes.where(scene, "loads", "push", "history").startswith("scene:21: loads.push.history")
+    assert scenes.where(scene, "loads", "push", "history").startswith(
+        "scene:21: loads.push.history"
+    )
 
 
 def test_file_knows_its_folder(tmp_path: Path) -> None:
@@ -99,7 +101,9 @@ def test_file_knows_its_folder(tmp_path: Path) -> None:
     scene = scenes.read(tmp_path / "a.yaml")
     assert (scene.path, scene.folder) == (tmp_path / "a.yaml", tmp_path)
     (tmp_path / "b.yaml").write_text(changed("shape: circular", "shape: circle"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"b\.yaml:9: bodies\.beam\.section\.shape: .* did you mean 'circular'\?"):
+    with pytest.raises(
+        InputError, match=r"b\.yaml:9: bodies\.beam\.section\.shape: .* did you mean 'circular'\?"
+    ):
         scenes.read(tmp_path / "b.yaml")
 
 
@@ -121,7 +125,11 @@ def test_parameters_of_a_sweep() -> None:
     ("before", "after", "message"),
     [
         # keys and types
-        ("young_modulus", "yong_modulus", "scene:11: bodies.beam.material.yong_modulus: .* did you mean 'young_modulus'"),
+        (
+            "young_modulus",
+            "yong_modulus",
+            "scene:11: bodies.beam.material.yong_modulus: .* did you mean 'young_modulus'",
+        ),
         ("joints:", "joint:", "scene:15: joint: expected one of the keys .* did you mean 'joints'"),
         (
             "type: cable",
@@ -140,27 +148,79 @@ def test_parameters_of_a_sweep() -> None:
             "scene:6: bodies.beam: expected the key 'type', got no such key; write one of beam, cable, part, plate, point_mass",
         ),
         ("type: pin", "type: pni", "scene:16: joints.hinge.type: .* did you mean 'pin'"),
-        ("moment: 3 N m", "mom: 3 N m", "scene:22: loads.twist.moment: expected the key 'moment', got no such key; add a moment"),
+        (
+            "moment: 3 N m",
+            "mom: 3 N m",
+            "scene:22: loads.twist.moment: expected the key 'moment', got no such key; add a moment",
+        ),
         ("color: strain", "color: strian", "scene:32: pictures.color: .* did you mean 'strain'"),
         ("dimension: 2", "dimension: 4", "scene:3: dimension: expected 2 or 3, got 4"),
-        ("dimension: 2", "dimension: 3", r"scene:13: bodies.beam.rotation: expected a rotation in space"),
-        ("coarse: [5]", "coarse: [5, x, 0]", r"scene:31: compare.coarse\[1\]: expected a whole number, got 'x'"),
-        ("coarse: [5]", "coarse: [5, x, 0]", r"scene:31: compare.coarse\[2\]: expected a number >= 1, got 0"),
-        ("pictures: {", "pictures: 3 # {", "scene:32: pictures: expected a mapping of instants, color, got 3"),
+        (
+            "dimension: 2",
+            "dimension: 3",
+            r"scene:13: bodies.beam.rotation: expected a rotation in space",
+        ),
+        (
+            "coarse: [5]",
+            "coarse: [5, x, 0]",
+            r"scene:31: compare.coarse\[1\]: expected a whole number, got 'x'",
+        ),
+        (
+            "coarse: [5]",
+            "coarse: [5, x, 0]",
+            r"scene:31: compare.coarse\[2\]: expected a number >= 1, got 0",
+        ),
+        (
+            "pictures: {",
+            "pictures: 3 # {",
+            "scene:32: pictures: expected a mapping of instants, color, got 3",
+        ),
         ("bodies:", "units: mm\nbodies:", "scene:5: units: expected 'SI', got 'mm'"),
         # versions
-        ("schema: 1", "schema: 2", "scene:1: schema: expected schema version 1, got 2; install a newer fmbs_skfem"),
+        (
+            "schema: 1",
+            "schema: 2",
+            "scene:1: schema: expected schema version 1, got 2; install a newer fmbs_skfem",
+        ),
         ("schema: 1", "schema: one", "scene:1: schema: expected schema version 1, got 'one'"),
         ("schema: 1\n", "", "scene:1: expected the key 'schema' .* add 'schema: 1'"),
         # quantities
-        ("diameter: d", "diameter: 210 GPa", r"scene:9: .*diameter: expected a length \[m\], got '210 GPa' \(pressure\)"),
+        (
+            "diameter: d",
+            "diameter: 210 GPa",
+            r"scene:9: .*diameter: expected a length \[m\], got '210 GPa' \(pressure\)",
+        ),
         ("diameter: d", "diameter: E", r"expected a length \[m\], got 'E' \(pressure\)"),
-        ("diameter: d", "diameter: -1 mm", r"scene:9: bodies.beam.section.diameter: expected a length \[m\] > 0, got '-1 mm'"),
-        ("2 * E", "0", r"scene:11: bodies.beam.material.young_modulus: expected a pressure \[Pa\] > 0, got 0"),
-        ("1800 kg/m^3", "-1800", r"scene:12: bodies.beam.material.density: expected a density \[kg/m\^3\] > 0, got -1800"),
-        ("mass: 2 kg", "mass: .nan", "scene:14: bodies.mass.mass: expected a finite number, got nan"),
-        ("rho_inf: 0.8", "rho_inf: 1.8", "scene:26: analysis.rho_inf: expected a number >= 0 and <= 1, got 1.8"),
-        ("[1 m, 0]", "[1 m, 0, 0]", r"scene:14: bodies.mass.position: expected a list of 2 \(x, y\)"),
+        (
+            "diameter: d",
+            "diameter: -1 mm",
+            r"scene:9: bodies.beam.section.diameter: expected a length \[m\] > 0, got '-1 mm'",
+        ),
+        (
+            "2 * E",
+            "0",
+            r"scene:11: bodies.beam.material.young_modulus: expected a pressure \[Pa\] > 0, got 0",
+        ),
+        (
+            "1800 kg/m^3",
+            "-1800",
+            r"scene:12: bodies.beam.material.density: expected a density \[kg/m\^3\] > 0, got -1800",
+        ),
+        (
+            "mass: 2 kg",
+            "mass: .nan",
+            "scene:14: bodies.mass.mass: expected a finite number, got nan",
+        ),
+        (
+            "rho_inf: 0.8",
+            "rho_inf: 1.8",
+            "scene:26: analysis.rho_inf: expected a number >= 0 and <= 1, got 1.8",
+        ),
+        (
+            "[1 m, 0]",
+            "[1 m, 0, 0]",
+            r"scene:14: bodies.mass.position: expected a list of 2 \(x, y\)",
+        ),
         ("1 GPa,", "2 * Q,", "scene:4: parameters.E: expected one of the names pi, got 'Q'"),
         (
             "1 GPa,",
@@ -169,31 +229,79 @@ def test_parameters_of_a_sweep() -> None:
         ),
         ("Ts: 1.5 s", "t: 1.5 s", "scene:4: parameters.t: expected a name"),
         # expressions
-        ("where(t < Ts, t / Ts, 1)", "t.__class__", r"scene:21: loads.push.history: .* where\(condition, then, else\)"),
+        (
+            "where(t < Ts, t / Ts, 1)",
+            "t.__class__",
+            r"scene:21: loads.push.history: .* where\(condition, then, else\)",
+        ),
         ("where(t < Ts, t / Ts, 1)", "lambda: 1", r"where\(condition, then, else\)"),
         ("where(t < Ts, t / Ts, 1)", "9**9**9**9", "finite"),
         ("where(t < Ts, t / Ts, 1)", "t / (Ts - 1.5) * (1 / (Ts - 1.5))", "finite"),
         # references
-        ("at: beam.left", "at: beem.left", "scene:16: joints.hinge.at: .* got the body 'beem'; did you mean 'beam'"),
-        ("at: beam.right, to", "at: beam, to", "scene:18: joints.link.at: expected a point of the body 'beam'"),
-        ("at: mass", "at: mass.left", "scene:17: joints.hook.at: expected the point mass 'mass' as a whole"),
+        (
+            "at: beam.left",
+            "at: beem.left",
+            "scene:16: joints.hinge.at: .* got the body 'beem'; did you mean 'beam'",
+        ),
+        (
+            "at: beam.right, to",
+            "at: beam, to",
+            "scene:18: joints.link.at: expected a point of the body 'beam'",
+        ),
+        (
+            "at: mass",
+            "at: mass.left",
+            "scene:17: joints.hook.at: expected the point mass 'mass' as a whole",
+        ),
         ("s: 300 mm", "s: 300 N", "scene:17: joints.hook.to: expected a length"),
-        ("to: [2 m, 0]", "to: ground", "scene:18: joints.link.to: expected a place or the coordinates"),
+        (
+            "to: [2 m, 0]",
+            "to: ground",
+            "scene:18: joints.link.to: expected a place or the coordinates",
+        ),
         ("joint: hinge", "joint: hing", "scene:29: outputs.force.joint: .* did you mean 'hinge'"),
-        ("{mass: {velocity", "{mas: {velocity", "scene:25: initial.bodies.mas: .* did you mean 'mass'"),
-        ("two: [mass]", "two: [beam]", r"scene:30: reduction.components.two\[0\]: expected every body in one component"),
-        ("two: [mass]", "two: []", "scene:30: reduction.components: expected every body in a component, got none for mass"),
+        (
+            "{mass: {velocity",
+            "{mas: {velocity",
+            "scene:25: initial.bodies.mas: .* did you mean 'mass'",
+        ),
+        (
+            "two: [mass]",
+            "two: [beam]",
+            r"scene:30: reduction.components.two\[0\]: expected every body in one component",
+        ),
+        (
+            "two: [mass]",
+            "two: []",
+            "scene:30: reduction.components: expected every body in a component, got none for mass",
+        ),
         ("modes: {one: 5}", "modes: {three: 5}", "scene:30: reduction.modes.three"),
-        ("modes: {one: 5}", "modes: {one: 0}", "scene:30: reduction.modes.one: expected a number >= 1, got 0"),
-        ("step: 1 ms, rho", "step: 9 s, rho", "scene:26: analysis.step: expected a step of at most the duration 3 s, got 9 s"),
-        ("  mass: {type", "  ground: {type", "scene:14: bodies.ground: .* it stands for the fixed frame"),
+        (
+            "modes: {one: 5}",
+            "modes: {one: 0}",
+            "scene:30: reduction.modes.one: expected a number >= 1, got 0",
+        ),
+        (
+            "step: 1 ms, rho",
+            "step: 9 s, rho",
+            "scene:26: analysis.step: expected a step of at most the duration 3 s, got 9 s",
+        ),
+        (
+            "  mass: {type",
+            "  ground: {type",
+            "scene:14: bodies.ground: .* it stands for the fixed frame",
+        ),
         ("  tip: {", "  tip x: {", "scene:28: outputs.tip x: expected a name of letters"),
         (
             "mesh: ../",
             "degree: 2\n    continuity: 2\n    mesh: ../",
             "scene:9: bodies.beam.continuity: expected a continuity below",
         ),
-        ("mesh: ../", "degree: 4\n    interpolation: ancf\n    mesh: ../", "scene:9: bodies.beam.interpolation: expected degree 3"),
+        (
+            "mesh: ../",
+            "degree: 4\n    interpolation: ancf\n    mesh: ../",
+            "scene:9: bodies.beam.interpolation: expected degree 3",
+        ),
     ],
 )
 def test_refused_with_place(before: str, after: str, message: str) -> None:
@@ -203,7 +311,11 @@ def test_refused_with_place(before: str, after: str, message: str) -> None:
 
 
 def test_all_problems_at_once_in_the_order_of_the_file() -> None:
-    text = changed("diameter: d", "diameter: 3 s").replace("mass: 2 kg", "mass: -2 kg").replace("rho_inf: 0.8", "rho: 0.8")
+    text = (
+        changed("diameter: d", "diameter: 3 s")
+        .replace("mass: 2 kg", "mass: -2 kg")
+        .replace("rho_inf: 0.8", "rho: 0.8")
+    )
     assert [line.split(": expected")[0] for line in refused(text)] == [
         "scene:9: bodies.beam.section.diameter",
         "scene:14: bodies.mass.mass",
@@ -212,7 +324,14 @@ def test_all_problems_at_once_in_the_order_of_the_file() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["3", "[1, 2]", "schema: 1", "{schema: 1, bodies: {}, analysis: {type: modes}}", "schema: 1\nbodies:\nanalysis:\n"]
+    "text",
+    [
+        "3",
+        "[1, 2]",
+        "schema: 1",
+        "{schema: 1, bodies: {}, analysis: {type: modes}}",
+        "schema: 1\nbodies:\nanalysis:\n",
+    ],
 )
 def test_incomplete_scenes(text: str) -> None:
     assert refused(text)
@@ -222,7 +341,11 @@ def test_incomplete_scenes(text: str) -> None:
     ("before", "after", "message"),
     [
         ("1800 kg/m^3", "7.85e-9", "bodies.beam.material: the wave speed .* SI units"),
-        ("rotation: 30 deg", "rotation: 90", "bodies.beam.rotation: an angle of 90 rad is more than one turn: write '90 deg'"),
+        (
+            "rotation: 30 deg",
+            "rotation: 90",
+            "bodies.beam.rotation: an angle of 90 rad is more than one turn: write '90 deg'",
+        ),
         (
             "hinge: {type: pin, at: beam.left, to: ground}",
             "hinge: {type: driven_angle, at: beam.left, angle: 90}",
@@ -269,9 +392,17 @@ analysis: {type: static}
         ("[0, 0, 1 N m]", "1 N m", "a list of 3"),
         ("axis: [0, 0, 1]", "axis: [0, 0, 0]", "not zero"),
         (ROTATION, "[[0, -1, 0], [1, 0, 0], [0, 0, 1]]", "got a matrix; say it by axis and angle"),
-        (ROTATION, "[[0, 1, 0], [1, 0, 0], [0, 0, 1]]", "got a matrix that mirrors; a mirrored body is another one"),
+        (
+            ROTATION,
+            "[[0, 1, 0], [1, 0, 0], [0, 0, 1]]",
+            "got a matrix that mirrors; a mirrored body is another one",
+        ),
         (ROTATION, "[[0, 1, 0], [1, 0, 0]]", "rotation in space such as .*, got a list of 2"),
-        ("EI: 2 N m^2", "EI: 2 N m", r"expected a bending stiffness \[N m\^2\], got '2 N m' \(moment\)"),
+        (
+            "EI: 2 N m^2",
+            "EI: 2 N m",
+            r"expected a bending stiffness \[N m\^2\], got '2 N m' \(moment\)",
+        ),
     ):
         with pytest.raises(InputError, match=message):
             scenes.loads(text.replace(before, after))

@@ -50,15 +50,24 @@ def test_a_run_and_a_check_of_a_scene(tmp_path: Path) -> None:
     initial = studies.check(path).report["initial"]
     assert initial["position_change"] == pytest.approx(abs(place[1]), rel=1e-6)
     assert initial["velocity_change"] == 0.0
-    assert studies.check(scene(tmp_path, REST.replace("equilibrium", "reference"))).report["initial"]["position_change"] < 1e-12
+    assert (
+        studies.check(scene(tmp_path, REST.replace("equilibrium", "reference"))).report["initial"][
+            "position_change"
+        ]
+        < 1e-12
+    )
 
 
 def test_every_member_of_a_family_starts_from_its_own(tmp_path: Path) -> None:
     places = {load: drawn(tmp_path, load) for load in (0.3, 0.8)}
     family = scenes.family(scenes.read(scene(tmp_path, REST, text=RANGED)))[1]
     for load, place in places.items():
-        assert_allclose(tip(cases.run(family({"load": load}))), np.tile(place, (51, 1)), rtol=0, atol=1e-10)
-    found = studies.sweep(scene(tmp_path, REST, text=RANGED), samples=2, design="grid", workers=1, plots=False)
+        assert_allclose(
+            tip(cases.run(family({"load": load}))), np.tile(place, (51, 1)), rtol=0, atol=1e-10
+        )
+    found = studies.sweep(
+        scene(tmp_path, REST, text=RANGED), samples=2, design="grid", workers=1, plots=False
+    )
     assert_allclose(
         np.sort(sweep_files.extremes(found.samples, "tip_y")["max"]),
         np.sort([place[1] for place in places.values()]),
@@ -79,5 +88,8 @@ def test_a_reduced_model_and_its_file_start_there(tmp_path: Path) -> None:
 def test_a_mechanism_that_is_free_to_move_is_named(tmp_path: Path) -> None:
     path = scene(tmp_path, REST, text=ARM)
     for study in (studies.check, studies.run):
-        with pytest.raises(InputError, match=r"arm turns about \(0, 0\)[^?]*hold them by joints, or start from the reference"):
+        with pytest.raises(
+            InputError,
+            match=r"arm turns about \(0, 0\)[^?]*hold them by joints, or start from the reference",
+        ):
             study(path)

@@ -1,4 +1,6 @@
-"""Words and units of other codes: each leads to one that exists here, and none stands for two things."""
+"""Words and units of other codes: each leads to one that exists here, and none stands for two
+things.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +17,17 @@ from fmbs_skfem.core.values.fields import Context
 from fmbs_skfem.scenes import schema
 
 QUOTED = re.compile(r"'([^']+)'")
-FAMILIES = {family.__name__: family for family in Declared.__subclasses__() if family.__name__ in synonyms.WORDS}
+FAMILIES = {
+    family.__name__: family
+    for family in Declared.__subclasses__()
+    if family.__name__ in synonyms.WORDS
+}
 SECTIONS = {"joints": "Joint", "loads": "Load"}
 WORDS = [
-    (family, text, word) for family, table in synonyms.WORDS.items() for text, words in table.items() for word in words.split()
+    (family, text, word)
+    for family, table in synonyms.WORDS.items()
+    for text, words in table.items()
+    for word in words.split()
 ]
 
 
@@ -46,7 +55,10 @@ def test_a_word_means_one_thing(table: dict[str, str]) -> None:
     assert [word for word, times in counted.items() if times > 1] == []
 
 
-@pytest.mark.parametrize(("text", "unit"), [(text, unit) for text, words in synonyms.UNITS.items() for unit in words.split()])
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [(text, unit) for text, words in synonyms.UNITS.items() for unit in words.split()],
+)
 def test_a_unit_of_others_leads_to_one_that_is_taken(text: str, unit: str) -> None:
     assert unit not in units.UNITS
     for one in QUOTED.findall(text):
@@ -59,8 +71,16 @@ def test_a_unit_of_others_leads_to_one_that_is_taken(text: str, unit: str) -> No
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("type: pin", "type: hinge", r"scene:10: joints.a.type: .* got 'hinge'; did you mean 'revolute', or 'pin' for points"),
-        ("type: pin", "type: Ball-Joint", "scene:10: joints.a.type: .* did you mean 'pin' or 'spherical'"),
+        (
+            "type: pin",
+            "type: hinge",
+            r"scene:10: joints.a.type: .* got 'hinge'; did you mean 'revolute', or 'pin' for points",
+        ),
+        (
+            "type: pin",
+            "type: Ball-Joint",
+            "scene:10: joints.a.type: .* did you mean 'pin' or 'spherical'",
+        ),
         ("3 kg", "3 lb", "scene:7: .* did you mean 'lbf' for forces, 'lbm' for masses"),
         ("9.81 m/s^2", "1 g", "scene:12: .* g is a gram, 1 g is 9.80665 m/s"),
     ],

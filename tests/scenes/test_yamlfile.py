@@ -45,12 +45,21 @@ def test_scalars_of_yaml_1_2(text: str, value: object) -> None:
 def test_lines_and_aliases() -> None:
     node = yamlfile.parse("a: &x\n  b: 1\n  c:\n    - 2\n    - 3\nd: *x\n", "f")
     assert yamlfile.plain(node) == {"a": {"b": 1, "c": [2, 3]}, "d": {"b": 1, "c": [2, 3]}}
-    places = {("a",): 1, ("a", "b"): 2, ("a", "c", 1): 5, ("d",): 6, ("d", "b"): 2, ("a", "nowhere", "else"): 1}
+    places = {
+        ("a",): 1,
+        ("a", "b"): 2,
+        ("a", "c", 1): 5,
+        ("d",): 6,
+        ("d", "b"): 2,
+        ("a", "nowhere", "else"): 1,
+    }
     assert {path: yamlfile.line(node, path) for path in places} == places
 
 
 def test_entries_of_another_mapping() -> None:
-    """Own entries go first, then those of the earlier mappings of a list; every entry keeps its line."""
+    """Own entries go first, then those of the earlier mappings of a list; every entry keeps its
+    line.
+    """
     text = "a: &x\n  p: 1\n  q: 2\nb: &y {q: 3, r: 4}\nc:\n  <<: *x\n  p: 5\nd: {<<: [*x, *y], s: 6}\ne: {'<<': 7}\n"
     node = yamlfile.parse(text, "f")
     found = yamlfile.plain(node)
@@ -67,7 +76,10 @@ def test_entries_of_another_mapping() -> None:
         ("a: {<<: 1}\n", r"f:1: expected a mapping, or a list of mappings, behind <<"),
         ("a: 1\nb: 2\na: 3\n", r"f:3: expected the key 'a' once, got twice, in lines 1 and 3"),
         ("b:\n  a: 1\n  'a': 3\n", r"lines 2 and 3"),
-        ("a: !!python/object/apply:os.system ['true']\n", r"f:1: expected a value without a tag, got the tag"),
+        (
+            "a: !!python/object/apply:os.system ['true']\n",
+            r"f:1: expected a value without a tag, got the tag",
+        ),
         ("a: !!str 1\n", "tag"),
         ("a: ! 1\n", "tag"),
         ("!!map {a: 1}\n", "tag"),
@@ -76,8 +88,14 @@ def test_entries_of_another_mapping() -> None:
         ("a: &b [*b]\n", "enclosing"),
         ("a: 1\n---\nb: 2\n", "one document"),
         ("? [1]\n: 2\n", "plain text"),
-        ("a: [1, 2\n", "f:2: expected ',' or ']', got '<stream end>'; look for a missing quote or bracket"),
-        ("a:\n\t- 1\n", r"f:2: expected YAML 1.2, got character '\\t' .*; indent with spaces in place of tabs"),
+        (
+            "a: [1, 2\n",
+            "f:2: expected ',' or ']', got '<stream end>'; look for a missing quote or bracket",
+        ),
+        (
+            "a:\n\t- 1\n",
+            r"f:2: expected YAML 1.2, got character '\\t' .*; indent with spaces in place of tabs",
+        ),
         ('a: "\\U11111111"\n', "YAML 1.2"),
         ("a: \x00\n", "YAML 1.2"),
         ("", "an empty file"),
@@ -99,7 +117,9 @@ def test_nesting() -> None:
 
 def test_nesting_through_aliases() -> None:
     with pytest.raises(InputError, match="nested"):
-        yamlfile.parse("a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 300)), "f")
+        yamlfile.parse(
+            "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 300)), "f"
+        )
 
 
 def test_alias_bomb_is_counted_not_expanded() -> None:
@@ -150,9 +170,15 @@ def test_any_text_is_a_tree_or_an_input_error(text: str) -> None:
 
 
 _plain = st.recursive(
-    st.one_of(st.integers(-(10**6), 10**6), st.booleans(), st.none(), st.text("abc xyz", min_size=1, max_size=5)),
+    st.one_of(
+        st.integers(-(10**6), 10**6),
+        st.booleans(),
+        st.none(),
+        st.text("abc xyz", min_size=1, max_size=5),
+    ),
     lambda inner: st.one_of(
-        st.lists(inner, max_size=4), st.dictionaries(st.text("abcdef", min_size=1, max_size=4), inner, max_size=4)
+        st.lists(inner, max_size=4),
+        st.dictionaries(st.text("abcdef", min_size=1, max_size=4), inner, max_size=4),
     ),
     max_leaves=15,
 )
@@ -167,7 +193,9 @@ def test_json_is_read_as_it_is(value: object) -> None:
     assert yamlfile.plain(yamlfile.parse(json.dumps(value), "f")) == value
 
 
-@pytest.mark.parametrize("text", ['name: "a\\x01b"', '"a\\x1b": 1', 'names: [x, "a\\x9f"]', '"\\uFFFE": 1'])
+@pytest.mark.parametrize(
+    "text", ['name: "a\\x01b"', '"a\\x1b": 1', 'names: [x, "a\\x9f"]', '"\\uFFFE": 1']
+)
 def test_control_characters_are_refused(text: str) -> None:
     """No name, unit or title with them can be written into XML, C or a page."""
     with pytest.raises(InputError, match=r"f:2: expected text without control characters"):

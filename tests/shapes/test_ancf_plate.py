@@ -1,4 +1,6 @@
-"""ANCF plates: the contract, circles, patch tests, zero modes, frequencies with exact references, and what is refused."""
+"""ANCF plates: the contract, circles, patch tests, zero modes, frequencies with exact references,
+and what is refused.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ from fmbs_skfem.shapes.surface import Parent, Surface
 from fmbs_skfem.shapes.table import check_table
 
 NU = 0.3
-PLANE_STRESS = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, (1.0 - NU) / 2.0]]) / (1.0 - NU**2)  # E = t = 1
+PLANE_STRESS = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, (1.0 - NU) / 2.0]]) / (
+    1.0 - NU**2
+)  # E = t = 1
 
 
 # ----------------------------------------------------------------------------------------------------------------- meshes
@@ -30,13 +34,21 @@ def grid(nx: int, ny: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and anticlockwise cells of the unit square."""
     x, y = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1), indexing="ij")
     i = np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)
-    return np.column_stack([x.ravel(), y.ravel()]), np.stack([i, i + ny + 1, i + ny + 2, i + 1], axis=-1).reshape(-1, 4)
+    return np.column_stack([x.ravel(), y.ravel()]), np.stack(
+        [i, i + ny + 1, i + ny + 2, i + 1], axis=-1
+    ).reshape(-1, 4)
 
 
-def ring_mesh(layers: int, around: int, shake: float = 0.0) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """A ring between the radii 1 and 2; the nodes inside are moved by up to `shake`, the rims' along the rims."""
+def ring_mesh(
+    layers: int, around: int, shake: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """A ring between the radii 1 and 2; the nodes inside are moved by up to `shake`, the rims'
+    along the rims.
+    """
     random = np.random.default_rng(7)
-    angle = 2.0 * np.pi * np.arange(around) / around + 0.3 * shake * random.uniform(-1.0, 1.0, (layers + 1, around))
+    angle = 2.0 * np.pi * np.arange(around) / around + 0.3 * shake * random.uniform(
+        -1.0, 1.0, (layers + 1, around)
+    )
     radius = np.linspace(1.0, 2.0, layers + 1)[:, None]
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
     points[1:-1] += shake * random.uniform(-1.0, 1.0, points[1:-1].shape)
@@ -78,14 +90,18 @@ SURFACES = {
 def gradients(space: Surface, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """N (e, p, b), dN/dX (e, p, 2, b) and the area weights (e, p)."""
     table = surface.tabulate(space, order)
-    jacobian = np.einsum("epkb,ebc->epck", table.values[:, :, 1:3], space.reference[space.nodes])  # dX_c / dxi_k
+    jacobian = np.einsum(
+        "epkb,ebc->epck", table.values[:, :, 1:3], space.reference[space.nodes]
+    )  # dX_c / dxi_k
     gradient = np.einsum("epkc,epkb->epcb", np.linalg.inv(jacobian), table.values[:, :, 1:3])
     return table.values[:, :, 0], gradient, table.weights * np.linalg.det(jacobian)
 
 
 def assembled(space: Surface, blocks: np.ndarray, components: int) -> np.ndarray:
     """Cell matrices (e, b c, b c) in one dense matrix (n c, n c)."""
-    rows = (components * space.nodes[:, :, None] + np.arange(components)).reshape(len(space.nodes), -1)
+    rows = (components * space.nodes[:, :, None] + np.arange(components)).reshape(
+        len(space.nodes), -1
+    )
     i, j = np.broadcast_arrays(rows[:, :, None], rows[:, None, :])
     size = components * space.count
     return coo_array((blocks.ravel(), (i.ravel(), j.ravel())), shape=(size, size)).toarray()
@@ -98,19 +114,29 @@ def membrane(space: Surface, order: int = ancf_plate.ORDER) -> np.ndarray:
     strain[:, :, 0, :, 0] = strain[:, :, 2, :, 1] = gradient[:, :, 0]
     strain[:, :, 1, :, 1] = strain[:, :, 2, :, 0] = gradient[:, :, 1]
     strain = strain.reshape(*area.shape, 3, 24)
-    return assembled(space, np.einsum("epin,ij,epjm,ep->enm", strain, PLANE_STRESS, strain, area, optimize=True), 2)
+    return assembled(
+        space,
+        np.einsum("epin,ij,epjm,ep->enm", strain, PLANE_STRESS, strain, area, optimize=True),
+        2,
+    )
 
 
 def mass(space: Surface, components: int) -> np.ndarray:
     values, _, area = gradients(space, 6)
     scalar = np.einsum("epa,epb,ep->eab", values, values, area)
     size = 12 * components
-    return assembled(space, np.einsum("eab,cd->eacbd", scalar, np.eye(components)).reshape(-1, size, size), components)
+    return assembled(
+        space,
+        np.einsum("eab,cd->eacbd", scalar, np.eye(components)).reshape(-1, size, size),
+        components,
+    )
 
 
 def frequencies(stiffness: np.ndarray, inertia: np.ndarray, rigid: int, count: int) -> np.ndarray:
     """The first frequencies after the rigid motions, which have none."""
-    squares = scipy.linalg.eigh(stiffness, inertia, eigvals_only=True, subset_by_index=[0, rigid + count - 1])
+    squares = scipy.linalg.eigh(
+        stiffness, inertia, eigvals_only=True, subset_by_index=[0, rigid + count - 1]
+    )
     assert np.abs(squares[:rigid]).max() < 1e-7 * squares[rigid]
     return np.sqrt(squares[rigid:])
 
@@ -137,7 +163,9 @@ def test_functions_are_nodal_on_the_parent_square() -> None:
 
 
 def test_polynomials_of_the_space_are_reproduced_on_a_square_also_outside_it() -> None:
-    """x^i y^j, i + j <= 3, x^3 y and x y^3, and all derivatives, from nodal values and slopes (Adini and Clough 1961)."""
+    """x^i y^j, i + j <= 3, x^3 y and x y^3, and all derivatives, from nodal values and slopes
+    (Adini and Clough 1961).
+    """
     space = ancf_plate.surface(*grid(1, 1))
     corners, points = grid(1, 1)[0], np.random.default_rng(1).uniform(-0.5, 1.5, (20, 2))
     rows = surface.basis(space.space, np.zeros(20, dtype=int), points)
@@ -147,7 +175,9 @@ def test_polynomials_of_the_space_are_reproduced_on_a_square_also_outside_it() -
         def exact(x: np.ndarray, m: int, n: int, f: Any = f) -> np.ndarray:
             return np.asarray(f[0].deriv(m)(x[:, 0]) * f[1].deriv(n)(x[:, 1]))
 
-        nodal = np.column_stack([exact(corners, *order) for order in ((0, 0), (1, 0), (0, 1))]).ravel()
+        nodal = np.column_stack(
+            [exact(corners, *order) for order in ((0, 0), (1, 0), (0, 1))]
+        ).ravel()
         for k, (m, n) in enumerate(((0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1))):
             assert_allclose(rows[:, k] @ nodal[space.nodes[0]], exact(points, m, n), atol=2e-13)
 
@@ -174,13 +204,17 @@ def test_shape_is_continuous_over_every_edge_inside() -> None:
 # ---------------------------------------------------------------------------------------------------------------- circles
 @pytest.mark.parametrize("around", [6, 12, 36])
 def test_radius_of_curved_edges(around: int) -> None:
-    """max (|r| - R) = 2/27 R sin^6(theta/4) / cos^2(theta/4), exact in the middle (Goldapp 1991); arc-length tangents are worse."""
+    """max (|r| - R) = 2/27 R sin^6(theta/4) / cos^2(theta/4), exact in the middle (Goldapp 1991);
+    arc-length tangents are worse.
+    """
     space = ring(1, around)
     quarter = np.pi / 2.0 / around
     largest = 2.0 / 27.0 * np.sin(quarter) ** 6 / np.cos(quarter) ** 2
     for name, radius in (("inner", 1.0), ("outer", 2.0)):
         cell, xi, s = edge_cells(space, 241, name)
-        error = np.linalg.norm(surface.sample(space, cell, xi) @ space.reference, axis=1) / radius - 1.0
+        error = (
+            np.linalg.norm(surface.sample(space, cell, xi) @ space.reference, axis=1) / radius - 1.0
+        )
         assert_allclose(error[(s == 0.0) | (s == 0.5) | (s == 1.0)], 0.0, atol=4e-16)
         assert error.min() > -4e-16
         assert_allclose(error.max(), largest, rtol=1e-3, atol=4e-16)
@@ -202,19 +236,27 @@ def test_order_of_the_area_of_a_ring(curved: bool, order: float) -> None:
 
 def test_tangents_of_straight_edges_are_the_edges_and_of_arcs_those_of_the_circle() -> None:
     points, cells, edges = ring_mesh(1, 8)
-    tangents = ancf_plate.surface(points, cells, [Arc(np.zeros(2), 1.0, edges["inner"])]).space.tangents
+    tangents = ancf_plate.surface(
+        points, cells, [Arc(np.zeros(2), 1.0, edges["inner"])]
+    ).space.tangents
     assert_allclose(tangents[:, 0, 0], points[cells[:, 1]] - points[cells[:, 0]])
     assert_allclose(tangents[:, 1, 1], points[cells[:, 2]] - points[cells[:, 1]])
     length = 4.0 * np.tan(np.pi / 16.0)
     for vertex in (0, 3):
         radius = points[cells[:, vertex]]
-        assert_allclose(tangents[:, vertex, 1], length * np.column_stack([-radius[:, 1], radius[:, 0]]), atol=1e-15)
+        assert_allclose(
+            tangents[:, vertex, 1],
+            length * np.column_stack([-radius[:, 1], radius[:, 0]]),
+            atol=1e-15,
+        )
 
 
 @pytest.mark.parametrize("span", [0.02, 0.5, 2.0 * np.pi])
 def test_circle_through_points_is_exact(span: float) -> None:
     angle = np.linspace(0.0, span, 9)
-    center, radius = ancf_plate.circle_through(np.array([0.1, -3.0]) + 0.035 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    center, radius = ancf_plate.circle_through(
+        np.array([0.1, -3.0]) + 0.035 * np.column_stack([np.cos(angle), np.sin(angle)])
+    )
     tolerance = 1e-13 / min(span, 1.0) ** 2
     assert_allclose(center, [0.1, -3.0], atol=tolerance)
     assert_allclose(radius, 0.035, atol=tolerance)
@@ -224,7 +266,10 @@ def test_circle_through_refuses_what_is_none() -> None:
     angle = np.linspace(0.0, 2.0, 9)
     points = np.column_stack([np.cos(angle), np.sin(angle)])
     points[4] *= 1.0 + 1e-5
-    with pytest.raises(InputError, match=r"expected points on a circle, got point 4 at \(0\.5403.*name the nodes of one arc only"):
+    with pytest.raises(
+        InputError,
+        match=r"expected points on a circle, got point 4 at \(0\.5403.*name the nodes of one arc only",
+    ):
         ancf_plate.circle_through(points)
     with pytest.raises(InputError, match="points on a straight line"):
         ancf_plate.circle_through(np.column_stack([angle, 0.1 * angle]))
@@ -247,7 +292,9 @@ def test_arcs_of_groups() -> None:
     assert_allclose(inner.center, 0.0, atol=1e-14)
     with pytest.raises(InputError, match=r"edge group 'both': .*expected points on a circle"):
         ancf_plate.arcs_of(points, groups, ["both"])
-    with pytest.raises(InputError, match=r"got 'iner'; use one of the groups .*did you mean 'inner'"):
+    with pytest.raises(
+        InputError, match=r"got 'iner'; use one of the groups .*did you mean 'inner'"
+    ):
         ancf_plate.arcs_of(points, groups, ["iner"])
 
 
@@ -258,7 +305,12 @@ def test_corners_of_rectangles_and_hexagons_stay_corners() -> None:
     points, _, edges = ring_mesh(1, 6)
     assert ancf_plate.arcs_of(points, edges) == []
     points, _ = grid(4, 1)
-    assert ancf_plate.arcs_of(points, {"bottom": np.column_stack([np.arange(0, 8, 2), np.arange(2, 10, 2)])}) == []
+    assert (
+        ancf_plate.arcs_of(
+            points, {"bottom": np.column_stack([np.arange(0, 8, 2), np.arange(2, 10, 2)])}
+        )
+        == []
+    )
 
 
 # ------------------------------------------------------------------------------------------------------------ patch tests
@@ -268,7 +320,11 @@ def test_linear_fields_are_exact(space: Surface) -> None:
     a, b = np.array([[1.3, -0.4], [0.2, 0.8]]), np.array([2.0, -1.0])
     coordinates = space.reference @ a.T + space.unit[:, None] * b
     gradient = np.einsum("epkb,ebc->epck", gradients(space, 4)[1], coordinates[space.nodes])
-    assert_allclose(gradient, np.broadcast_to(a, gradient.shape), atol=1e-14 * max(1.0, np.abs(space.reference).max()))
+    assert_allclose(
+        gradient,
+        np.broadcast_to(a, gradient.shape),
+        atol=1e-14 * max(1.0, np.abs(space.reference).max()),
+    )
 
 
 @pytest.mark.parametrize("space", SURFACES.values(), ids=SURFACES)
@@ -288,17 +344,27 @@ def test_patch_with_prescribed_rim(name: str) -> None:
     exact = (space.reference @ h.T).ravel()
     points = space.reference[::3]
     radius = np.linalg.norm(points, axis=1)
-    rim = (np.abs(points - 0.5).max(axis=1) > 0.4999) if name == "distorted" else (radius < 1.0001) | (radius > 1.9999)
+    rim = (
+        (np.abs(points - 0.5).max(axis=1) > 0.4999)
+        if name == "distorted"
+        else (radius < 1.0001) | (radius > 1.9999)
+    )
     free = np.repeat(~rim, 6)
     assert 0 < free.sum() < len(free)
     stiffness = membrane(space)
-    u = scipy.linalg.solve(stiffness[np.ix_(free, free)], -stiffness[np.ix_(free, ~free)] @ exact[~free], assume_a="pos")
+    u = scipy.linalg.solve(
+        stiffness[np.ix_(free, free)],
+        -stiffness[np.ix_(free, ~free)] @ exact[~free],
+        assume_a="pos",
+    )
     assert np.abs(u - exact[free]).max() < 1e-12 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("curved", [True, False])
 def test_patch_under_tractions(curved: bool) -> None:
-    """Tractions s n of a constant stress on the rims of a shaken ring give its constant strain; only rigid motions are held."""
+    """Tractions s n of a constant stress on the rims of a shaken ring give its constant strain;
+    only rigid motions are held.
+    """
     space = ring(3, 12, curved, shake=0.08)
     stress = np.array([[1.0, 0.3], [0.3, -0.5]])
     strain = np.linalg.solve(PLANE_STRESS, [stress[0, 0], stress[1, 1], stress[0, 1]])
@@ -309,11 +375,15 @@ def test_patch_under_tractions(curved: bool) -> None:
         start, end = surface.VERTICES[Parent.SQUARE][[side, (side + 1) % 4]]
         xi = surface.side_points(Parent.SQUARE, np.full(3, side), 0.5 + 0.5 * gauss)
         rows = surface.basis(space.space, np.full(3, cell), xi)
-        along = np.einsum("k,xkb->xb", end - start, rows[:, 1:3]) @ space.reference[space.nodes[cell]]
+        along = (
+            np.einsum("k,xkb->xb", end - start, rows[:, 1:3]) @ space.reference[space.nodes[cell]]
+        )
         normal = np.column_stack([along[:, 1], -along[:, 0]])  # outwards, times ds
         load[space.nodes[cell]] += 0.5 * rows[:, 0].T @ (weights[:, None] * normal @ stress)
     stiffness = membrane(space)
-    held = np.array([0, 1, 6 * 6 + 1])  # both components of node 0, at an angle of 0 degrees, one of node 6, at 180 degrees
+    held = np.array(
+        [0, 1, 6 * 6 + 1]
+    )  # both components of node 0, at an angle of 0 degrees, one of node 6, at 180 degrees
     exact = (space.reference @ h.T + space.unit[:, None] * (-space.reference[0] @ h.T)).ravel()
     free = np.setdiff1d(np.arange(2 * space.count), held)
     force = load.ravel() - stiffness[:, held] @ exact[held]
@@ -323,7 +393,9 @@ def test_patch_under_tractions(curved: bool) -> None:
 
 @pytest.mark.parametrize("name", ["distorted", "shaken ring"])
 def test_patch_at_finite_strain(name: str) -> None:
-    """St. Venant-Kirchhoff: a homogeneous F leaves no force on functions inside, int (F S) . grad N = 0."""
+    """St. Venant-Kirchhoff: a homogeneous F leaves no force on functions inside, int (F S) . grad N
+    = 0.
+    """
     space = SURFACES[name]
     f = np.array([[1.2, 0.3], [-0.1, 0.9]])
     e = 0.5 * (f.T @ f - np.eye(2))
@@ -334,7 +406,11 @@ def test_patch_at_finite_strain(name: str) -> None:
     np.add.at(force, space.nodes, np.einsum("epab,ca,ep->ebc", gradient, p, weights))
     points = space.reference[::3]
     radius = np.linalg.norm(points, axis=1)
-    rim = (np.abs(points - 0.5).max(axis=1) > 0.4999) if name == "distorted" else (radius < 1.0001) | (radius > 1.9999)
+    rim = (
+        (np.abs(points - 0.5).max(axis=1) > 0.4999)
+        if name == "distorted"
+        else (radius < 1.0001) | (radius > 1.9999)
+    )
     assert np.abs(force[~np.repeat(rim, 3)]).max() < 1e-14
     assert np.abs(force[np.repeat(rim, 3)]).max() > 0.05
 
@@ -348,9 +424,13 @@ def zero_modes(space: Surface, order: int) -> int:
 SINGLE = {
     "square": turned(0.0),
     "turned by 45 degrees": turned(45.0),
-    "trapezoid": ancf_plate.surface([[0.0, 0.0], [2.0, 0.1], [1.4, 1.0], [0.3, 0.8]], [[0, 1, 2, 3]]),
+    "trapezoid": ancf_plate.surface(
+        [[0.0, 0.0], [2.0, 0.1], [1.4, 1.0], [0.3, 0.8]], [[0, 1, 2, 3]]
+    ),
     "curved": ancf_plate.surface(
-        [[1.0, 0.0], [2.0, 0.0], [0.0, 2.0], [0.0, 1.0]], [[0, 1, 2, 3]], [Arc(np.zeros(2), 2.0, np.array([[2, 1]]))]
+        [[1.0, 0.0], [2.0, 0.0], [0.0, 2.0], [0.0, 1.0]],
+        [[0, 1, 2, 3]],
+        [Arc(np.zeros(2), 2.0, np.array([[2, 1]]))],
     ),
 }
 
@@ -367,20 +447,29 @@ def test_two_gauss_points_leave_spurious_modes(space: Surface) -> None:
 
 
 def test_frequencies_do_not_depend_on_the_direction_of_the_square() -> None:
-    """Gradients in X and Y and tangents along the edges: a polynomial in X, Y would be singular at 45 degrees."""
-    straight, oblique = (frequencies(membrane(space), mass(space, 2), 3, 21) for space in (turned(0.0), turned(45.0)))
+    """Gradients in X and Y and tangents along the edges: a polynomial in X, Y would be singular at
+    45 degrees.
+    """
+    straight, oblique = (
+        frequencies(membrane(space), mass(space, 2), 3, 21) for space in (turned(0.0), turned(45.0))
+    )
     assert_allclose(oblique, straight, rtol=1e-11)
 
 
 # ------------------------------------------------------------------------------------------------------------ frequencies
 def free_rims(omega: float, n: int) -> float:
-    """Determinant of the stresses on free rims r = 1, 2 of plane waves cos(n theta), sin(n theta), E = rho = 1.
+    """Determinant of the stresses on free rims r = 1, 2 of plane waves cos(n theta), sin(n theta),
+    E = rho = 1.
 
-    u_r = f' + n g / r, u_theta = -n f / r - g' with Bessel functions f of the dilatation and g of the shear wave (G. Ambati,
-    J. F. W. Bell, J. C. K. Sharp, J. Sound Vib. 47, 1976, 415-432); n = 0 is the product of both kinds.
+    u_r = f' + n g / r, u_theta = -n f / r - g' with Bessel functions f of the dilatation and g of
+    the shear wave (G. Ambati, J. F. W. Bell, J. C. K. Sharp, J. Sound Vib. 47, 1976, 415-432); n =
+    0 is the product of both kinds.
     """
     kinds = []
-    for speed, shear in ((1.0 / np.sqrt(1.0 - NU**2), False), (1.0 / np.sqrt(2.0 * (1.0 + NU)), True)):
+    for speed, shear in (
+        (1.0 / np.sqrt(1.0 - NU**2), False),
+        (1.0 / np.sqrt(2.0 * (1.0 + NU)), True),
+    ):
         k = omega / speed
         for value, slope in ((jv, jvp), (yv, yvp)):
             column = []
@@ -414,30 +503,40 @@ def ring_frequencies(count: int) -> np.ndarray:
 
 
 def test_frequencies_of_a_free_ring() -> None:
-    """Twelve in-plane frequencies against Bessel functions: 0.03 % with 960 coordinates, 0.4 % with straight edges."""
+    """Twelve in-plane frequencies against Bessel functions: 0.03 % with 960 coordinates, 0.4 % with
+    straight edges.
+    """
     exact = ring_frequencies(12)
     errors = {}
     for curved, n in ((True, 2), (True, 4), (False, 4)):
         space = ring(n, 8 * n, curved)
-        errors[curved, n] = np.abs(frequencies(membrane(space), mass(space, 2), 3, 12) / exact - 1.0).max()
+        errors[curved, n] = np.abs(
+            frequencies(membrane(space), mass(space, 2), 3, 12) / exact - 1.0
+        ).max()
     assert errors[True, 4] < 3.2e-4
     assert errors[False, 4] > 3.0e-3
     assert np.log2(errors[True, 2] / errors[True, 4]) > 4.5
 
 
 def bending_frequencies(n: int, count: int) -> np.ndarray:
-    """omega a^2 sqrt(rho t / D) of the free unit square of n x n cells in linear thin-plate bending."""
+    """omega a^2 sqrt(rho t / D) of the free unit square of n x n cells in linear thin-plate
+    bending.
+    """
     space = ancf_plate.surface(*grid(n, n))
     table = surface.tabulate(space)
     curvature = table.values[:, :, 3:] * n**2
     curvature[:, :, 2] *= 2.0
     rigidity = (1.0 - NU**2) * PLANE_STRESS
-    stiffness = np.einsum("epib,ij,epjd,ep->ebd", curvature, rigidity, curvature, table.weights / n**2, optimize=True)
+    stiffness = np.einsum(
+        "epib,ij,epjd,ep->ebd", curvature, rigidity, curvature, table.weights / n**2, optimize=True
+    )
     return frequencies(assembled(space, stiffness, 1), mass(space, 1), 3, count)
 
 
 def test_frequencies_of_a_free_square_plate() -> None:
-    """Bending, nu = 0.3: A. W. Leissa, J. Sound Vib. 31, 1973, doi:10.1016/S0022-460X(73)80371-2; Ritz values converged to 1e-6."""
+    """Bending, nu = 0.3: A. W. Leissa, J. Sound Vib. 31, 1973, doi:10.1016/S0022-460X(73)80371-2;
+    Ritz values converged to 1e-6.
+    """
     exact = np.array([13.468197, 19.596137, 24.270201, 34.800889, 34.800891, 61.093234])
     coarse, fine = (np.abs(bending_frequencies(n, 6) / exact - 1.0) for n in (10, 20))
     assert fine.max() < 7e-4
@@ -457,7 +556,9 @@ def test_named_places() -> None:
     assert set(space.points) == {"corner", "left[0]", "left[1]", "left[2]"}
     for name, node in (("corner", 8), ("left[0]", 0), ("left[2]", 2)):
         cell, *xi = space.points[name]
-        assert_allclose(surface.sample(space, np.array(cell), np.array(xi)) @ space.reference, points[[node]])
+        assert_allclose(
+            surface.sample(space, np.array(cell), np.array(xi)) @ space.reference, points[[node]]
+        )
     for name, along, at in (("top", 1, 1.0), ("inside", 1, 0.5)):
         cell, xi, _ = edge_cells(space, 5, name)
         assert_allclose((surface.sample(space, cell, xi) @ space.reference)[:, along], at)
@@ -472,10 +573,18 @@ LENS = [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]
 @pytest.mark.parametrize(
     "points,quad,message",
     [
-        (SQUARE, [0, 3, 2, 1], r"cell 0 that is clockwise, nodes 0 \(0, 0\), 3 \(0, 1\).*reverse its nodes"),
+        (
+            SQUARE,
+            [0, 3, 2, 1],
+            r"cell 0 that is clockwise, nodes 0 \(0, 0\), 3 \(0, 1\).*reverse its nodes",
+        ),
         (SQUARE, [0, 2, 1, 3], r"cell 0 that is a bow-tie, .*order its nodes around the cell"),
         ([[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]], [0, 1, 2, 3], "cell 0 that is concave"),
-        ([[0.0, 0.0], [1.0, 0.0], [0.5, 0.5], [0.0, 1.0]], [0, 1, 2, 3], "cell 0 that is degenerate"),
+        (
+            [[0.0, 0.0], [1.0, 0.0], [0.5, 0.5], [0.0, 1.0]],
+            [0, 1, 2, 3],
+            "cell 0 that is degenerate",
+        ),
         (SQUARE, [0, 1, 2, 2], "unused nodes 3; remove them"),
         (SQUARE, [0, 1, 2, 4], r"expected numbers from 0 to 3, got 4"),
         (SQUARE, [0, 1, 2], r"expected whole numbers of shape \(i, 4\)"),
@@ -501,8 +610,16 @@ def test_meshes_refused(points: list[list[float]], quad: list[int], message: str
             Arc(np.zeros(2), 1.1, np.array([[0, 1]])),
             r"nodes on the circle of radius 1\.1 about \(0, 0\), got node 0 at \(0, -1\)",
         ),
-        (SQUARE, Arc(np.array([0.5, 0.0]), 0.5, np.array([[0, 1]])), "edges of at most 150 degrees, got 180"),
-        (SQUARE, Arc(np.array([0.5, 0.5]), np.sqrt(0.5), np.array([[0, 2]])), "no cell with the side 0, 2"),
+        (
+            SQUARE,
+            Arc(np.array([0.5, 0.0]), 0.5, np.array([[0, 1]])),
+            "edges of at most 150 degrees, got 180",
+        ),
+        (
+            SQUARE,
+            Arc(np.array([0.5, 0.5]), np.sqrt(0.5), np.array([[0, 2]])),
+            "no cell with the side 0, 2",
+        ),
         (
             [[0.0, 0.0], [2.0, 0.0], [2.0, 0.1], [0.0, 0.1]],
             Arc(np.array([1.0, -2.0]), np.sqrt(5.0), np.array([[0, 1]])),
@@ -516,13 +633,18 @@ def test_arcs_refused(points: list[list[float]], arc: Arc, message: str) -> None
 
 
 def test_edges_on_arcs_stay_straight_where_a_cell_would_fold() -> None:
-    """A ring with a cell that has two edges on the circle, and a cell as thin as its arc is high; the other edges are round."""
+    """A ring with a cell that has two edges on the circle, and a cell as thin as its arc is high;
+    the other edges are round.
+    """
     angle = np.pi / 6.0 * np.arange(12)
     outer, inner = (r * np.column_stack([np.cos(angle), np.sin(angle)]) for r in (1.0, 0.5))
     points = np.concatenate([outer, inner])
     ring = [[12 + k, k, (k + 1) % 12, 12 + (k + 1) % 12] for k in range(2, 12)] + [[13, 0, 1, 2]]
     rim = np.column_stack([np.arange(12), (np.arange(12) + 1) % 12])
-    with pytest.warns(Notice, match=r"2 edges on arcs stay straight.* as near \(0\.93\d+, 0\.25\); an edge that is hinged there"):
+    with pytest.warns(
+        Notice,
+        match=r"2 edges on arcs stay straight.* as near \(0\.93\d+, 0\.25\); an edge that is hinged there",
+    ):
         (arc,) = ancf_plate.fitting(points, ring, ancf_plate.arcs_of(points, {"rim": rim}))
     assert sorted(map(tuple, arc.edges.tolist())) == sorted(map(tuple, rim[2:].tolist()))
     plate = ancf_plate.surface(points, ring, [arc])
@@ -532,13 +654,19 @@ def test_edges_on_arcs_stay_straight_where_a_cell_would_fold() -> None:
     x, y = points[ring[-1]].T
     straight = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     assert_allclose(area, 10 * (np.pi / 12.0 - 0.0625) + straight, rtol=1e-5)
-    thin, bow = [[0.0, 0.0], [2.0, 0.0], [2.0, 0.1], [0.0, 0.1]], Arc(np.array([1.0, -2.0]), np.sqrt(5.0), np.array([[0, 1]]))
+    thin, bow = (
+        [[0.0, 0.0], [2.0, 0.0], [2.0, 0.1], [0.0, 0.1]],
+        Arc(np.array([1.0, -2.0]), np.sqrt(5.0), np.array([[0, 1]])),
+    )
     with pytest.warns(Notice, match="1 edges on arcs stay straight"):
         assert not len(ancf_plate.fitting(thin, [[0, 1, 2, 3]], [bow])[0].edges)
 
 
 def test_groups_refused() -> None:
-    with pytest.raises(InputError, match=r"edge group 'rim': expected edges of cells, got no cell with the side 1, 3"):
+    with pytest.raises(
+        InputError,
+        match=r"edge group 'rim': expected edges of cells, got no cell with the side 1, 3",
+    ):
         ancf_plate.surface(SQUARE, [[0, 1, 2, 3]], edge_groups={"rim": [[0, 1], [1, 3]]})
     with pytest.raises(InputError, match=r"face group 'all': expected numbers from 0 to 0, got 1"):
         ancf_plate.surface(SQUARE, [[0, 1, 2, 3]], face_groups={"all": [0, 1]})

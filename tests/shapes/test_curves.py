@@ -1,4 +1,6 @@
-"""Curves through points: straight stays straight, arcs come out smooth and of fourth order, bad polylines are refused."""
+"""Curves through points: straight stays straight, arcs come out smooth and of fourth order, bad
+polylines are refused.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +65,11 @@ def test_three_points_give_the_parabola() -> None:
     with pytest.warns(Notice, match="90 degrees at point 1"):
         breaks, curve = curves.through([[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
     xi = np.linspace(0.0, breaks[-1], 9)
-    assert_allclose(curve(xi), np.stack([xi / np.sqrt(2.0) - 1.0, 1.0 - (xi / np.sqrt(2.0) - 1.0) ** 2], axis=1), atol=1e-14)
+    assert_allclose(
+        curve(xi),
+        np.stack([xi / np.sqrt(2.0) - 1.0, 1.0 - (xi / np.sqrt(2.0) - 1.0) ** 2], axis=1),
+        atol=1e-14,
+    )
     assert_allclose(curve(xi, 2), np.tile([0.0, -1.0], (9, 1)), atol=1e-13)
 
 
@@ -93,7 +99,9 @@ def test_curve_lies_in_a_c2_cubic_space() -> None:
     space = line.uniform(breaks, 3, 2)
     xi = np.linspace(0.0, breaks[-1], 77)
     for d in range(3):
-        assert_allclose(line.sample(space, xi, d) @ line.fit(space, curve), curve(xi, d), atol=1e-11)
+        assert_allclose(
+            line.sample(space, xi, d) @ line.fit(space, curve), curve(xi, d), atol=1e-11
+        )
 
 
 @pytest.mark.parametrize("points", [_arc(9), np.outer([0.0, 1.0], [1.0, 2.0])])

@@ -1,4 +1,6 @@
-"""Conforming plates on free meshes: contract, slopes, patch tests, observed orders, circles, what is refused."""
+"""Conforming plates on free meshes: contract, slopes, patch tests, observed orders, circles, what
+is refused.
+"""
 
 from __future__ import annotations
 
@@ -30,11 +32,14 @@ Mesh = tuple[np.ndarray, np.ndarray]
 def triangles(n: int) -> Mesh:
     """A free mesh of triangles of the unit square: nodes at random but for the border."""
     side = np.linspace(0.0, 1.0, n + 1)
-    border = np.concatenate([np.column_stack([side, 0 * side]), np.column_stack([side, 1 + 0 * side])])
+    border = np.concatenate(
+        [np.column_stack([side, 0 * side]), np.column_stack([side, 1 + 0 * side])]
+    )
     border = np.concatenate([border, border[:, ::-1]])
     rows, columns = np.indices((n - 1, n - 1)).reshape(2, -1) + 1
     inner = (
-        np.column_stack([columns + 0.25 * (-1.0) ** rows, rows]) + np.random.default_rng(5).uniform(-0.2, 0.2, (rows.size, 2))
+        np.column_stack([columns + 0.25 * (-1.0) ** rows, rows])
+        + np.random.default_rng(5).uniform(-0.2, 0.2, (rows.size, 2))
     ) / n
     points = np.unique(np.concatenate([border, inner]), axis=0)
     cells = Delaunay(points).simplices.astype(np.int64)
@@ -61,7 +66,9 @@ def shaken(n: int, by: float = 0.25) -> Mesh:
     points = np.stack(np.meshgrid(s, s, indexing="ij"), axis=-1)
     points[1:-1, 1:-1] += by / n * np.random.default_rng(3).uniform(-1.0, 1.0, (n - 1, n - 1, 2))
     i = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    return points.reshape(-1, 2), np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return points.reshape(-1, 2), np.stack(
+        [i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], axis=-1
+    ).reshape(-1, 4)
 
 
 def cut(mesh: Mesh) -> Mesh:
@@ -83,21 +90,34 @@ def shape(kind: str, n: int) -> Surface:
 
 
 # ------------------------------------------------------------------------------------------------- mechanics of the tests
-def curvatures(space: Surface, order: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Points (e, p, 2), areas (e, p), N (e, p, b) and rows (e, p, 3, b) of w,11 w,22 2 w,12, also on cells with curved sides."""
+def curvatures(
+    space: Surface, order: int | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Points (e, p, 2), areas (e, p), N (e, p, b) and rows (e, p, 3, b) of w,11 w,22 2 w,12, also
+    on cells with curved sides.
+    """
     table = surface.tabulate(space, order)
     flat = np.pad(space.reference, ((0, 0), (0, 1)))[table.nodes]
     local, area, _ = local_table(table.values, table.weights, flat)
-    places = np.einsum("epkb,ebc->epkc", np.concatenate([table.values[:, :, :1], local], axis=2), flat)
+    places = np.einsum(
+        "epkb,ebc->epkc", np.concatenate([table.values[:, :, :1], local], axis=2), flat
+    )
     christoffel = np.einsum("epkc,epmc->epkm", places[:, :, 3:], places[:, :, 1:3])
     second = local[:, :, 2:] - christoffel @ local[:, :, :2]
-    return places[:, :, 0, :2], area, table.values[:, :, 0], second * np.array([1.0, 1.0, 2.0])[:, None]
+    return (
+        places[:, :, 0, :2],
+        area,
+        table.values[:, :, 0],
+        second * np.array([1.0, 1.0, 2.0])[:, None],
+    )
 
 
 def stiffness(space: Surface) -> csr_array:
     _, area, _, B = curvatures(space)
     return scatter_blocks(
-        np.einsum("ep,epib,ij,epjc->ebc", area, B, BENDING, B, optimize=True), space.nodes.astype(np.int32), space.count
+        np.einsum("ep,epib,ij,epjc->ebc", area, B, BENDING, B, optimize=True),
+        space.nodes.astype(np.int32),
+        space.count,
     )
 
 
@@ -116,25 +136,41 @@ def solved(space: Surface, load: np.ndarray, free: np.ndarray) -> np.ndarray:
 def hump(x: np.ndarray) -> tuple[np.ndarray, ...]:
     """sin(pi x)^2 and its derivatives 1, 2, 4."""
     p = np.pi
-    return np.sin(p * x) ** 2, p * np.sin(2 * p * x), 2 * p**2 * np.cos(2 * p * x), -8 * p**4 * np.cos(2 * p * x)
+    return (
+        np.sin(p * x) ** 2,
+        p * np.sin(2 * p * x),
+        2 * p**2 * np.cos(2 * p * x),
+        -8 * p**4 * np.cos(2 * p * x),
+    )
 
 
 @cache
 def errors(kind: str, n: int) -> tuple[float, float, float]:
-    """Errors of w = hump(x) hump(y) on the clamped square, rms over the largest rms: w, moments; and of the energy identity."""
+    """Errors of w = hump(x) hump(y) on the clamped square, rms over the largest rms: w, moments;
+    and of the energy identity.
+    """
     space = shape(kind, n)
     x, area, N, _ = curvatures(space, 7)
     (f, _, f2, f4), (g, _, g2, g4) = hump(x[..., 0]), hump(x[..., 1])
     force = area * (f4 * g + 2.0 * f2 * g2 + f * g4)
-    load = np.bincount(space.nodes.ravel(), np.einsum("ep,epb->eb", force, N).ravel(), minlength=space.count)
+    load = np.bincount(
+        space.nodes.ravel(), np.einsum("ep,epb->eb", force, N).ravel(), minlength=space.count
+    )
     w = solved(space, load, clamped(space))
-    off = np.sqrt((area * (np.einsum("epb,eb->ep", N, w[space.nodes]) - f * g) ** 2).sum() / (area * (f * g) ** 2).sum())
+    off = np.sqrt(
+        (area * (np.einsum("epb,eb->ep", N, w[space.nodes]) - f * g) ** 2).sum()
+        / (area * (f * g) ** 2).sum()
+    )
     x, area, _, B = curvatures(space, 7)
     (f, f1, f2, _), (g, g1, g2, _) = hump(x[..., 0]), hump(x[..., 1])
     exact = np.stack([f2 * g, f * g2, 2.0 * f1 * g1], axis=-1)
     found = np.einsum("epib,eb->epi", B, w[space.nodes])
-    energy = [float(np.einsum("ep,epi,ij,epj->", area, k, BENDING, k)) for k in (found - exact, exact)]
-    deficit = energy[1] - float(load @ w)  # work of the load on the exact w less that on the one found
+    energy = [
+        float(np.einsum("ep,epi,ij,epj->", area, k, BENDING, k)) for k in (found - exact, exact)
+    ]
+    deficit = energy[1] - float(
+        load @ w
+    )  # work of the load on the exact w less that on the one found
     moment = [np.sqrt((area[..., None] * (k @ BENDING) ** 2).sum()) for k in (found - exact, exact)]
     return float(off), float(moment[0] / moment[1]), abs(energy[0] - deficit) / energy[1]
 
@@ -165,13 +201,18 @@ def test_slopes_are_continuous(kind: str) -> None:
     one, two, turned = surface.coincident_sides(space)
     assert len(one) >= 24
     for s in (0.1, 0.4, 0.75):
-        here, there = slopes(space, one, np.full(len(one), s)), slopes(space, two, np.where(turned, 1.0 - s, s))
+        here, there = (
+            slopes(space, one, np.full(len(one), s)),
+            slopes(space, two, np.where(turned, 1.0 - s, s)),
+        )
         assert_allclose(here, there, rtol=0, atol=1e-11 * np.abs(here).max())
 
 
 @pytest.mark.parametrize("parent", Parent)
 def test_slopes_are_continuous_inside_of_a_cell(parent: Parent) -> None:
-    """From both sides of the lines from the vertices to the centre, and the value of the normal slope along a side is linear."""
+    """From both sides of the lines from the vertices to the centre, and the value of the normal
+    slope along a side is linear.
+    """
     corners = np.array([[0.0, 0.0], [2.0, 0.3], [1.6, 1.7], [-0.4, 0.9]])[: int(parent)]
     space = fvs_plate.surface(corners, np.arange(int(parent))[None]).space
     ends, centre = surface.VERTICES[parent], surface.VERTICES[parent].mean(axis=0)
@@ -192,7 +233,9 @@ def test_slopes_are_continuous_inside_of_a_cell(parent: Parent) -> None:
 
 @pytest.mark.parametrize("kind", MESHES)
 def test_constant_curvature_on_a_patch(kind: str) -> None:
-    """w = x^2 + x y - 2 y^2 prescribed on the border of 70 nodes and more is found inside, moments too."""
+    """w = x^2 + x y - 2 y^2 prescribed on the border of 70 nodes and more is found inside, moments
+    too.
+    """
     space = shape(kind, 10)
     assert space.count >= 3 * 70
     x, y = space.reference[::3].T
@@ -207,7 +250,9 @@ def test_constant_curvature_on_a_patch(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", MESHES)
 def test_orders_against_an_exact_field(kind: str) -> None:
-    """w has order 2, moments order 1 (doi:10.1090/S0025-5718-1978-0482249-1); the error's energy is the deficit of the work."""
+    """w has order 2, moments order 1 (doi:10.1090/S0025-5718-1978-0482249-1); the error's energy is
+    the deficit of the work.
+    """
     (w, m, galerkin), (w2, m2, galerkin2) = errors(kind, 16), errors(kind, 32)
     size = math.sqrt(len(shape(kind, 32).nodes) / len(shape(kind, 16).nodes))
     assert math.log(w / w2, size) > 1.9
@@ -218,7 +263,9 @@ def test_orders_against_an_exact_field(kind: str) -> None:
 
 
 def test_moments_of_the_ancf_plate_do_not_converge_on_free_quads() -> None:
-    """Why there is another element: twelve terms leave an error of the mesh's shape, whatever its size."""
+    """Why there is another element: twelve terms leave an error of the mesh's shape, whatever its
+    size.
+    """
     found = []
     for n in (16, 32):
         points, cells = MESHES["free quads"](n)
@@ -226,24 +273,34 @@ def test_moments_of_the_ancf_plate_do_not_converge_on_free_quads() -> None:
         x, area, N, _ = curvatures(space, 6)
         (f, _, f2, f4), (g, _, g2, g4) = hump(x[..., 0]), hump(x[..., 1])
         load = np.einsum("ep,epb->eb", area * (f4 * g + 2.0 * f2 * g2 + f * g4), N)
-        w = solved(space, np.bincount(space.nodes.ravel(), load.ravel(), minlength=space.count), clamped(space))
+        w = solved(
+            space,
+            np.bincount(space.nodes.ravel(), load.ravel(), minlength=space.count),
+            clamped(space),
+        )
         x, area, _, B = curvatures(space)
         (f, f1, f2, _), (g, g1, g2, _) = hump(x[..., 0]), hump(x[..., 1])
         exact = np.stack([f2 * g, f * g2, 2.0 * f1 * g1], axis=-1) @ BENDING
         off = np.einsum("epib,eb->epi", B, w[space.nodes]) @ BENDING - exact
-        found.append(math.sqrt((area[..., None] * off**2).sum() / (area[..., None] * exact**2).sum()))
+        found.append(
+            math.sqrt((area[..., None] * off**2).sum() / (area[..., None] * exact**2).sum())
+        )
     assert min(found) > 0.1
 
 
 @pytest.mark.parametrize("kind", MESHES)
 def test_frequencies_of_the_free_square(kind: str) -> None:
-    """A. W. Leissa, J. Sound Vib. 31 (1973) 257-293, doi:10.1016/S0022-460X(73)80371-2: order 2 from above."""
+    """A. W. Leissa, J. Sound Vib. 31 (1973) 257-293, doi:10.1016/S0022-460X(73)80371-2: order 2
+    from above.
+    """
     exact = np.array([13.4682, 19.5961, 24.2702, 34.8009, 34.8009])  # recomputed to six digits
     off = []
     for n in (16, 32):
         space = shape(kind, n)
         M = mass_matrix(space, space.reference, 1.0, 1.0)
-        found = np.sqrt(np.sort(eigsh(stiffness(space), 8, M, sigma=-1.0, return_eigenvectors=False))[3:])
+        found = np.sqrt(
+            np.sort(eigsh(stiffness(space), 8, M, sigma=-1.0, return_eigenvectors=False))[3:]
+        )
         off.append(found / exact - 1.0)
     size = math.sqrt(len(shape(kind, 32).nodes) / len(shape(kind, 16).nodes))
     assert off[1].min() > 0.0
@@ -262,12 +319,18 @@ def ring(n: int, quads: bool) -> tuple[Surface, np.ndarray, np.ndarray]:
         + 1j * j * h * 0.866
         + 0.12 * h * (random.standard_normal(i.size) + 1j * random.standard_normal(i.size))
     )
-    z = np.concatenate([outer, inner, z[(np.abs(z) > 0.25 + 0.6 * h) & (np.abs(z) < 1.0 - 0.6 * h)]])
+    z = np.concatenate(
+        [outer, inner, z[(np.abs(z) > 0.25 + 0.6 * h) & (np.abs(z) < 1.0 - 0.6 * h)]]
+    )
     points = np.column_stack([z.real, z.imag])
     cells = Delaunay(points).simplices.astype(np.int64)
     one, two = points[cells[:, 1]] - points[cells[:, 0]], points[cells[:, 2]] - points[cells[:, 0]]
-    cells = np.where((one[:, 0] * two[:, 1] > one[:, 1] * two[:, 0])[:, None], cells, cells[:, ::-1])
-    cells = cells[~(cells < around).all(axis=1) & ~((cells >= around) & (cells < around + few)).all(axis=1)]
+    cells = np.where(
+        (one[:, 0] * two[:, 1] > one[:, 1] * two[:, 0])[:, None], cells, cells[:, ::-1]
+    )
+    cells = cells[
+        ~(cells < around).all(axis=1) & ~((cells >= around) & (cells < around + few)).all(axis=1)
+    ]
     if quads:
         points, cells = divided((points, cells))
     radius = np.hypot(*points.T)
@@ -295,14 +358,23 @@ def test_ring_with_curved_sides(quads: bool) -> None:
     )
     moment, shear = np.array([0.0, NU, 1.0, 0.0]), lambda r: np.array([0.0, -1 / r**2, 1 / r, 1.0])
     a, b = 0.25, 1.0
-    system = np.stack([rows(b)[0], (moment / [1, b, 1, 1]) @ rows(b), (moment / [1, a, 1, 1]) @ rows(a), shear(a) @ rows(a)])
+    system = np.stack(
+        [
+            rows(b)[0],
+            (moment / [1, b, 1, 1]) @ rows(b),
+            (moment / [1, a, 1, 1]) @ rows(a),
+            shear(a) @ rows(a),
+        ]
+    )
     exact = np.append(np.linalg.solve(system[:, :4], -system[:, 4]), 1.0) @ rows(a)[0]
     off = []
     for n in (4, 8):
         space, points, rim = ring(n, quads)
         check_table(space)
         _, area, N, _ = curvatures(space, 6)
-        load = np.bincount(space.nodes.ravel(), np.einsum("ep,epb->eb", area, N).ravel(), minlength=space.count)
+        load = np.bincount(
+            space.nodes.ravel(), np.einsum("ep,epb->eb", area, N).ravel(), minlength=space.count
+        )
         radial = points[rim] / np.hypot(*points[rim].T)[:, None]
         T = np.eye(space.count)  # at the rim: w, slope along the radius, slope along the circle
         T[3 * rim + 1, 3 * rim + 1], T[3 * rim + 2, 3 * rim + 1] = radial.T
@@ -336,10 +408,14 @@ def test_origin_size_and_numbering_are_no_matter() -> None:
     points, cells = MESHES["free quads"](6)
     xi = np.array([[0.3, 0.6], [0.9, 0.4], [0.5, 0.5]])
     here = surface.basis_in_cells(fvs_plate.surface(points, cells).space, np.arange(5), xi)
-    far = surface.basis_in_cells(fvs_plate.surface(1e3 * points + 1e6, cells).space, np.arange(5), xi)
+    far = surface.basis_in_cells(
+        fvs_plate.surface(1e3 * points + 1e6, cells).space, np.arange(5), xi
+    )
     scale = np.tile([1.0, 1e3, 1e3], 4)
     assert_allclose(far / scale, here, rtol=0, atol=1e-8)
-    turned = surface.basis_in_cells(fvs_plate.surface(points, np.roll(cells, -1, axis=1)).space, np.arange(5), xi[2:])
+    turned = surface.basis_in_cells(
+        fvs_plate.surface(points, np.roll(cells, -1, axis=1)).space, np.arange(5), xi[2:]
+    )
     assert_allclose(np.roll(turned, 3, axis=3)[:, :, 0], here[:, 2:, 0], rtol=0, atol=1e-14)
 
 

@@ -1,4 +1,6 @@
-"""Curved shells on free meshes: contract, orders of normals and geometry, creases, corners, what scenes make of a mesh."""
+"""Curved shells on free meshes: contract, orders of normals and geometry, creases, corners, what
+scenes make of a mesh.
+"""
 
 from __future__ import annotations
 
@@ -18,24 +20,42 @@ from .test_fvs_plate import MESHES, Mesh, shaken
 
 Shape = Callable[[np.ndarray], np.ndarray]
 SIDES = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0)}
-PLACES = {"crown": (0.0, 1.0), "tip": (1.0, 1.0), "out": (0.0, 0.0), "back": (1.0, 0.0), "middle": (0.5, 0.5)}
+PLACES = {
+    "crown": (0.0, 1.0),
+    "tip": (1.0, 1.0),
+    "out": (0.0, 0.0),
+    "back": (1.0, 0.0),
+    "middle": (0.5, 0.5),
+}
 
 
 def bent(mesh: Mesh, shape: Shape, closed: bool = False) -> PlateMesh:
-    """The unit square laid onto a surface, the node next to its middle moved there; `closed` joins its sides left and right."""
+    """The unit square laid onto a surface, the node next to its middle moved there; `closed` joins
+    its sides left and right.
+    """
     places, cells = mesh[0].copy(), mesh[1]
     places[np.argmin(np.linalg.norm(places - 0.5, axis=1))] = 0.5
     if closed:
         left, right = (np.flatnonzero(np.abs(places[:, 0] - x) < 1e-9) for x in (0.0, 1.0))
         same = np.arange(len(places))
-        same[right] = left[np.argmin(np.abs(places[left, 1][None] - places[right, 1][:, None]), axis=1)]
+        same[right] = left[
+            np.argmin(np.abs(places[left, 1][None] - places[right, 1][:, None]), axis=1)
+        ]
         used, cells = np.unique(same[cells], return_inverse=True)
         places, cells = places[used], cells.reshape(mesh[1].shape)
     pairs, _ = plate_audit.border(cells, len(places))
-    on = {name: (np.abs(places[pairs][..., k] - x) < 1e-9).all(axis=1) for name, (k, x) in SIDES.items()}
-    points = {name: np.array([int(np.argmin(np.linalg.norm(places - at, axis=1)))]) for name, at in PLACES.items()}
+    on = {
+        name: (np.abs(places[pairs][..., k] - x) < 1e-9).all(axis=1)
+        for name, (k, x) in SIDES.items()
+    }
+    points = {
+        name: np.array([int(np.argmin(np.linalg.norm(places - at, axis=1)))])
+        for name, at in PLACES.items()
+    }
     edges = {name: pairs[rows] for name, rows in on.items() if rows.any()}
-    return plate_meshes.audit(PlateMesh(shape(places), cells, points, edges, {"all": np.arange(len(cells))}), False)
+    return plate_meshes.audit(
+        PlateMesh(shape(places), cells, points, edges, {"all": np.arange(len(cells))}), False
+    )
 
 
 def mixed(n: int) -> tuple[Mesh, np.ndarray]:
@@ -46,7 +66,9 @@ def mixed(n: int) -> tuple[Mesh, np.ndarray]:
 
 def cylinder(angle: float, radius: float = 1.0, length: float = 1.0) -> Shape:
     """About the y axis, from the crown on."""
-    return lambda u: np.column_stack([radius * np.sin(angle * u[:, 0]), length * u[:, 1], radius * np.cos(angle * u[:, 0])])
+    return lambda u: np.column_stack(
+        [radius * np.sin(angle * u[:, 0]), length * u[:, 1], radius * np.cos(angle * u[:, 0])]
+    )
 
 
 def wave(u: np.ndarray) -> np.ndarray:
@@ -72,7 +94,9 @@ def test_contract(kind: str, closed: bool) -> None:
 
 @pytest.mark.parametrize("kind", ["free triangles", "free quads", "distorted quads"])
 def test_geometry_is_of_third_order(kind: str) -> None:
-    """Heights; slopes between nodes have order 2, normals at nodes, rms, order 3; the estimate is on the safe side."""
+    """Heights; slopes between nodes have order 2, normals at nodes, rms, order 3; the estimate is
+    on the safe side.
+    """
     errors = []
     for n in (8, 16, 32):
         shape, estimate = fvs_shell.surface(bent(MESHES[kind](n), wave))
@@ -80,7 +104,11 @@ def test_geometry_is_of_third_order(kind: str) -> None:
         normal = np.cross(nodes[:, 1], nodes[:, 2])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         at_nodes = np.sqrt(np.mean((normal - wave_normals(*nodes[:, 0, :2].T)) ** 2))
-        x, one, two = np.einsum("epkb,ebc->kepc", surface.tabulate(shape, 5).values[:, :, :3], shape.reference[shape.nodes])
+        x, one, two = np.einsum(
+            "epkb,ebc->kepc",
+            surface.tabulate(shape, 5).values[:, :, :3],
+            shape.reference[shape.nodes],
+        )
         off = np.abs(x[..., 2] - wave(x[..., :2].reshape(-1, 2))[:, 2].reshape(x.shape[:2])).max()
         between = np.cross(one, two)
         between /= np.linalg.norm(between, axis=-1, keepdims=True)
@@ -100,7 +128,10 @@ def test_flat_meshes_are_those_of_plates() -> None:
     assert estimate == pytest.approx(0.0, abs=1e-14)
     bases = shape.reference.reshape(-1, 3, 3)[:, 1:, :2]
     xi = np.array([[0.2, 0.3], [0.6, 0.1]])
-    ours, theirs = (surface.basis_in_cells(some.space, np.arange(len(mesh.cells)), xi)[:, :, 0] for some in (shape, plate))
+    ours, theirs = (
+        surface.basis_in_cells(some.space, np.arange(len(mesh.cells)), xi)[:, :, 0]
+        for some in (shape, plate)
+    )
     ours, theirs = ours.reshape(*ours.shape[:2], 3, 3), theirs.reshape(*theirs.shape[:2], 3, 3)
     np.testing.assert_allclose(ours[..., 0], theirs[..., 0], atol=1e-13)
     turned = np.einsum("epvk,evkc->epvc", ours[..., 1:], bases[mesh.cells])
@@ -110,19 +141,27 @@ def test_flat_meshes_are_those_of_plates() -> None:
 def test_groups_of_cut_quads() -> None:
     mesh = bent(MESHES["free quads"](8), cylinder(1.0))
     some = {"some": np.arange(0, len(mesh.cells), 3)}
-    shape, _ = fvs_shell.surface(PlateMesh(mesh.points, mesh.cells, mesh.point_groups, mesh.edge_groups, some))
+    shape, _ = fvs_shell.surface(
+        PlateMesh(mesh.points, mesh.cells, mesh.point_groups, mesh.edge_groups, some)
+    )
     corners = shape.nodes[shape.faces["some"]][:, ::3] // 3
     wanted = mesh.cells[some["some"]]
     assert len(corners) == 2 * len(wanted)
-    assert all(set(row) <= set(quad) for row, quad in zip(corners, wanted.repeat(2, axis=0), strict=True))
+    assert all(
+        set(row) <= set(quad) for row, quad in zip(corners, wanted.repeat(2, axis=0), strict=True)
+    )
     sides = shape.edges["top"]
     xi = surface.side_points(shape.parent, sides[:, 1], np.full(len(sides), 0.3))
-    assert (surface.sample(shape, sides[:, 0], xi) @ shape.reference)[:, 1] == pytest.approx(1.0, abs=1e-6)
+    assert (surface.sample(shape, sides[:, 0], xi) @ shape.reference)[:, 1] == pytest.approx(
+        1.0, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("kind", ["free triangles", "free quads"])
 def test_halved_meshes_stay_on_the_surface(kind: str) -> None:
-    """New nodes err as the surface through the old ones does, by the third order; groups and the length of borders stay."""
+    """New nodes err as the surface through the old ones does, by the third order; groups and the
+    length of borders stay.
+    """
     off = []
     for n in (8, 16, 32):
         mesh = bent(MESHES[kind](n), wave)
@@ -147,16 +186,24 @@ def folded(angle: float) -> Shape:
 
     def shape(u: np.ndarray) -> np.ndarray:
         beyond, a = np.maximum(u[:, 0] - 0.5, 0.0), np.radians(angle)
-        return np.column_stack([np.minimum(u[:, 0], 0.5) + beyond * np.cos(a), u[:, 1], beyond * np.sin(a)])
+        return np.column_stack(
+            [np.minimum(u[:, 0], 0.5) + beyond * np.cos(a), u[:, 1], beyond * np.sin(a)]
+        )
 
     return shape
 
 
 def test_kinks_are_told_or_refused() -> None:
     grid = shaken(8, 0.0)
-    with pytest.raises(InputError, match=r"at most 50 degrees, got 90 degrees, at \(0.5, .* and 5 more; .* two bodies"):
+    with pytest.raises(
+        InputError,
+        match=r"at most 50 degrees, got 90 degrees, at \(0.5, .* and 5 more; .* two bodies",
+    ):
         fvs_shell.surface(bent(grid, folded(90.0)))
-    with pytest.warns(Notice, match=r"a kink is made smooth, where cells meet at 20 degrees, at \(0.5, .*two bodies"):
+    with pytest.warns(
+        Notice,
+        match=r"a kink is made smooth, where cells meet at 20 degrees, at \(0.5, .*two bodies",
+    ):
         fvs_shell.surface(bent(grid, folded(20.0)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -164,11 +211,17 @@ def test_kinks_are_told_or_refused() -> None:
 
 
 def test_nodal_slopes_run_along_the_border() -> None:
-    """The hole of a disc: r_1 along its circle to fourth order; both sides at the corners of a rectangle."""
+    """The hole of a disc: r_1 along its circle to fourth order; both sides at the corners of a
+    rectangle.
+    """
     angle = np.radians(15.0) * np.arange(24)
-    ring = np.concatenate([radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in (1.0, 1.3, 1.6)])
+    ring = np.concatenate(
+        [radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in (1.0, 1.3, 1.6)]
+    )
     i = np.arange(24)
-    quads = np.concatenate([np.column_stack([i, i + 24, (i + 1) % 24 + 24, (i + 1) % 24]) + 24 * k for k in (0, 1)])
+    quads = np.concatenate(
+        [np.column_stack([i, i + 24, (i + 1) % 24 + 24, (i + 1) % 24]) + 24 * k for k in (0, 1)]
+    )
     points = np.column_stack([ring, 0.2 * (ring**2).sum(axis=1)])
     shape, _ = fvs_shell.surface(plate_meshes.audit(PlateMesh(points, quads), False))
     along = shape.reference.reshape(-1, 3, 3)[:24, 1]
@@ -199,7 +252,9 @@ def test_the_shell_that_converges_is_taken(mesh: Mesh, space: type) -> None:
 
 
 def test_splines_are_of_even_grids() -> None:
-    with pytest.raises(InputError, match=r"structured quads for a shell.* without `degree` any mesh will do"):
+    with pytest.raises(
+        InputError, match=r"structured quads for a shell.* without `degree` any mesh will do"
+    ):
         surfaces.curved(bent(MESHES["free triangles"](8), cylinder(1.0)), 1, 4)
     with pytest.warns(Notice, match="an uneven grid does not converge"):
         surfaces.curved(bent(shaken(8), cylinder(1.0)), 1, 4)
@@ -213,6 +268,7 @@ def test_cells_of_free_meshes_are_halved() -> None:
     assert len(shape.nodes) == 16 * len(mesh.cells)
     assert error == surfaces.curved(mesh, 1, None)[1]
     with pytest.raises(
-        InputError, match="cells: expected 1, 2, 4, 8 or another power of two where quads are in no even grid, got 3"
+        InputError,
+        match="cells: expected 1, 2, 4, 8 or another power of two where quads are in no even grid, got 3",
     ):
         surfaces.curved(mesh, 3, None)

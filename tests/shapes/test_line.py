@@ -1,4 +1,6 @@
-"""B-spline, NURBS and Hermite lines: published values, exact geometry, observed orders, refused input."""
+"""B-spline, NURBS and Hermite lines: published values, exact geometry, observed orders, refused
+input.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ from fmbs_skfem.shapes import knotvector, line, table
 
 HALF = np.sqrt(0.5)
 CLAMPED = tuple(space for space in line.REGISTRY if isinstance(space, line.BSpline))
-CIRCLE = line.BSpline(2, np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), np.array([1.0, HALF, 1.0, HALF, 1.0]))
+CIRCLE = line.BSpline(
+    2, np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), np.array([1.0, HALF, 1.0, HALF, 1.0])
+)
 HALF_CIRCLE = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0]])
 
 
@@ -28,19 +32,29 @@ def _grid(space: line.BSpline | line.Hermite, number: int = 41) -> np.ndarray:
 
 # ------------------------------------------------------------------------------------------------------------ evaluation
 def test_bezier_values() -> None:
-    """One cell: Bernstein polynomials, binomial(3, i) s^i (1 - s)^(3 - i), and their derivatives at s = 1/4."""
+    """One cell: Bernstein polynomials, binomial(3, i) s^i (1 - s)^(3 - i), and their derivatives at
+    s = 1/4.
+    """
     space = line.uniform(1, 3, 2)
     exact = ([27, 27, 9, 1], [-27, 9, 15, 3], [18, -30, 6, 6], [-6, 18, -18, 6])
     scale = (64, 16, 4, 1)
     for d in range(4):
-        assert_allclose(line.sample(space, 0.25, d).toarray()[0], np.array(exact[d]) / scale[d], rtol=1e-14)
+        assert_allclose(
+            line.sample(space, 0.25, d).toarray()[0], np.array(exact[d]) / scale[d], rtol=1e-14
+        )
 
 
 def test_the_nurbs_book_example() -> None:
-    """Ex. 2.3: degree 2, knots 0 0 0 1 2 3 4 4 5 5 5, N_{2..4,2}(5/2) = 1/8, 6/8, 1/8, their derivatives -1/2, 0, 1/2."""
+    """Ex. 2.3: degree 2, knots 0 0 0 1 2 3 4 4 5 5 5, N_{2..4,2}(5/2) = 1/8, 6/8, 1/8, their
+    derivatives -1/2, 0, 1/2.
+    """
     space = line.BSpline(2, np.array([0, 0, 0, 1, 2, 3, 4, 4, 5, 5, 5.0]))
-    assert_allclose(line.sample(space, 2.5).toarray()[0], [0, 0, 1 / 8, 6 / 8, 1 / 8, 0, 0, 0], atol=1e-15)
-    assert_allclose(line.sample(space, 2.5, 1).toarray()[0], [0, 0, -1 / 2, 0, 1 / 2, 0, 0, 0], atol=1e-15)
+    assert_allclose(
+        line.sample(space, 2.5).toarray()[0], [0, 0, 1 / 8, 6 / 8, 1 / 8, 0, 0, 0], atol=1e-15
+    )
+    assert_allclose(
+        line.sample(space, 2.5, 1).toarray()[0], [0, 0, -1 / 2, 0, 1 / 2, 0, 0, 0], atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("degree", range(5))
@@ -51,7 +65,11 @@ def test_functions_are_those_of_scipy(degree: int) -> None:
     xi = np.concatenate([np.linspace(0.0, 1.0, 37), inner])
     expected = BSpline.design_matrix(xi, knots, degree).toarray()
     span = knotvector.spans(degree, knots, xi)
-    found = table.rows(knotvector.basis(degree, knots, span, xi, 0)[:, 0], span[:, None] + np.arange(-degree, 1), expected.shape[1])
+    found = table.rows(
+        knotvector.basis(degree, knots, span, xi, 0)[:, 0],
+        span[:, None] + np.arange(-degree, 1),
+        expected.shape[1],
+    )
     assert_array_equal(found.toarray(), expected)
 
 
@@ -95,7 +113,13 @@ def test_hermite_functions_are_the_textbook_ones() -> None:
     s = np.linspace(0.0, 0.99, 12)
     shapes = [[1, 0, -3, 2], [0, h, -2 * h, h], [0, 0, 3, -2], [0, 0, -h, h]]
     for d in range(4):
-        exact = np.stack([np.polynomial.Polynomial(c).deriv(d)(s) if d else np.polynomial.Polynomial(c)(s) for c in shapes], axis=1)
+        exact = np.stack(
+            [
+                np.polynomial.Polynomial(c).deriv(d)(s) if d else np.polynomial.Polynomial(c)(s)
+                for c in shapes
+            ],
+            axis=1,
+        )
         found = line.sample(space, low + h * s, d).toarray()
         assert_allclose(found[:, 2:6], exact / h**d, rtol=1e-12, atol=1e-12)
         assert not found[:, [0, 1, 6, 7]].any()
@@ -111,11 +135,15 @@ def test_empty_spans_carry_no_cell() -> None:
 
 
 def test_cubic_beam_matrices() -> None:
-    """Consistent mass and bending stiffness of the cubic beam element; Przemieniecki 1985, ISBN 978-0-486-64948-1."""
+    """Consistent mass and bending stiffness of the cubic beam element; Przemieniecki 1985, ISBN
+    978-0-486-64948-1.
+    """
     h = 0.4
     basis = line.tabulate(line.Hermite(np.array([1.0, 1.0 + h])))
     mass = np.einsum("p,pb,pd->bd", basis.weights[0], basis.values[0, :, 0], basis.values[0, :, 0])
-    bending = np.einsum("p,pb,pd->bd", basis.weights[0], basis.values[0, :, 2], basis.values[0, :, 2])
+    bending = np.einsum(
+        "p,pb,pd->bd", basis.weights[0], basis.values[0, :, 2], basis.values[0, :, 2]
+    )
     rows = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h]]
     rows += [[54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]]
     assert_allclose(mass, h / 420.0 * np.array(rows), rtol=1e-12)
@@ -140,7 +168,9 @@ def test_number_of_points(points: int) -> None:
 
 # -------------------------------------------------------------------------------------------------------------------- fit
 @pytest.mark.parametrize("space", line.REGISTRY)
-def test_fit_returns_the_coefficients_of_a_curve_in_the_space(space: line.BSpline | line.Hermite) -> None:
+def test_fit_returns_the_coefficients_of_a_curve_in_the_space(
+    space: line.BSpline | line.Hermite,
+) -> None:
     exact = np.random.default_rng(3).standard_normal((space.count, 2))
     found = line.fit(space, lambda xi, derivative=0: line.sample(space, xi, derivative) @ exact)
     assert_allclose(found, exact, atol=1e-10)
@@ -153,7 +183,8 @@ def _helix(xi: np.ndarray, derivative: int = 0) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "degree, continuity", [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 1), (4, 3), (5, 2), (5, 4), (6, 3)]
+    "degree, continuity",
+    [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 1), (4, 3), (5, 2), (5, 4), (6, 3)],
 )
 def test_fit_converges_with_the_order_of_the_space(degree: int, continuity: int) -> None:
     errors = []
@@ -166,7 +197,10 @@ def test_fit_converges_with_the_order_of_the_space(degree: int, continuity: int)
     assert np.log2(errors[0] / errors[1]) == pytest.approx(degree + 1, abs=0.4)
 
 
-@pytest.mark.parametrize("curve", [lambda xi, d=0: xi, lambda xi, d=0: xi[:2, None], lambda xi, d=0: np.nan * xi[:, None]])
+@pytest.mark.parametrize(
+    "curve",
+    [lambda xi, d=0: xi, lambda xi, d=0: xi[:2, None], lambda xi, d=0: np.nan * xi[:, None]],
+)
 def test_fit_refuses_other_than_one_row_a_parameter(curve: table.Curve) -> None:
     for space in (line.uniform(3), line.Hermite(np.array([0.0, 1.0, 2.0]))):
         with pytest.raises(InputError, match=r"fit\.curve: expected finite values"):
@@ -178,11 +212,18 @@ def _points(space: line.BSpline) -> np.ndarray:
     return np.random.default_rng(5).standard_normal((space.count, 3))
 
 
-def _same_curve(old: line.BSpline, before: np.ndarray, new: line.BSpline, after: np.ndarray) -> None:
+def _same_curve(
+    old: line.BSpline, before: np.ndarray, new: line.BSpline, after: np.ndarray
+) -> None:
     xi = _grid(old, 57)
     for d in range(3):
         exact = line.sample(old, xi, d) @ before
-        assert_allclose(line.sample(new, xi, d) @ after, exact, rtol=1e-10, atol=1e-12 * max(1.0, np.max(np.abs(exact))))
+        assert_allclose(
+            line.sample(new, xi, d) @ after,
+            exact,
+            rtol=1e-10,
+            atol=1e-12 * max(1.0, np.max(np.abs(exact))),
+        )
 
 
 @pytest.mark.parametrize("space", CLAMPED)
@@ -207,7 +248,9 @@ def test_elevated_degree_keeps_the_curve(space: line.BSpline, times: int) -> Non
 
 
 def test_bezier_elevation_and_subdivision_by_hand() -> None:
-    """Parabola 0, 1, 0: elevated 0, 2/3, 2/3, 0; cut at the middle 0, 1/2, 1/2, 1/2, 0 (de Casteljau)."""
+    """Parabola 0, 1, 0: elevated 0, 2/3, 2/3, 0; cut at the middle 0, 1/2, 1/2, 1/2, 0 (de
+    Casteljau).
+    """
     space = line.uniform(1, 2, 1)
     assert_allclose(line.elevate(space, [0.0, 1.0, 0.0])[1], [0.0, 2 / 3, 2 / 3, 0.0], rtol=1e-15)
     refined, after = line.insert_knots(space, [0.0, 1.0, 0.0], [0.5, 0.5])
@@ -220,16 +263,24 @@ def test_refined_circle_stays_a_circle() -> None:
     quarter = line.BSpline(2, np.array([0, 0, 0, 1, 1, 1.0]), np.array([1.0, HALF, 1.0]))
     cubic, _ = line.elevate(quarter, HALF_CIRCLE[:3])
     assert cubic.weights is not None
-    assert_allclose(cubic.weights, [1.0, (1.0 + np.sqrt(2.0)) / 3.0, (1.0 + np.sqrt(2.0)) / 3.0, 1.0], rtol=1e-15)
+    assert_allclose(
+        cubic.weights,
+        [1.0, (1.0 + np.sqrt(2.0)) / 3.0, (1.0 + np.sqrt(2.0)) / 3.0, 1.0],
+        rtol=1e-15,
+    )
     space, points = line.elevate(CIRCLE, HALF_CIRCLE, 3)
     space, points = line.insert_knots(space, points, np.linspace(0.05, 1.95, 16))
-    assert_allclose(np.linalg.norm(line.sample(space, _grid(space, 201)) @ points, axis=1), 1.0, rtol=1e-14)
+    assert_allclose(
+        np.linalg.norm(line.sample(space, _grid(space, 201)) @ points, axis=1), 1.0, rtol=1e-14
+    )
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 5), st.lists(st.integers(1, 99), min_size=1, max_size=8, unique=True))
 def test_insertion_is_a_convex_combination(degree: int, hundredths: list[int]) -> None:
-    """New control points stay in the hull of the old ones, whatever the knots; sums to one on each row."""
+    """New control points stay in the hull of the old ones, whatever the knots; sums to one on each
+    row.
+    """
     space = line.uniform(3, degree, degree - 1)
     _, rows = line.insert_knots(space, np.eye(space.count), np.array(hundredths) / 100.0)
     assert rows.min() >= -1e-14
@@ -270,8 +321,14 @@ def test_the_map_takes_positions_and_slopes_and_mass() -> None:
     spline, cable = line.uniform(BREAKS), line.Hermite(BREAKS)
     to_spline = line.hermite_to_bspline(cable)
     for d in range(2):
-        assert_allclose((line.sample(spline, BREAKS, d) @ to_spline).toarray(), np.eye(10)[d::2], atol=1e-13)
-    assert_allclose(to_spline.T @ _mass(line.tabulate(spline)) @ to_spline, _mass(line.tabulate(cable)), atol=1e-15)
+        assert_allclose(
+            (line.sample(spline, BREAKS, d) @ to_spline).toarray(), np.eye(10)[d::2], atol=1e-13
+        )
+    assert_allclose(
+        to_spline.T @ _mass(line.tabulate(spline)) @ to_spline,
+        _mass(line.tabulate(cable)),
+        atol=1e-15,
+    )
     assert_allclose(line.fit(spline, _helix), to_spline @ line.fit(cable, _helix), atol=1e-13)
 
 
@@ -292,12 +349,19 @@ def test_the_map_takes_positions_and_slopes_and_mass() -> None:
         (2, [-1, 0, 0, 0, 1, 1, 1], None, "leave out the outer knots"),
         (1, [0, 0, 0.5, 0.5 + 1e-14, 1, 1], None, "make them equal"),
         (2, [0, 0, 0, 1, 1, 1], [1, 1], "expected 3 weights, one for each basis function, got 2"),
-        (2, [0, 0, 0, 1, 1, 1], [1, 0, 1], r"BSpline\.weights\[1\]: expected a positive weight, got 0"),
+        (
+            2,
+            [0, 0, 0, 1, 1, 1],
+            [1, 0, 1],
+            r"BSpline\.weights\[1\]: expected a positive weight, got 0",
+        ),
         (2, [0, 0, 0, 1, 1, 1], [1, 1, -2], r"BSpline\.weights\[2\]"),
         (2, [0, 0, 0, 1, 1, 1], [1, np.nan, 1], "finite numbers"),
     ],
 )
-def test_refused_splines(degree: int, knots: list[float], weights: list[float] | None, message: str) -> None:
+def test_refused_splines(
+    degree: int, knots: list[float], weights: list[float] | None, message: str
+) -> None:
     with pytest.raises(InputError, match=message) as caught:
         line.BSpline(degree, knots, weights)  # type: ignore[arg-type]
     assert caught.value.exit_code == 3
@@ -335,7 +399,9 @@ def test_spaces_cannot_be_changed_in_place() -> None:
         space.knots[0] = 1.0
 
 
-@pytest.mark.parametrize("degree, continuity, count", [(3, 1, 22), (3, 2, 13), (3, 0, 31), (1, 0, 11), (5, 2, 33)])
+@pytest.mark.parametrize(
+    "degree, continuity, count", [(3, 1, 22), (3, 2, 13), (3, 0, 31), (1, 0, 11), (5, 2, 33)]
+)
 def test_number_of_functions(degree: int, continuity: int, count: int) -> None:
     """(degree + 1) + (cells - 1) (degree - continuity)."""
     space = line.uniform(10, degree, continuity)
@@ -347,7 +413,9 @@ def test_equal_spaces_of_few_cells_are_one_and_keep_what_follows_from_them() -> 
     space = line.uniform(ends)
     assert line.uniform(ends.copy()) is space
     assert line.uniform(ends, 3, 2) is not space
-    assert line.uniform(np.linspace(0.0, 1.0, line.SHARED + 2)) is not line.uniform(np.linspace(0.0, 1.0, line.SHARED + 2))
+    assert line.uniform(np.linspace(0.0, 1.0, line.SHARED + 2)) is not line.uniform(
+        np.linspace(0.0, 1.0, line.SHARED + 2)
+    )
     assert line.breaks(space) is line.breaks(space)
     for kept in (line.breaks(space), line.functions(space)):
         with pytest.raises(ValueError, match="read-only"):

@@ -108,8 +108,12 @@ def same(a: meshes.LineMesh, b: meshes.LineMesh) -> None:
     np.testing.assert_array_equal(a.points, b.points)
     assert len(a.cells) == len(b.cells)
     assert pairs(a, np.arange(len(a.cells))) == pairs(b, np.arange(len(b.cells)))
-    assert {k: set(v.tolist()) for k, v in a.point_groups.items()} == {k: set(v.tolist()) for k, v in b.point_groups.items()}
-    assert {k: pairs(a, v) for k, v in a.line_groups.items()} == {k: pairs(b, v) for k, v in b.line_groups.items()}
+    assert {k: set(v.tolist()) for k, v in a.point_groups.items()} == {
+        k: set(v.tolist()) for k, v in b.point_groups.items()
+    }
+    assert {k: pairs(a, v) for k, v in a.line_groups.items()} == {
+        k: pairs(b, v) for k, v in b.line_groups.items()
+    }
 
 
 # The files of the project
@@ -135,7 +139,9 @@ def test_beams(cells: int) -> None:
     mesh = meshes.read(FOLDER / f"beam_{cells}.msh")
     assert mesh.path == FOLDER / f"beam_{cells}.msh"
     nodes = meshes.chain(mesh, "beam")
-    np.testing.assert_allclose(mesh.points[nodes], np.linspace([0, 0, 0], [1, 0, 0], cells + 1), atol=1e-16)
+    np.testing.assert_allclose(
+        mesh.points[nodes], np.linspace([0, 0, 0], [1, 0, 0], cells + 1), atol=1e-16
+    )
     assert meshes.group(mesh, "left").tolist() == [nodes[0]]
     assert meshes.group(mesh, "right").tolist() == [nodes[-1]]
     assert meshes.line_group(mesh, "beam").tolist() == list(range(cells))
@@ -147,8 +153,12 @@ def test_double_pendulum_follows_each_group_across_the_common_node() -> None:
     first, second = meshes.chain(mesh, "I"), meshes.chain(mesh, "II")
     assert (len(first), len(second)) == (101, 101)
     assert meshes.group(mesh, "B").tolist() == [first[-1]] == [second[0]]
-    np.testing.assert_allclose(mesh.points[first], np.linspace([0, 0, 0], [1, 0, 0], 101), atol=1e-15)
-    np.testing.assert_allclose(mesh.points[second], np.linspace([1, 0, 0], [1, 1, 0], 101), atol=1e-15)
+    np.testing.assert_allclose(
+        mesh.points[first], np.linspace([0, 0, 0], [1, 0, 0], 101), atol=1e-15
+    )
+    np.testing.assert_allclose(
+        mesh.points[second], np.linspace([1, 0, 0], [1, 1, 0], 101), atol=1e-15
+    )
     np.testing.assert_allclose(mesh.points[meshes.group(mesh, "C")], [[1, 1, 0]])
     assert len(meshes.chain(mesh)) == 201
 
@@ -158,7 +168,9 @@ def test_arc_cable_and_four_bar() -> None:
     nodes = meshes.chain(arc)
     np.testing.assert_allclose(np.linalg.norm(arc.points - [0, 1, 0], axis=1), 1, rtol=1e-15)
     length = np.linalg.norm(np.diff(arc.points[nodes], axis=0), axis=1).sum()
-    assert length == pytest.approx(80 * np.sin(np.pi / 160), rel=1e-14)  # 40 chords of a quarter circle
+    assert length == pytest.approx(
+        80 * np.sin(np.pi / 160), rel=1e-14
+    )  # 40 chords of a quarter circle
     cable = meshes.read(FOLDER / "cable_40.msh")
     np.testing.assert_allclose(cable.points[meshes.group(cable, "middle")], [[1, 0, 0]])
     for name, length in {"crank": 0.2, "coupler": 0.5, "rocker": 0.4}.items():
@@ -171,7 +183,9 @@ def test_twins_agree(name: str) -> None:
     same(meshes.read(FOLDER / f"{name}.msh"), meshes.read(FOLDER / f"{name}.vtu"))
 
 
-@pytest.mark.parametrize("path", [path for path in FILES if path.suffix == ".msh"], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [path for path in FILES if path.suffix == ".msh"], ids=lambda path: path.stem
+)
 def test_meshio_reads_the_same_from_our_msh_files(path: Path) -> None:
     theirs, ours = meshio.read(path), meshes.read(path)
     np.testing.assert_array_equal(theirs.points, ours.points)
@@ -179,11 +193,20 @@ def test_meshio_reads_the_same_from_our_msh_files(path: Path) -> None:
         kind = ("vertex", "line")[dimension]
         cells = np.concatenate([block.data for block in theirs.cells if block.type == kind])
         marked = cells[
-            np.concatenate([d for d, b in zip(theirs.cell_data["gmsh:physical"], theirs.cells, strict=True) if b.type == kind])
+            np.concatenate(
+                [
+                    d
+                    for d, b in zip(theirs.cell_data["gmsh:physical"], theirs.cells, strict=True)
+                    if b.type == kind
+                ]
+            )
             == tag
         ]
         expected = marked[:, 0] if dimension == 0 else marked
-        np.testing.assert_array_equal(expected, ours.point_groups[name] if dimension == 0 else ours.cells[ours.line_groups[name]])
+        np.testing.assert_array_equal(
+            expected,
+            ours.point_groups[name] if dimension == 0 else ours.cells[ours.line_groups[name]],
+        )
 
 
 # Formats
@@ -202,7 +225,11 @@ def test_binary_41_of_meshio(tmp_path: Path) -> None:
     points = np.array(SQUARE_ENDS)
     cells = [("vertex", np.array([[0]])), ("line", np.array([[0, 1], [1, 2], [2, 3]]))]
     tags = [np.array([1]), np.array([2, 2, 2])]
-    out = meshio.Mesh(points, cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": [np.array([1]), np.array([1, 1, 1])]})
+    out = meshio.Mesh(
+        points,
+        cells,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": [np.array([1]), np.array([1, 1, 1])]},
+    )
     out.point_data["gmsh:dim_tags"] = np.array([[0, 1], [1, 1], [1, 1], [1, 1]])
     out.field_data = {"start": np.array([1, 0]), "beam": np.array([2, 1])}
     meshio.write(tmp_path / "a.msh", out, file_format="gmsh")
@@ -215,8 +242,12 @@ def test_binary_41_of_meshio(tmp_path: Path) -> None:
 
 def test_big_endian_22(tmp_path: Path) -> None:
     nodes = b"".join(struct.pack(">iddd", i, *p) for i, p in enumerate(SQUARE_ENDS, 1))
-    cells = struct.pack(">iii", 1, 3, 2) + b"".join(struct.pack(">iiiii", i, 4, 1, i, i + 1) for i in (1, 2, 3))
-    content = binary_22(4, 3, nodes, cells).replace(struct.pack("<i", 1) + b"\n$EndMesh", struct.pack(">i", 1) + b"\n$EndMesh")
+    cells = struct.pack(">iii", 1, 3, 2) + b"".join(
+        struct.pack(">iiiii", i, 4, 1, i, i + 1) for i in (1, 2, 3)
+    )
+    content = binary_22(4, 3, nodes, cells).replace(
+        struct.pack("<i", 1) + b"\n$EndMesh", struct.pack(">i", 1) + b"\n$EndMesh"
+    )
     mesh = meshes.read(saved(tmp_path, content))
     np.testing.assert_array_equal(mesh.points, SQUARE_ENDS)
     assert mesh.line_groups["tag_4"].tolist() == [0, 1, 2]
@@ -245,9 +276,14 @@ def test_write_refuses_what_cannot_be_read_back(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.msh or \.vtu"):
         meshes.write(mesh, tmp_path / "a.obj")
     with pytest.raises(InputError, match="different names"):
-        meshes.write(meshes.LineMesh(mesh.points, mesh.cells, {"x": np.array([0])}, {"x": np.array([0])}), tmp_path / "a.msh")
+        meshes.write(
+            meshes.LineMesh(mesh.points, mesh.cells, {"x": np.array([0])}, {"x": np.array([0])}),
+            tmp_path / "a.msh",
+        )
     with pytest.raises(InputError, match="group names without quotes"):
-        meshes.write(meshes.LineMesh(mesh.points, mesh.cells, {'a"b': np.array([0])}), tmp_path / "a.msh")
+        meshes.write(
+            meshes.LineMesh(mesh.points, mesh.cells, {'a"b': np.array([0])}), tmp_path / "a.msh"
+        )
     with pytest.raises(InputError, match="can be written"):
         meshes.write(mesh, tmp_path / "nowhere" / "a.msh")
 
@@ -257,7 +293,9 @@ def test_write_refuses_what_cannot_be_read_back(tmp_path: Path) -> None:
 @pytest.mark.parametrize("header", ["UInt32", "UInt64"])
 @pytest.mark.parametrize("order", ["LittleEndian", "BigEndian"])
 @pytest.mark.parametrize("packed", [True, False])
-def test_vtu_as_vtk_writes_it(tmp_path: Path, kind: type, mode: str, header: str, order: str, packed: bool) -> None:
+def test_vtu_as_vtk_writes_it(
+    tmp_path: Path, kind: type, mode: str, header: str, order: str, packed: bool
+) -> None:
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
@@ -270,11 +308,17 @@ def test_vtu_as_vtk_writes_it(tmp_path: Path, kind: type, mode: str, header: str
     grid.InsertNextCell(1, 1, [2999])
     for i in range(2999):
         grid.InsertNextCell(3, 2, [i, i + 1])
-    fields = {"left": (x == 0).astype(np.int64), "count": np.arange(3000), "height": (x > 0.5).astype(float)}
+    fields = {
+        "left": (x == 0).astype(np.int64),
+        "count": np.arange(3000),
+        "height": (x > 0.5).astype(float),
+    }
     for name, values in fields.items():
         grid.GetPointData().AddArray(array := numpy_to_vtk(values, deep=True))
         array.SetName(name)
-    grid.GetCellData().AddArray(array := numpy_to_vtk((np.arange(3000) > 1000).astype(np.int8), deep=True))
+    grid.GetCellData().AddArray(
+        array := numpy_to_vtk((np.arange(3000) > 1000).astype(np.int8), deep=True)
+    )
     array.SetName("beam")
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetFileName(str(tmp_path / "a.vtu"))
@@ -287,15 +331,21 @@ def test_vtu_as_vtk_writes_it(tmp_path: Path, kind: type, mode: str, header: str
     assert writer.Write()
     mesh = meshes.read(tmp_path / "a.vtu")
     tolerance = 1e-7 if kind is np.float32 else 1e-6 if mode == "Ascii" else 0
-    np.testing.assert_allclose(mesh.points, np.column_stack([x, x**2, 0 * x]), rtol=0, atol=tolerance)
+    np.testing.assert_allclose(
+        mesh.points, np.column_stack([x, x**2, 0 * x]), rtol=0, atol=tolerance
+    )
     np.testing.assert_array_equal(meshes.chain(mesh), np.arange(3000))
     assert {name: ids.tolist() for name, ids in mesh.point_groups.items()} == {"left": [0]}
-    assert {name: ids.tolist() for name, ids in mesh.line_groups.items()} == {"beam": list(range(1000, 2999))}
+    assert {name: ids.tolist() for name, ids in mesh.line_groups.items()} == {
+        "beam": list(range(1000, 2999))
+    }
 
 
 def test_vtu_of_pyvista_with_fields_that_are_no_groups(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
-    grid = pyvista.UnstructuredGrid({3: np.array([[0, 1], [1, 2], [2, 3]])}, np.array(SQUARE_ENDS, np.float32))
+    grid = pyvista.UnstructuredGrid(
+        {3: np.array([[0, 1], [1, 2], [2, 3]])}, np.array(SQUARE_ENDS, np.float32)
+    )
     grid.point_data["left"] = np.array([1, 0, 0, 0])
     grid.cell_data["beam"] = np.array([True, True, False])
     grid.save(tmp_path / "a.vtu")
@@ -314,7 +364,9 @@ def test_missing_file_names_its_neighbour() -> None:
 
 
 @pytest.mark.parametrize("name", ["a.msh", "a.vtu"])
-def test_files_that_are_no_mesh(tmp_path: Path, name: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_files_that_are_no_mesh(
+    tmp_path: Path, name: str, capfd: pytest.CaptureFixture[str]
+) -> None:
     refused(saved(tmp_path, b"", name), "an empty file")
     refused(saved(tmp_path, np.random.default_rng(1).bytes(4096), name))
     refused(saved(tmp_path, "hello\nworld\n", name))
@@ -340,7 +392,10 @@ def test_too_large_a_file_is_not_opened(tmp_path: Path) -> None:
 def test_no_points_no_cells_no_lines(tmp_path: Path) -> None:
     refused(saved(tmp_path, text_22([], [])), "expected points")
     refused(saved(tmp_path, text_22(SQUARE_ENDS, [])), "cells of type line", "no cells at all")
-    refused(saved(tmp_path, text_22(SQUARE_ENDS, ["2 2 0 0 1 2 3", "15 2 0 0 1"])), "got 1 triangle, 1 vertex")
+    refused(
+        saved(tmp_path, text_22(SQUARE_ENDS, ["2 2 0 0 1 2 3", "15 2 0 0 1"])),
+        "got 1 triangle, 1 vertex",
+    )
     meshio.write(tmp_path / "a.vtu", meshio.Mesh(np.array(SQUARE_ENDS), [("quad", [[0, 1, 2, 3]])]))
     refused(tmp_path / "a.vtu", "got 1 quad")
     refused(saved(tmp_path, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"), "expected points")
@@ -348,7 +403,9 @@ def test_no_points_no_cells_no_lines(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
 def test_coordinates_that_are_not_finite(tmp_path: Path, value: str) -> None:
-    content = text_22(SQUARE_ENDS, lines((1, 2), (2, 3), (3, 4))).replace("3 2.0 0.0", f"3 2.0 {value}")
+    content = text_22(SQUARE_ENDS, lines((1, 2), (2, 3), (3, 4))).replace(
+        "3 2.0 0.0", f"3 2.0 {value}"
+    )
     refused(saved(tmp_path, content), "finite coordinates", f"node 3 at (2, {value}, 0)")
     points = np.array(SQUARE_ENDS)
     points[2, 1] = float(value)
@@ -362,13 +419,23 @@ def test_node_number_out_of_range(tmp_path: Path, node: int) -> None:
     expected = ("on the nodes 1 to 4", f"node {node} in cell 2")
     refused(saved(tmp_path, text_22(SQUARE_ENDS, lines((1, 2), (2, node)))), *expected)
     nodes = b"".join(struct.pack("<iddd", i, *p) for i, p in enumerate(SQUARE_ENDS, 1))
-    cells = struct.pack("<iii", 1, 2, 0) + struct.pack("<iii", 1, 1, 2) + struct.pack("<iii", 2, 2, node)
+    cells = (
+        struct.pack("<iii", 1, 2, 0)
+        + struct.pack("<iii", 1, 1, 2)
+        + struct.pack("<iii", 2, 2, node)
+    )
     refused(saved(tmp_path, binary_22(4, 2, nodes, cells)), *expected)
-    refused(saved(tmp_path, text_22(SQUARE_ENDS, [*lines((1, 2)), f"15 2 1 1 {node}"])), "point group 'tag_1'", f"node {node}")
+    refused(
+        saved(tmp_path, text_22(SQUARE_ENDS, [*lines((1, 2)), f"15 2 1 1 {node}"])),
+        "point group 'tag_1'",
+        f"node {node}",
+    )
 
 
 def test_node_index_out_of_range_in_vtu(tmp_path: Path) -> None:
-    meshio.write(tmp_path / "a.vtu", meshio.Mesh(np.array(SQUARE_ENDS), [("line", [[0, 1], [1, 4]])]))
+    meshio.write(
+        tmp_path / "a.vtu", meshio.Mesh(np.array(SQUARE_ENDS), [("line", [[0, 1], [1, 4]])])
+    )
     refused(tmp_path / "a.vtu", "on the nodes 0 to 3", "node 4 in cell 1")
 
 
@@ -379,26 +446,40 @@ def test_node_numbers_twice(tmp_path: Path) -> None:
 
 def test_cells_of_zero_length(tmp_path: Path) -> None:
     refused(saved(tmp_path, text_22(SQUARE_ENDS, lines((1, 2), (3, 3)))), "cell 2 at (2, 0, 0)")
-    refused(saved(tmp_path, text_22([*SQUARE_ENDS, (1.0, 1e-14, 0.0)], lines((1, 2), (2, 5)))), "cell 2 at (1, 0, 0)")
+    refused(
+        saved(tmp_path, text_22([*SQUARE_ENDS, (1.0, 1e-14, 0.0)], lines((1, 2), (2, 5)))),
+        "cell 2 at (1, 0, 0)",
+    )
     refused(saved(tmp_path, text_22([(1, 1, 1), (1, 1, 1)], lines((1, 2)))), "cell 1 at (1, 1, 1)")
 
 
 def test_short_cells_of_a_small_mesh_are_fine(tmp_path: Path) -> None:
-    mesh = meshes.read(saved(tmp_path, text_22([(0, 0, 0), (1e-9, 0, 0), (1e-3, 0, 0)], lines((1, 2), (2, 3)))))
+    mesh = meshes.read(
+        saved(tmp_path, text_22([(0, 0, 0), (1e-9, 0, 0), (1e-3, 0, 0)], lines((1, 2), (2, 3))))
+    )
     assert len(mesh.cells) == 2
 
 
 @pytest.mark.parametrize("tag", [0, 3])
 def test_cells_twice(tmp_path: Path, tag: int) -> None:
     cells = lines((1, 2), (2, 3), (2, 1), tag=tag)
-    refused(saved(tmp_path, text_22(SQUARE_ENDS, cells)), "each cell once", "cell 1 at (0.5, 0, 0), cell 3 at (0.5, 0, 0)")
+    refused(
+        saved(tmp_path, text_22(SQUARE_ENDS, cells)),
+        "each cell once",
+        "cell 1 at (0.5, 0, 0), cell 3 at (0.5, 0, 0)",
+    )
 
 
 @pytest.mark.parametrize(
     "content",
     [
         binary_22(10**9, 1),
-        binary_22(2, 10**9, struct.pack("<iddd", 1, 0, 0, 0) + struct.pack("<iddd", 2, 1, 0, 0), struct.pack("<iii", 1, 10**9, 2)),
+        binary_22(
+            2,
+            10**9,
+            struct.pack("<iddd", 1, 0, 0, 0) + struct.pack("<iddd", 2, 1, 0, 0),
+            struct.pack("<iii", 1, 10**9, 2),
+        ),
         binary_22(100_000, 1, b"x" * 200_000),
         text_22(SQUARE_ENDS, lines((1, 2))).replace("$Nodes\n4", "$Nodes\n900000000000").encode(),
         text_22(SQUARE_ENDS, lines((1, 2))).replace("$Elements\n1", "$Elements\n100").encode(),
@@ -425,40 +506,80 @@ def test_claims_that_the_file_cannot_hold(tmp_path: Path, content: bytes) -> Non
 
 
 def test_sparse_node_numbers_cost_nothing(tmp_path: Path) -> None:
-    content = TEXT_41.replace("\n40\n", "\n4000000000000\n").replace("4 30 40\n", "4 30 4000000000000\n")
+    content = TEXT_41.replace("\n40\n", "\n4000000000000\n").replace(
+        "4 30 40\n", "4 30 4000000000000\n"
+    )
     assert len(meshes.chain(meshes.read(saved(tmp_path, content)))) == 4
 
 
 def test_claims_of_vtu(tmp_path: Path) -> None:
     good = (FOLDER / "beam_100.vtu").read_text()
-    refused(saved(tmp_path, good.replace('NumberOfPoints="101"', 'NumberOfPoints="999999999999"'), "a.vtu"), "NumberOfPoints")
-    refused(saved(tmp_path, good.replace('NumberOfPoints="101"', 'NumberOfPoints="102"'), "a.vtu"), "Points of 306 numbers")
-    refused(saved(tmp_path, good.replace('NumberOfCells="100"', f'NumberOfCells="{"9" * 5000}"'), "a.vtu"), "NumberOfCells")
-    refused(saved(tmp_path, good.replace("<Piece", "<Piece NumberOfPoints='0' NumberOfCells='0'/><Piece"), "a.vtu"), "one Piece")
+    refused(
+        saved(
+            tmp_path, good.replace('NumberOfPoints="101"', 'NumberOfPoints="999999999999"'), "a.vtu"
+        ),
+        "NumberOfPoints",
+    )
+    refused(
+        saved(tmp_path, good.replace('NumberOfPoints="101"', 'NumberOfPoints="102"'), "a.vtu"),
+        "Points of 306 numbers",
+    )
+    refused(
+        saved(
+            tmp_path, good.replace('NumberOfCells="100"', f'NumberOfCells="{"9" * 5000}"'), "a.vtu"
+        ),
+        "NumberOfCells",
+    )
+    refused(
+        saved(
+            tmp_path,
+            good.replace("<Piece", "<Piece NumberOfPoints='0' NumberOfCells='0'/><Piece"),
+            "a.vtu",
+        ),
+        "one Piece",
+    )
     entity = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa">]>' + good
     refused(saved(tmp_path, entity, "a.vtu"), "entity declaration")
     refused(saved(tmp_path, good[: len(good) // 2], "a.vtu"))
 
 
 def test_vtu_that_unpacks_to_too_much(tmp_path: Path) -> None:
-    meshio.write(tmp_path / "a.vtu", meshio.Mesh(np.array(SQUARE_ENDS), [("line", [[0, 1], [1, 2], [2, 3]])]))
+    meshio.write(
+        tmp_path / "a.vtu", meshio.Mesh(np.array(SQUARE_ENDS), [("line", [[0, 1], [1, 2], [2, 3]])])
+    )
     content = (tmp_path / "a.vtu").read_text()
     packed = zlib.compress(bytes(2**27), 9)
-    header = base64.b64encode(np.array([1, 2**27, 2**27, len(packed)], np.uint32).tobytes()).decode()
+    header = base64.b64encode(
+        np.array([1, 2**27, 2**27, len(packed)], np.uint32).tobytes()
+    ).decode()
     text = header + base64.b64encode(packed).decode()
-    array = f'<PointData><DataArray type="Int8" Name="x" format="binary">{text}</DataArray></PointData>'
-    refused(saved(tmp_path, content.replace("</Piece>", array + "</Piece>"), "b.vtu"), "readable array 'x'", "above 67108864")
+    array = (
+        f'<PointData><DataArray type="Int8" Name="x" format="binary">{text}</DataArray></PointData>'
+    )
+    refused(
+        saved(tmp_path, content.replace("</Piece>", array + "</Piece>"), "b.vtu"),
+        "readable array 'x'",
+        "above 67108864",
+    )
     lying = base64.b64encode(np.array([1, 32, 32, len(packed)], np.uint32).tobytes()).decode()
     refused(
-        saved(tmp_path, content.replace("</Piece>", array.replace(header, lying) + "</Piece>"), "c.vtu"),
+        saved(
+            tmp_path,
+            content.replace("</Piece>", array.replace(header, lying) + "</Piece>"),
+            "c.vtu",
+        ),
         "more than the 32 bytes a block",
     )
 
 
 @pytest.mark.parametrize("name", ["beam_5.msh", "beam_100.vtu", "text"])
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(data=st.data())
-def test_damaged_files_give_a_mesh_or_an_input_error(tmp_path: Path, name: str, data: st.DataObject) -> None:
+def test_damaged_files_give_a_mesh_or_an_input_error(
+    tmp_path: Path, name: str, data: st.DataObject
+) -> None:
     content = bytearray(TEXT_41.encode() if name == "text" else (FOLDER / name).read_bytes())
     for _ in range(data.draw(st.integers(1, 3))):
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
@@ -479,7 +600,9 @@ def test_damaged_files_give_a_mesh_or_an_input_error(tmp_path: Path, name: str, 
 
 def test_points_and_cells_that_are_dropped(tmp_path: Path) -> None:
     cells = [*lines((3, 4), (2, 3)), "15 2 5 5 1", "15 2 6 6 4", "2 2 0 0 1 2 3"]
-    file = saved(tmp_path, text_22(SQUARE_ENDS, cells, '$PhysicalNames\n1\n0 9 "never"\n$EndPhysicalNames\n'))
+    file = saved(
+        tmp_path, text_22(SQUARE_ENDS, cells, '$PhysicalNames\n1\n0 9 "never"\n$EndPhysicalNames\n')
+    )
     with pytest.warns(Notice) as caught:
         mesh = meshes.read(file)
     text = "\n".join(str(w.message) for w in caught)
@@ -500,13 +623,19 @@ def test_missing_groups_list_those_present() -> None:
     with pytest.raises(InputError, match=r"got 'D'; point groups present: A, B, C") as caught:
         meshes.group(mesh, "D")
     assert "double_pendulum_100.msh" in str(caught.value)
-    with pytest.raises(InputError, match="got 'A', which is a point group; line groups present: I, II"):
+    with pytest.raises(
+        InputError, match="got 'A', which is a point group; line groups present: I, II"
+    ):
         meshes.chain(mesh, "A")
     with pytest.raises(InputError, match=r"did you mean 'left'\?"):
         meshes.group(meshes.read(FOLDER / "beam_5.msh"), "lft")
 
 
-@given(st.permutations(range(7)), st.permutations(range(6)), st.lists(st.booleans(), min_size=6, max_size=6))
+@given(
+    st.permutations(range(7)),
+    st.permutations(range(6)),
+    st.lists(st.booleans(), min_size=6, max_size=6),
+)
 def test_chain_of_shuffled_cells(nodes: list[int], order: list[int], turned: list[bool]) -> None:
     points = np.zeros((7, 3))
     points[nodes, 0] = np.arange(7)
@@ -524,9 +653,14 @@ def test_chains_that_are_no_open_line() -> None:
     def chain(*cells: tuple[int, int]) -> None:
         meshes.chain(meshes.LineMesh(points, np.array(cells), line_groups={"g": np.array([0, 1])}))
 
-    with pytest.raises(InputError, match=r"without branches, got three or more cells at node 1 at \(1, 0, 0\)"):
+    with pytest.raises(
+        InputError, match=r"without branches, got three or more cells at node 1 at \(1, 0, 0\)"
+    ):
         chain((0, 1), (1, 2), (1, 3))
-    with pytest.raises(InputError, match=r"one piece, got 2 pieces, with node 0 at \(0, 0, 0\), node 3 at \(2, 1, 0\)"):
+    with pytest.raises(
+        InputError,
+        match=r"one piece, got 2 pieces, with node 0 at \(0, 0, 0\), node 3 at \(2, 1, 0\)",
+    ):
         chain((0, 1), (3, 5))
     with pytest.raises(InputError, match=r"merge nodes at one place \(2, 4\)"):
         chain((0, 1), (1, 2), (4, 5))
@@ -581,7 +715,9 @@ def test_lines_of_scikit_fem() -> None:
     assert mesh.line_groups["far"].tolist() == [2, 3]
     np.testing.assert_allclose(np.linalg.norm(mesh.points, axis=1), 1.0, rtol=1e-15)
     assert meshes.from_skfem(grid).points[2].tolist() == [1.0, 0.0, 0.0]
-    with pytest.raises(InputError, match="expected a MeshLine of first order, got a MeshTri1 in 2 dimensions"):
+    with pytest.raises(
+        InputError, match="expected a MeshLine of first order, got a MeshTri1 in 2 dimensions"
+    ):
         meshes.from_skfem(skfem.MeshTri())
 
 
@@ -646,7 +782,9 @@ def test_pieces_of_a_partitioned_mesh_have_the_groups_of_their_entities(tmp_path
 
 @pytest.mark.parametrize("binary", [False, True])
 def test_nodes_with_parameters(binary: bool, tmp_path: Path) -> None:
-    """Format 2.2: of a point none, of a curve one, of a surface two, of a volume or of nothing none."""
+    """Format 2.2: of a point none, of a curve one, of a surface two, of a volume or of nothing
+    none.
+    """
     nodes = [
         (1, [0.0, 0, 0], 0, []),
         (2, [1.0, 0, 0], 1, [0.5]),
@@ -656,15 +794,29 @@ def test_nodes_with_parameters(binary: bool, tmp_path: Path) -> None:
     ]
     lines = [(i, i, i + 1) for i in range(1, 5)]
     if binary:
-        data = b"".join(struct.pack(f"<i3d2i{len(p)}d", n, *x, dim, 1, *p) for n, x, dim, p in nodes)
-        cells = struct.pack("<3i", 1, 4, 2) + b"".join(struct.pack("<5i", i, 7, 1, a, b) for i, a, b in lines)
+        data = b"".join(
+            struct.pack(f"<i3d2i{len(p)}d", n, *x, dim, 1, *p) for n, x, dim, p in nodes
+        )
+        cells = struct.pack("<3i", 1, 4, 2) + b"".join(
+            struct.pack("<5i", i, 7, 1, a, b) for i, a, b in lines
+        )
         head = b"$MeshFormat\n2.2 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
     else:
-        data = "".join(f"{n} {' '.join(map(str, [*x, dim, 1, *p]))}\n" for n, x, dim, p in nodes).encode()
+        data = "".join(
+            f"{n} {' '.join(map(str, [*x, dim, 1, *p]))}\n" for n, x, dim, p in nodes
+        ).encode()
         cells = "".join(f"{i} 1 2 7 1 {a} {b}\n" for i, a, b in lines).encode()
         head = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
-    body = b"$ParametricNodes\n5\n" + data + b"\n$EndParametricNodes\n$Elements\n4\n" + cells + b"\n$EndElements\n"
+    body = (
+        b"$ParametricNodes\n5\n"
+        + data
+        + b"\n$EndParametricNodes\n$Elements\n4\n"
+        + cells
+        + b"\n$EndElements\n"
+    )
     (tmp_path / "a.msh").write_bytes(head + body)
     found = meshes.read(tmp_path / "a.msh")
     np.testing.assert_allclose(found.points, [x for _, x, _, _ in nodes])
-    assert {name: ids.tolist() for name, ids in found.line_groups.items()} == {"tag_7": [0, 1, 2, 3]}
+    assert {name: ids.tolist() for name, ids in found.line_groups.items()} == {
+        "tag_7": [0, 1, 2, 3]
+    }

@@ -1,4 +1,6 @@
-"""NURBS surfaces: the contract, exact shapes, refinement, common edges, springs against folding, what is refused."""
+"""NURBS surfaces: the contract, exact shapes, refinement, common edges, springs against folding,
+what is refused.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +15,13 @@ from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.shapes.table import check_table
 
 NU = 0.3
-BENDING = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - NU)]])  # D = 1, curvatures 11, 22, 12
+BENDING = np.array(
+    [[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - NU)]]
+)  # D = 1, curvatures 11, 22, 12
 MEMBRANE = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, (1.0 - NU) / 2.0]])
-LEISSA = np.array([13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.093])  # free square plate, omega a^2 sqrt(rho t / D)
+LEISSA = np.array(
+    [13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.093]
+)  # free square plate, omega a^2 sqrt(rho t / D)
 KNOTS = [0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0]
 RIGHT = np.array([1.0, 0.0, 0.0])
 SPACES = [(degree, continuity) for degree in (2, 3, 4, 5) for continuity in range(degree)]
@@ -26,9 +32,16 @@ def rational(degree: int, continuity: int, seed: int = 1) -> Surface:
     random = np.random.default_rng(seed)
     one = line.uniform([0.0, 0.3, 0.7, 2.0], degree, continuity)
     two = line.uniform([-1.0, 0.0, 0.4], degree - 1, max(continuity - 1, 0))
-    x, y = np.meshgrid(np.linspace(0.0, 1.0, one.count), np.linspace(0.0, 1.0, two.count), indexing="ij")
+    x, y = np.meshgrid(
+        np.linspace(0.0, 1.0, one.count), np.linspace(0.0, 1.0, two.count), indexing="ij"
+    )
     control = np.stack([x, y, 0.1 * random.uniform(size=x.shape)], axis=2)
-    return nurbs.surface(nurbs.Patch(one.knots, two.knots, one.degree, two.degree, random.uniform(0.5, 2.0, x.shape)), control)
+    return nurbs.surface(
+        nurbs.Patch(
+            one.knots, two.knots, one.degree, two.degree, random.uniform(0.5, 2.0, x.shape)
+        ),
+        control,
+    )
 
 
 def at_gauss(shape: Surface, order: int | None = None) -> np.ndarray:
@@ -42,35 +55,53 @@ def halves(n: int, slant: float = 0.0, degree: int = 3, continuity: int | None =
     """The unit square of two patches with a common edge from (1/2 - slant, 0) to (1/2 + slant, 1)."""
     open_ = np.array([0.0, 0.0, 1.0, 1.0])
     low, high = [0.5 - slant, 0.0], [0.5 + slant, 1.0]
-    corners = {"left": [[[0.0, 0.0], [0.0, 1.0]], [low, high]], "right": [[low, high], [[1.0, 0.0], [1.0, 1.0]]]}
+    corners = {
+        "left": [[[0.0, 0.0], [0.0, 1.0]], [low, high]],
+        "right": [[low, high], [[1.0, 0.0], [1.0, 1.0]]],
+    }
     shapes = {
         name: nurbs.refine(nurbs.Patch(open_, open_, 1, 1), points, n, 2 * n, degree, continuity)
         for name, points in corners.items()
     }
-    return nurbs.surface({name: patch for name, (patch, _) in shapes.items()}, {name: c for name, (_, c) in shapes.items()})
+    return nurbs.surface(
+        {name: patch for name, (patch, _) in shapes.items()},
+        {name: c for name, (_, c) in shapes.items()},
+    )
 
 
 def matrices(shape: Surface, order: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bending, membrane and mass matrices of a flat plate, E t = D = rho t = 1 up to constants, from physical derivatives."""
+    """Bending, membrane and mass matrices of a flat plate, E t = D = rho t = 1 up to constants,
+    from physical derivatives.
+    """
     table = surface.tabulate(shape, order)
     n, b = shape.count, table.nodes.shape[1]
     x = np.einsum("epkb,ebc->epkc", table.values, shape.reference[shape.nodes][..., :2])
     inverse = np.linalg.inv(x[:, :, 1:3])  # [c, a] = d xi_a / d x_c
     first = np.einsum("epca,epab->epcb", inverse, table.values[:, :, 1:3])
-    second = (table.values[:, :, 3:] - np.einsum("epkc,epcb->epkb", x[:, :, 3:], first))[:, :, [0, 2, 2, 1]]
-    second = np.einsum("epca,epdf,epafb->epcdb", inverse, inverse, second.reshape(*first.shape[:2], 2, 2, b))
+    second = (table.values[:, :, 3:] - np.einsum("epkc,epcb->epkb", x[:, :, 3:], first))[
+        :, :, [0, 2, 2, 1]
+    ]
+    second = np.einsum(
+        "epca,epdf,epafb->epcdb", inverse, inverse, second.reshape(*first.shape[:2], 2, 2, b)
+    )
     weights = table.weights / np.abs(np.linalg.det(inverse))
     curvature = np.stack([second[:, :, 0, 0], second[:, :, 1, 1], second[:, :, 0, 1]], axis=2)
     zero = np.zeros_like(first[:, :, 0])
     strain = np.stack(
         [
             np.concatenate(pair, axis=2)
-            for pair in ((first[:, :, 0], zero), (zero, first[:, :, 1]), (first[:, :, 1], first[:, :, 0]))
+            for pair in (
+                (first[:, :, 0], zero),
+                (zero, first[:, :, 1]),
+                (first[:, :, 1], first[:, :, 0]),
+            )
         ],
         axis=2,
     )
 
-    def assemble(rows: np.ndarray, modulus: np.ndarray, numbers: np.ndarray, size: int) -> np.ndarray:
+    def assemble(
+        rows: np.ndarray, modulus: np.ndarray, numbers: np.ndarray, size: int
+    ) -> np.ndarray:
         local = np.einsum("ep,epib,ij,epjd->ebd", weights, rows, modulus, rows, optimize=True)
         whole = np.zeros((size, size))
         np.add.at(whole, (numbers[:, :, None], numbers[:, None, :]), local)
@@ -78,7 +109,11 @@ def matrices(shape: Surface, order: int | None = None) -> tuple[np.ndarray, np.n
 
     both = np.concatenate([table.nodes, table.nodes + n], axis=1)
     mass = assemble(table.values[:, :, :1], np.eye(1), table.nodes, n)
-    return assemble(curvature, BENDING, table.nodes, n), assemble(strain, MEMBRANE, both, 2 * n), mass
+    return (
+        assemble(curvature, BENDING, table.nodes, n),
+        assemble(strain, MEMBRANE, both, 2 * n),
+        mass,
+    )
 
 
 def frequencies(shape: Surface, extra: np.ndarray | float = 0.0) -> np.ndarray:
@@ -99,17 +134,31 @@ def test_contract(degree: int, continuity: int) -> None:
 @pytest.mark.parametrize("degree,continuity", SPACES)
 def test_values_are_products_of_lines(degree: int, continuity: int) -> None:
     """Against the B-splines of `line`, derivatives in the knots' parameter."""
-    one, two = line.uniform([0.0, 0.3, 0.7, 2.0], degree, continuity), line.uniform([-1.0, 0.0, 0.4], degree, 0)
+    one, two = (
+        line.uniform([0.0, 0.3, 0.7, 2.0], degree, continuity),
+        line.uniform([-1.0, 0.0, 0.4], degree, 0),
+    )
     control = np.random.default_rng(2).uniform(size=(one.count, two.count, 3))
     shape = nurbs.surface(nurbs.Patch(one.knots, two.knots, degree, degree), control)
     for cell in range(6):
         i, j = cell % 3, cell // 3
-        s, (h1, h2) = np.array([[0.2, 0.9]]), (np.diff(line.breaks(one))[i], np.diff(line.breaks(two))[j])
+        s, (h1, h2) = (
+            np.array([[0.2, 0.9]]),
+            (np.diff(line.breaks(one))[i], np.diff(line.breaks(two))[j]),
+        )
         xi = line.breaks(one)[i] + s[0, 0] * h1, line.breaks(two)[j] + s[0, 1] * h2
         for k, (d1, d2) in enumerate(((0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1))):
-            exact = line.sample(one, xi[0], d1).toarray()[0], line.sample(two, xi[1], d2).toarray()[0]
+            exact = (
+                line.sample(one, xi[0], d1).toarray()[0],
+                line.sample(two, xi[1], d2).toarray()[0],
+            )
             found = surface.sample(shape, np.array([cell]), s, k) @ shape.reference
-            assert_allclose(found[0], h1**d1 * h2**d2 * np.einsum("i,j,ijc->c", *exact, control), rtol=1e-11, atol=1e-12)
+            assert_allclose(
+                found[0],
+                h1**d1 * h2**d2 * np.einsum("i,j,ijc->c", *exact, control),
+                rtol=1e-11,
+                atol=1e-12,
+            )
 
 
 def test_beyond_its_ends_a_cell_continues_its_own_polynomial() -> None:
@@ -117,9 +166,15 @@ def test_beyond_its_ends_a_cell_continues_its_own_polynomial() -> None:
     shape = nurbs.surface(patch, control)
     s = np.linspace(0.1, 0.9, 4)
     for cell in range(4):
-        values = surface.basis(shape.space, np.full(4, cell), np.column_stack([s, np.full(4, 0.5)]))[:, 0]
-        beyond = surface.basis(shape.space, np.full(2, cell), np.array([[-0.2, 0.5], [1.2, 0.5]]))[:, 0]
-        exact = np.stack([np.polyval(np.polyfit(s, column, 3), [-0.2, 1.2]) for column in values.T], axis=1)
+        values = surface.basis(
+            shape.space, np.full(4, cell), np.column_stack([s, np.full(4, 0.5)])
+        )[:, 0]
+        beyond = surface.basis(shape.space, np.full(2, cell), np.array([[-0.2, 0.5], [1.2, 0.5]]))[
+            :, 0
+        ]
+        exact = np.stack(
+            [np.polyval(np.polyfit(s, column, 3), [-0.2, 1.2]) for column in values.T], axis=1
+        )
         assert_allclose(beyond, exact, atol=1e-12)
 
 
@@ -128,7 +183,9 @@ def test_polynomials_are_reproduced(degree: int) -> None:
     """x^i y^j for i, j up to the degree, with second derivatives, over parameters that are x and y."""
     shape = nurbs.surface(*nurbs.rectangle(2.0, 1.5, 3, 2, degree))
     table = surface.tabulate(shape, degree + 1)
-    rows = np.einsum("epkb,ebn->epkn", table.values, np.eye(shape.count)[shape.nodes]).reshape(-1, 6, shape.count)
+    rows = np.einsum("epkb,ebn->epkn", table.values, np.eye(shape.count)[shape.nodes]).reshape(
+        -1, 6, shape.count
+    )
     x, y = at_gauss(shape, degree + 1)[:, 0, :2].T
     for i in range(degree + 1):
         for j in range(degree + 1):
@@ -154,7 +211,9 @@ def test_panel_is_a_cylinder(degree: int, continuity: int) -> None:
     r, r1, r2 = at_gauss(shape)[:, :3].swapaxes(0, 1)
     assert_allclose(np.hypot(r[:, 0], r[:, 2]), 2.0, rtol=1e-14)
     normal = np.cross(r1, r2)
-    assert_allclose(normal / np.linalg.norm(normal, axis=1)[:, None], r * [0.5, 0.0, 0.5], atol=1e-13)
+    assert_allclose(
+        normal / np.linalg.norm(normal, axis=1)[:, None], r * [0.5, 0.0, 0.5], atol=1e-13
+    )
 
 
 def test_panel_area_and_curvature() -> None:
@@ -178,7 +237,10 @@ def test_refinement_keeps_the_surface() -> None:
     assert len(fine.nodes) == 6 * len(coarse.nodes)
     for xi in np.random.default_rng(4).uniform([0.0, -1.0], [2.0, 0.4], (20, 2)):
         a, b = (nurbs.place(shape, *xi) for shape in (coarse, fine))
-        points = [surface.sample(s, np.array([p[0]]), np.array([p[1:]])) @ s.reference for s, p in ((coarse, a), (fine, b))]
+        points = [
+            surface.sample(s, np.array([p[0]]), np.array([p[1:]])) @ s.reference
+            for s, p in ((coarse, a), (fine, b))
+        ]
         assert_allclose(points[0], points[1], atol=1e-14)
 
 
@@ -191,9 +253,20 @@ def test_default_continuity_is_the_highest() -> None:
 # ------------------------------------------------------------------------------------------------------------------- places
 def test_named_places() -> None:
     shape = nurbs.surface(*nurbs.rectangle(3.0, 2.0, 3, 2))
-    for name, xy in {"corner_00": (0, 0), "corner_10": (3, 0), "corner_01": (0, 2), "corner_11": (3, 2)}.items():
+    for name, xy in {
+        "corner_00": (0, 0),
+        "corner_10": (3, 0),
+        "corner_01": (0, 2),
+        "corner_11": (3, 2),
+    }.items():
         cell, xi1, xi2 = shape.points[name]
-        assert_allclose((surface.sample(shape, np.array([cell]), np.array([[xi1, xi2]])) @ shape.reference)[0, :2], xy, atol=1e-15)
+        assert_allclose(
+            (surface.sample(shape, np.array([cell]), np.array([[xi1, xi2]])) @ shape.reference)[
+                0, :2
+            ],
+            xy,
+            atol=1e-15,
+        )
     for name, (axis, value, cells) in {
         "xi1_min": (0, 0, 2),
         "xi1_max": (0, 3, 2),
@@ -202,7 +275,12 @@ def test_named_places() -> None:
     }.items():
         cell, side = shape.edges[name].T
         assert len(cell) == cells
-        points = surface.sample(shape, cell, surface.side_points(shape.parent, side, np.full(cells, 0.3))) @ shape.reference
+        points = (
+            surface.sample(
+                shape, cell, surface.side_points(shape.parent, side, np.full(cells, 0.3))
+            )
+            @ shape.reference
+        )
         assert_allclose(points[:, axis], value, atol=1e-15)
 
 
@@ -211,16 +289,23 @@ def test_place_finds_cell_and_parent_point() -> None:
     assert nurbs.place(shape, 0.75, 0.3, "right")[0] == 8 + 1 + 2 * 1
     assert_allclose(nurbs.place(shape, 0.75, 0.3, "right")[1:], (0.5, 0.2))
     assert nurbs.place(shape, 1.0, 1.0, "left") == (7, 1.0, 1.0)
-    with pytest.raises(InputError, match=r"expected a patch of \['left', 'right'\], got 'lift'; did you mean 'left'"):
+    with pytest.raises(
+        InputError,
+        match=r"expected a patch of \['left', 'right'\], got 'lift'; did you mean 'left'",
+    ):
         nurbs.place(shape, 0.5, 0.5, "lift")
-    with pytest.raises(InputError, match=r"nurbs\.place, xi2: expected parameters in \[0, 1\], got 1\.1"):
+    with pytest.raises(
+        InputError, match=r"nurbs\.place, xi2: expected parameters in \[0, 1\], got 1\.1"
+    ):
         nurbs.place(shape, 0.5, 1.1, "left")
 
 
 # ---------------------------------------------------------------------------------------------------------------- quadrature
 @pytest.mark.parametrize("degree,continuity", [(p, c) for p, c in SPACES if p < 5 and c > 0])
 def test_gauss_points_by_degree_are_enough(degree: int, continuity: int) -> None:
-    """p points on C1 splines: three rigid motions only, bending and membrane, and frequencies of p + 1 points, ever nearer."""
+    """p points on C1 splines: three rigid motions only, bending and membrane, and frequencies of p
+    + 1 points, ever nearer.
+    """
     gaps = []
     for n in (2, 4):
         shape = nurbs.surface(*nurbs.rectangle(1.0, 1.0, n, n, degree, continuity))
@@ -235,8 +320,12 @@ def test_gauss_points_by_degree_are_enough(degree: int, continuity: int) -> None
     assert gaps[1] < gaps[0] / 4.0
 
 
-@pytest.mark.parametrize("cells,degree,continuity", [((1, 1), 2, 1), ((1, 4), 3, 2), ((3, 3), 2, 0), ((2, 2), 3, 0)])
-def test_cells_that_stand_alone_take_one_point_more(cells: tuple[int, int], degree: int, continuity: int) -> None:
+@pytest.mark.parametrize(
+    "cells,degree,continuity", [((1, 1), 2, 1), ((1, 4), 3, 2), ((3, 3), 2, 0), ((2, 2), 3, 0)]
+)
+def test_cells_that_stand_alone_take_one_point_more(
+    cells: tuple[int, int], degree: int, continuity: int
+) -> None:
     shape = nurbs.surface(*nurbs.rectangle(1.0, 1.0, *cells, degree, continuity))
     assert shape.order == degree + 1
     values = np.linalg.eigvalsh(matrices(shape)[1])
@@ -257,7 +346,10 @@ def test_two_patches_share_their_edge() -> None:
     assert interfaces.common_edges(shape) == [("left.xi1_max", "right.xi1_min")]
     assert set(shape.faces) == {"left", "right"}
     assert_array_equal(shape.faces["right"], np.arange(8, 16))
-    assert_allclose(shape.reference[shape.space.numbers["left"][-1]], shape.reference[shape.space.numbers["right"][0]])
+    assert_allclose(
+        shape.reference[shape.space.numbers["left"][-1]],
+        shape.reference[shape.space.numbers["right"][0]],
+    )
     check_table(shape)
 
 
@@ -273,7 +365,11 @@ def test_edges_are_joined_in_every_orientation() -> None:
             (pair,) = interfaces.common_edges(shape)
             common = interfaces.between(shape, *pair)
             assert_allclose((common.normal_a + common.normal_b) @ shape.reference, 0.0, atol=1e-14)
-            assert_allclose(common.normal_a @ shape.reference, np.tile([1.0, 0.0, 0.0], (len(common.weights), 1)), atol=1e-14)
+            assert_allclose(
+                common.normal_a @ shape.reference,
+                np.tile([1.0, 0.0, 0.0], (len(common.weights), 1)),
+                atol=1e-14,
+            )
 
 
 def test_four_patches_meet_in_a_point() -> None:
@@ -287,8 +383,12 @@ def test_four_patches_meet_in_a_point() -> None:
 def test_closed_cylinder() -> None:
     """Three panels of 120 degrees: no free edge along the axis."""
     turn = 2.0 * np.pi / 3.0
-    panels = {f"p{i}": nurbs.cylinder_panel(1.0, 2.0, i * turn, (i + 1) * turn, 4, 3) for i in range(3)}
-    shape = nurbs.surface({k: p for k, (p, _) in panels.items()}, {k: c for k, (_, c) in panels.items()})
+    panels = {
+        f"p{i}": nurbs.cylinder_panel(1.0, 2.0, i * turn, (i + 1) * turn, 4, 3) for i in range(3)
+    }
+    shape = nurbs.surface(
+        {k: p for k, (p, _) in panels.items()}, {k: c for k, (_, c) in panels.items()}
+    )
     assert shape.count == 3 * 6 * 6
     assert len(interfaces.common_edges(shape)) == 3
     for pair in interfaces.common_edges(shape):
@@ -299,7 +399,9 @@ def test_closed_cylinder() -> None:
 
 def test_unjoined_patches_stay_apart() -> None:
     patch, control = nurbs.rectangle(1.0, 1.0, 2, 2, 2)
-    shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control + RIGHT}, join=False)
+    shape = nurbs.surface(
+        {"a": patch, "b": patch}, {"a": control, "b": control + RIGHT}, join=False
+    )
     assert shape.count == 32
     assert interfaces.common_edges(shape) == []
 
@@ -316,13 +418,28 @@ OPEN = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
 @pytest.mark.parametrize(
     "change,message",
     [
-        ({"degree1": 0}, r"Patch, direction 1: BSpline\.degree: expected a whole number of at least 1, got 0"),
-        ({"knots2": OPEN[::-1]}, r"Patch, direction 2: BSpline\.knots\[3\]: expected a knot of at least 1, got 0; sort the knots"),
+        (
+            {"degree1": 0},
+            r"Patch, direction 1: BSpline\.degree: expected a whole number of at least 1, got 0",
+        ),
+        (
+            {"knots2": OPEN[::-1]},
+            r"Patch, direction 2: BSpline\.knots\[3\]: expected a knot of at least 1, got 0; sort the knots",
+        ),
         ({"knots1": np.arange(6.0)}, r"Patch\.knots1: expected open knots"),
-        ({"knots1": np.array([0, 0, 0, np.nan, 1, 1, 1])}, r"direction 1: BSpline\.knots: expected .* finite numbers"),
-        ({"weights": np.ones((3, 2))}, r"Patch\.weights: expected shape \(3, 3\), one for each function, got \(3, 2\)"),
+        (
+            {"knots1": np.array([0, 0, 0, np.nan, 1, 1, 1])},
+            r"direction 1: BSpline\.knots: expected .* finite numbers",
+        ),
+        (
+            {"weights": np.ones((3, 2))},
+            r"Patch\.weights: expected shape \(3, 3\), one for each function, got \(3, 2\)",
+        ),
         ({"weights": -np.eye(3)}, r"Patch\.weights\[0, 0\]: expected a positive number, got -1\.0"),
-        ({"weights": np.full((3, 3), np.inf)}, r"Patch\.weights\[0, 0\]: expected a positive number, got inf"),
+        (
+            {"weights": np.full((3, 3), np.inf)},
+            r"Patch\.weights\[0, 0\]: expected a positive number, got inf",
+        ),
     ],
 )
 def test_bad_patches(change: dict[str, object], message: str) -> None:
@@ -332,12 +449,17 @@ def test_bad_patches(change: dict[str, object], message: str) -> None:
 
 def test_bad_control_points() -> None:
     patch, control = nurbs.rectangle(1.0, 1.0, 2, 2)
-    with pytest.raises(InputError, match=r"expected shape \(5, 5, '2 or 3'\), one for each function, got \(4, 5, 3\)"):
+    with pytest.raises(
+        InputError,
+        match=r"expected shape \(5, 5, '2 or 3'\), one for each function, got \(4, 5, 3\)",
+    ):
         nurbs.surface(patch, control[1:])
     control[2, 2, 0] = np.nan
     with pytest.raises(InputError, match="expected finite numbers, got nan"):
         nurbs.surface(patch, control)
-    with pytest.raises(InputError, match=r"control points for the patches \['a'\], got \['b'\]; use the same names"):
+    with pytest.raises(
+        InputError, match=r"control points for the patches \['a'\], got \['b'\]; use the same names"
+    ):
         nurbs.surface({"a": patch}, {"b": control})
     cubic, quadratic = nurbs.rectangle(1.0, 1.0, 1, 1, 3), nurbs.rectangle(1.0, 1.0, 1, 1, 2)
     with pytest.raises(InputError, match="expected patches of the same degrees and dimension"):
@@ -349,7 +471,10 @@ def test_edges_of_other_functions_are_seams() -> None:
     next_to = control + RIGHT
     uneven = np.ones((4, 4))
     uneven[0, 1] = 2.0
-    for other in (nurbs.Patch(patch.knots1, patch.knots2, 2, 2, uneven), nurbs.Patch(patch.knots1, np.array(KNOTS), 2, 2)):
+    for other in (
+        nurbs.Patch(patch.knots1, patch.knots2, 2, 2, uneven),
+        nurbs.Patch(patch.knots1, np.array(KNOTS), 2, 2),
+    ):
         space = nurbs.surface({"a": patch, "b": other}, {"a": control, "b": next_to}).space
         assert space.joined == ()
         assert [set(pair) for pair in space.seams] == [{"a.xi1_max", "b.xi1_min"}]
@@ -365,12 +490,30 @@ def test_proportional_weights_are_joined() -> None:
     "build,message",
     [
         (lambda: nurbs.rectangle(0.0, 1.0, 1, 1), "expected positive length and width"),
-        (lambda: nurbs.rectangle(1.0, 1.0, 0, 1), "expected a whole number of cells of at least 1, got 0"),
-        (lambda: nurbs.rectangle(1.0, 1.0, 2, 2, 3, 3), "expected a continuity from 0 to degree - 1 = 2, got 3"),
-        (lambda: nurbs.cylinder_panel(-1.0, 1.0, 0.0, 1.0, 1, 1), "expected positive radius and length"),
-        (lambda: nurbs.cylinder_panel(1.0, 1.0, 0.0, 3.2, 1, 1), "expected an opening angle between 0 and pi, got 3.2 rad"),
-        (lambda: nurbs.cylinder_panel(1.0, 1.0, 0.0, 1.0, 1, 1, 1), "expected a degree of at least 2, got 1"),
-        (lambda: nurbs.refine(*nurbs.rectangle(1.0, 1.0, 1, 1, 3), degree=2), "the degree cannot be lowered"),
+        (
+            lambda: nurbs.rectangle(1.0, 1.0, 0, 1),
+            "expected a whole number of cells of at least 1, got 0",
+        ),
+        (
+            lambda: nurbs.rectangle(1.0, 1.0, 2, 2, 3, 3),
+            "expected a continuity from 0 to degree - 1 = 2, got 3",
+        ),
+        (
+            lambda: nurbs.cylinder_panel(-1.0, 1.0, 0.0, 1.0, 1, 1),
+            "expected positive radius and length",
+        ),
+        (
+            lambda: nurbs.cylinder_panel(1.0, 1.0, 0.0, 3.2, 1, 1),
+            "expected an opening angle between 0 and pi, got 3.2 rad",
+        ),
+        (
+            lambda: nurbs.cylinder_panel(1.0, 1.0, 0.0, 1.0, 1, 1, 1),
+            "expected a degree of at least 2, got 1",
+        ),
+        (
+            lambda: nurbs.refine(*nurbs.rectangle(1.0, 1.0, 1, 1, 3), degree=2),
+            "the degree cannot be lowered",
+        ),
     ],
 )
 def test_bad_shapes(build: object, message: str) -> None:

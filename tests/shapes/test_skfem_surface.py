@@ -1,4 +1,6 @@
-"""Bogner-Fox-Schmit and Argyris: the contract, C1 continuity, polynomials, convergence, plate frequencies, and what is refused."""
+"""Bogner-Fox-Schmit and Argyris: the contract, C1 continuity, polynomials, convergence, plate
+frequencies, and what is refused.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def grid(nx: int, ny: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and anticlockwise cells of the unit square."""
     x, y = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1), indexing="ij")
     i = np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)
-    return np.column_stack([x.ravel(), y.ravel()]), np.stack([i, i + ny + 1, i + ny + 2, i + 1], axis=-1).reshape(-1, 4)
+    return np.column_stack([x.ravel(), y.ravel()]), np.stack(
+        [i, i + ny + 1, i + ny + 2, i + 1], axis=-1
+    ).reshape(-1, 4)
 
 
 def halves(nx: int, ny: int) -> tuple[np.ndarray, np.ndarray]:
@@ -38,13 +42,17 @@ def halves(nx: int, ny: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def scrambled(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same mesh with other node numbers, another order of cells and another first vertex in each."""
+    """The same mesh with other node numbers, another order of cells and another first vertex in
+    each.
+    """
     random = np.random.default_rng(11)
     new = random.permutation(len(points))
     places = np.empty_like(points)
     places[new] = points
     start = random.integers(0, cells.shape[1], len(cells))[:, None]
-    turned = np.take_along_axis(new[cells], (start + np.arange(cells.shape[1])) % cells.shape[1], axis=1)
+    turned = np.take_along_axis(
+        new[cells], (start + np.arange(cells.shape[1])) % cells.shape[1], axis=1
+    )
     return places, random.permutation(turned)
 
 
@@ -84,7 +92,9 @@ SURFACES: dict[str, Callable[[], Surface]] = {
     "argyris, irregular": lambda: skfem_surface.argyris(*shaken(5)),
     "argyris, 64 x 64": lambda: skfem_surface.argyris(*halves(64, 64)),
     "argyris, far away": lambda: skfem_surface.argyris(halves(8, 4)[0] + FAR, halves(8, 4)[1]),
-    "argyris, slender": lambda: skfem_surface.argyris(halves(3, 3)[0] * [1.0, 1e-2], halves(3, 3)[1]),
+    "argyris, slender": lambda: skfem_surface.argyris(
+        halves(3, 3)[0] * [1.0, 1e-2], halves(3, 3)[1]
+    ),
 }
 
 
@@ -96,7 +106,9 @@ def vertices(space: Surface) -> np.ndarray:
 
 
 def gradients(space: Surface, cell: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, ...]:
-    """N (x, b), dN/dX (x, 2, b), d2N/dX2 (x, 2, 2, b) and det J (x,); J from the vertices, exact far from the origin too."""
+    """N (x, b), dN/dX (x, 2, b), d2N/dX2 (x, 2, 2, b) and det J (x,); J from the vertices, exact
+    far from the origin too.
+    """
     values = surface.basis(space.space, cell, xi)
     corners = vertices(space)[cell]
     jacobian = (corners[:, [1, -1]] - corners[:, :1]).transpose(0, 2, 1)
@@ -115,7 +127,9 @@ def at_gauss(space: Surface, order: int) -> tuple[np.ndarray, ...]:
     table = surface.tabulate(space, order)
     e, p = table.weights.shape
     *parts, det = gradients(space, np.repeat(np.arange(e), p), table.points.reshape(-1, 2))
-    return *(part.reshape(e, p, *part.shape[1:]) for part in parts), table.weights * det.reshape(e, p)
+    return *(part.reshape(e, p, *part.shape[1:]) for part in parts), table.weights * det.reshape(
+        e, p
+    )
 
 
 def assembled(space: Surface, matrices: np.ndarray) -> coo_array:
@@ -130,9 +144,15 @@ def mass(space: Surface, order: int) -> coo_array:
 
 
 def coefficients(space: Surface, field: Callable[..., np.ndarray]) -> np.ndarray:
-    """Coordinates of a field(X, Y, i, j) -> d^(i+j)/dX^i dY^j, from the documented meaning of every coordinate."""
+    """Coordinates of a field(X, Y, i, j) -> d^(i+j)/dX^i dY^j, from the documented meaning of every
+    coordinate.
+    """
     nodal = 4 if space.parent is Parent.SQUARE else 6
-    orders = [(0, 0), (1, 0), (0, 1), (1, 1)] if nodal == 4 else [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
+    orders = (
+        [(0, 0), (1, 0), (0, 1), (1, 1)]
+        if nodal == 4
+        else [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
+    )
     result = np.empty(space.count)
     sides = int(space.parent)
     for vertex in range(sides):
@@ -144,7 +164,9 @@ def coefficients(space: Surface, field: Callable[..., np.ndarray]) -> np.ndarray
     for side in range(space.nodes.shape[1] - nodal * sides):
         middle = 0.5 * (corners[:, side] + corners[:, (side + 1) % 3]).T
         normal = space.reference[space.nodes[:, nodal * sides + side]]
-        result[space.nodes[:, nodal * sides + side]] = field(*middle, 1, 0) * normal[:, 0] + field(*middle, 0, 1) * normal[:, 1]
+        result[space.nodes[:, nodal * sides + side]] = (
+            field(*middle, 1, 0) * normal[:, 0] + field(*middle, 0, 1) * normal[:, 1]
+        )
     return result
 
 
@@ -155,7 +177,9 @@ def polynomial_field(parent: Parent) -> Callable[..., np.ndarray]:
         factors[np.add.outer(np.arange(n), np.arange(n)) >= n] = 0.0
 
     def field(x: np.ndarray, y: np.ndarray, i: int, j: int) -> np.ndarray:
-        return polynomial.polyval2d(x, y, polynomial.polyder(polynomial.polyder(factors, i, axis=0), j, axis=1))
+        return polynomial.polyval2d(
+            x, y, polynomial.polyder(polynomial.polyder(factors, i, axis=0), j, axis=1)
+        )
 
     return field
 
@@ -164,7 +188,9 @@ def wave(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.sin(3.0 * x + 1.0) * np.cos(2.0 * y - x)
 
 
-BASIS = 100 * np.finfo(float).eps  #: error of a basis that is the inverse of a matrix, times coordinates far from the origin
+BASIS = (
+    100 * np.finfo(float).eps
+)  #: error of a basis that is the inverse of a matrix, times coordinates far from the origin
 
 
 # ------------------------------------------------------------------------------------------------------------------ tests
@@ -175,25 +201,36 @@ def test_contract(name: str) -> None:
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_slopes_are_continuous(name: str) -> None:
-    """Value and gradient from both cells at random points of all interior edges; random coordinates, gradients relative to 1/h."""
+    """Value and gradient from both cells at random points of all interior edges; random
+    coordinates, gradients relative to 1/h.
+    """
     space = SURFACES[name]()
     sides = int(space.parent)
     nodal = 4 if sides == 4 else 6
     cells = space.nodes[:, : nodal * sides : nodal]
     keys = plate_audit.side_keys(plate_audit.sides(cells), space.count).ravel()
     order = np.argsort(keys, kind="stable")
-    pair = order[:-1][keys[order][1:] == keys[order][:-1]], order[1:][keys[order][1:] == keys[order][:-1]]
+    pair = (
+        order[:-1][keys[order][1:] == keys[order][:-1]],
+        order[1:][keys[order][1:] == keys[order][:-1]],
+    )
     assert len(pair[0]) == keys.size - len(np.unique(keys)) > 0
     random = np.random.default_rng(1)
     s, c = random.uniform(0.0, 1.0, len(pair[0])), random.uniform(-1.0, 1.0, space.count)
     results = []
     for sided, fraction in zip(pair, (s, 1.0 - s), strict=True):
         cell, side = np.divmod(sided, sides)
-        value, gradient, _, _ = gradients(space, cell, surface.side_points(space.parent, side, fraction))
+        value, gradient, _, _ = gradients(
+            space, cell, surface.side_points(space.parent, side, fraction)
+        )
         place = np.einsum("xb,xbc->xc", value, space.reference[space.nodes[cell]])
         size = np.einsum("xb,xbc->xc", np.abs(value), np.abs(space.reference[space.nodes[cell]]))
         results.append(
-            (place, np.einsum("xb,xb->x", value, c[space.nodes[cell]]), np.einsum("xcb,xb->xc", gradient, c[space.nodes[cell]]))
+            (
+                place,
+                np.einsum("xb,xb->x", value, c[space.nodes[cell]]),
+                np.einsum("xcb,xb->xc", gradient, c[space.nodes[cell]]),
+            )
         )
     (place, value, gradient), (place_2, value_2, gradient_2) = results
     assert (np.abs(place - place_2) <= 1e-12 + BASIS * size).all()
@@ -203,7 +240,9 @@ def test_slopes_are_continuous(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["bfs, graded", "argyris", "argyris, irregular"])
 def test_polynomials_are_reproduced(name: str) -> None:
-    """Bicubic and quintic ones with all derivatives; other vertices than the first come from the coordinates of neighbours too."""
+    """Bicubic and quintic ones with all derivatives; other vertices than the first come from the
+    coordinates of neighbours too.
+    """
     space = SURFACES[name]()
     field = polynomial_field(space.parent)
     random = np.random.default_rng(4)
@@ -213,14 +252,21 @@ def test_polynomials_are_reproduced(name: str) -> None:
     value, gradient, hessian, _ = gradients(space, cell, xi)
     x, y = np.einsum("xb,xbc->cx", value, space.reference[space.nodes[cell]])
     assert_allclose(np.einsum("xb,xb->x", value, c), field(x, y, 0, 0), rtol=0.0, atol=1e-12)
-    assert_allclose(np.einsum("xcb,xb->cx", gradient, c), [field(x, y, 1, 0), field(x, y, 0, 1)], rtol=0.0, atol=1e-10)
+    assert_allclose(
+        np.einsum("xcb,xb->cx", gradient, c),
+        [field(x, y, 1, 0), field(x, y, 0, 1)],
+        rtol=0.0,
+        atol=1e-10,
+    )
     exact = [[field(x, y, 2, 0), field(x, y, 1, 1)], [field(x, y, 1, 1), field(x, y, 0, 2)]]
     assert_allclose(np.einsum("xcdb,xb->cdx", hessian, c), exact, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize("degrees", [-45.0, -30.0, 0.0, 30.0, 100.0])
 def test_rectangles_may_be_turned(degrees: float) -> None:
-    """r_x and r_y of the reference are unit vectors along the sides, at most 45 degrees away from the global axes."""
+    """r_x and r_y of the reference are unit vectors along the sides, at most 45 degrees away from
+    the global axes.
+    """
     points, cells = graded(3, 2)
     space = skfem_surface.bfs(turned(degrees, points), cells)
     check_table(space)
@@ -231,13 +277,19 @@ def test_rectangles_may_be_turned(degrees: float) -> None:
 
 
 def test_functions_are_those_of_scikit_fem() -> None:
-    """On a mesh near the origin scikit-fem's own tabulation gives the same functions, up to length and the sense of r_n."""
+    """On a mesh near the origin scikit-fem's own tabulation gives the same functions, up to length
+    and the sense of r_n.
+    """
     points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [2.0, 0.0], [2.0, 1.0]])
     quads, triangles = np.array([[0, 1, 2, 3], [1, 4, 5, 2]]), np.array([[0, 1, 2], [0, 2, 3]])
     xi = np.random.default_rng(6).uniform(0.05, 0.45, (5, 2))
     for mesh, element, make in (
         (skfem.MeshQuad(points.T, quads.T), skfem.ElementQuadBFS(), skfem_surface.bfs),
-        (skfem.MeshTri(points[:4].T, triangles.T), skfem.ElementTriArgyris(), skfem_surface.argyris),
+        (
+            skfem.MeshTri(points[:4].T, triangles.T),
+            skfem.ElementTriArgyris(),
+            skfem_surface.argyris,
+        ),
     ):
         space = make(mesh.p.T, mesh.t.T)
         cells = np.repeat(np.arange(len(space.nodes)), len(xi))
@@ -245,13 +297,17 @@ def test_functions_are_those_of_scikit_fem() -> None:
         nodal, sides = element.dofnames[: element.nodal_dofs], len(mesh.t)
         for b, name in enumerate([*nodal * sides, *element.dofnames[len(nodal) :] * sides]):
             exact = np.asarray(element.gbasis(mesh.mapping(), xi.T, b)[0])
-            ours = values[:, b].reshape(exact.shape) * (space.space.length if len(name) == 4 else 1.0)
+            ours = values[:, b].reshape(exact.shape) * (
+                space.space.length if len(name) == 4 else 1.0
+            )
             sign = np.sign(np.sum(ours * exact, axis=1, keepdims=True)) if name == "u_n" else 1.0
             assert_allclose(sign * ours, exact, rtol=0.0, atol=1e-12)
 
 
 def test_meshes_do_not_disturb_each_other() -> None:
-    """scikit-fem's elements keep the matrix of their first mesh; a surface made before or after another is the same."""
+    """scikit-fem's elements keep the matrix of their first mesh; a surface made before or after
+    another is the same.
+    """
     for make, first, second in (
         (skfem_surface.bfs, grid(2, 2), graded(3, 4)),
         (skfem_surface.argyris, halves(2, 2), shaken(4)),
@@ -264,7 +320,11 @@ def test_meshes_do_not_disturb_each_other() -> None:
         cell = np.arange(len(after.nodes))
         value = gradients(after, cell, np.full((len(cell), 2), 0.3))[0]
         x, y = np.einsum("xb,xbc->cx", value, after.reference[after.nodes])
-        assert_allclose(np.einsum("xb,xb->x", value, coefficients(after, field)[after.nodes]), field(x, y, 0, 0), atol=1e-12)
+        assert_allclose(
+            np.einsum("xb,xb->x", value, coefficients(after, field)[after.nodes]),
+            field(x, y, 0, 0),
+            atol=1e-12,
+        )
 
 
 @pytest.mark.parametrize(
@@ -272,34 +332,52 @@ def test_meshes_do_not_disturb_each_other() -> None:
     [(skfem_surface.bfs, grid, (8, 16, 32), 4.0), (skfem_surface.argyris, halves, (2, 4, 8), 6.0)],
 )
 def test_projection_converges(
-    make: Callable[..., Surface], mesh: Callable[..., tuple[np.ndarray, np.ndarray]], sizes: tuple[int, ...], order: float
+    make: Callable[..., Surface],
+    mesh: Callable[..., tuple[np.ndarray, np.ndarray]],
+    sizes: tuple[int, ...],
+    order: float,
 ) -> None:
-    """L2 projection of a smooth function: error O(h^(k+1)) for degree k = 3 and 5 (Ciarlet, doi:10.1137/1.9780898719208)."""
+    """L2 projection of a smooth function: error O(h^(k+1)) for degree k = 3 and 5 (Ciarlet,
+    doi:10.1137/1.9780898719208).
+    """
     errors = []
     for n in sizes:
         space = make(*mesh(n, n))
         value, _, _, weights = at_gauss(space, 7)
         exact = wave(*np.einsum("epb,ebc->cep", value, space.reference[space.nodes]))
-        load = np.bincount(space.nodes.ravel(), np.einsum("epb,ep,ep->eb", value, exact, weights).ravel())
+        load = np.bincount(
+            space.nodes.ravel(), np.einsum("epb,ep,ep->eb", value, exact, weights).ravel()
+        )
         c = spsolve(mass(space, 7), load)
-        errors.append(np.sqrt(np.sum(weights * (np.einsum("epb,eb->ep", value, c[space.nodes]) - exact) ** 2)))
+        errors.append(
+            np.sqrt(np.sum(weights * (np.einsum("epb,eb->ep", value, c[space.nodes]) - exact) ** 2))
+        )
     observed = np.log2(np.divide(errors[:-1], errors[1:]))
     assert observed[-1] == pytest.approx(order, abs=0.1)
 
 
-# omega a^2 sqrt(rho t / D), nu = 0.3: Ritz upper bounds converged to 1e-6; the first three are published as 1.364614, 1.985504 and
-# 2.459086 pi^2 (ASME DETC2007-34754, doi:10.1115/DETC2007-34754) and lie up to 1 % below the upper bounds of A. W. Leissa,
-# J. Sound Vib. 31 (1973) 257-293, doi:10.1016/S0022-460X(73)80371-2
+# omega a^2 sqrt(rho t / D), nu = 0.3: Ritz upper bounds converged to 1e-6; the first three are
+# published as 1.364614, 1.985504 and 2.459086 pi^2 (ASME DETC2007-34754,
+# doi:10.1115/DETC2007-34754) and lie up to 1 % below the upper bounds of A. W. Leissa, J. Sound
+# Vib. 31 (1973) 257-293, doi:10.1016/S0022-460X(73)80371-2
 FREE_SQUARE = np.array([13.468197, 19.596137, 24.270201, 34.800889, 34.800891, 61.093234])
 
 
 def free_plate(space: Surface, order: int) -> np.ndarray:
-    """omega a^2 sqrt(rho t / D) of the free Kirchhoff plate: K = int B^T [[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]] B dA."""
+    """omega a^2 sqrt(rho t / D) of the free Kirchhoff plate: K = int B^T [[1, nu, 0], [nu, 1, 0],
+    [0, 0, (1 - nu) / 2]] B dA.
+    """
     _, _, hessian, weights = at_gauss(space, order)
     B = np.stack([hessian[:, :, 0, 0], hessian[:, :, 1, 1], 2.0 * hessian[:, :, 0, 1]], axis=2)
     law = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - NU)]])
-    stiffness = assembled(space, np.einsum("epib,ij,epjc,ep->ebc", B, law, B, weights, optimize=True))
-    return np.sqrt(np.abs(eigh(stiffness.toarray(), mass(space, space.order + 1).toarray(), eigvals_only=True)[:9]))
+    stiffness = assembled(
+        space, np.einsum("epib,ij,epjc,ep->ebc", B, law, B, weights, optimize=True)
+    )
+    return np.sqrt(
+        np.abs(
+            eigh(stiffness.toarray(), mass(space, space.order + 1).toarray(), eigvals_only=True)[:9]
+        )
+    )
 
 
 @pytest.mark.parametrize(
@@ -316,7 +394,9 @@ def test_free_square_plate(space: Surface, error: float) -> None:
 
 
 def membrane_stiffness(space: Surface, order: int) -> np.ndarray:
-    """K = int B^T [[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]] B dA with the strains u,x, v,y, u,y + v,x."""
+    """K = int B^T [[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]] B dA with the strains u,x, v,y,
+    u,y + v,x.
+    """
     _, gradient, _, weights = at_gauss(space, order)
     e, p, _, b = gradient.shape
     B = np.zeros((e, p, 3, b, 2))
@@ -327,9 +407,15 @@ def membrane_stiffness(space: Surface, order: int) -> np.ndarray:
     return np.einsum("epib,ij,epjc,ep->ebc", B, law, B, weights, optimize=True)
 
 
-@pytest.mark.parametrize("space", [skfem_surface.bfs(*grid(1, 1)), skfem_surface.argyris(*shaken(2))], ids=["bfs", "argyris"])
+@pytest.mark.parametrize(
+    "space",
+    [skfem_surface.bfs(*grid(1, 1)), skfem_surface.argyris(*shaken(2))],
+    ids=["bfs", "argyris"],
+)
 def test_quadrature_is_exact_for_the_linear_membrane(space: Surface) -> None:
-    """`order` points give the energy of twice as many, one point less does not; only the three rigid motions cost nothing."""
+    """`order` points give the energy of twice as many, one point less does not; only the three
+    rigid motions cost nothing.
+    """
     exact = membrane_stiffness(space, 2 * space.order)
     size = np.abs(exact).max()
     assert_allclose(membrane_stiffness(space, space.order), exact, rtol=0.0, atol=1e-13 * size)
@@ -339,21 +425,36 @@ def test_quadrature_is_exact_for_the_linear_membrane(space: Surface) -> None:
     assert_array_equal((values > 1e-9).sum(axis=1), values.shape[1] - 3)
 
 
-@pytest.mark.parametrize(("make", "mesh"), [(skfem_surface.bfs, grid), (skfem_surface.argyris, halves)], ids=["bfs", "argyris"])
-def test_named_places(make: Callable[..., Surface], mesh: Callable[..., tuple[np.ndarray, np.ndarray]]) -> None:
+@pytest.mark.parametrize(
+    ("make", "mesh"),
+    [(skfem_surface.bfs, grid), (skfem_surface.argyris, halves)],
+    ids=["bfs", "argyris"],
+)
+def test_named_places(
+    make: Callable[..., Surface], mesh: Callable[..., tuple[np.ndarray, np.ndarray]]
+) -> None:
     points, cells = scrambled(*mesh(3, 2))
     left = np.flatnonzero(points[:, 0] == 0.0)
     left = left[np.argsort(points[left, 1])]
     corner = int(np.argmax(points.sum(axis=1)))
     pairs = np.column_stack([left[:-1], left[1:]])
-    space = make(points, cells, {"corner": [corner], "left": left}, {"left": pairs}, {"some": [3, 0]})
+    space = make(
+        points, cells, {"corner": [corner], "left": left}, {"left": pairs}, {"some": [3, 0]}
+    )
     assert_array_equal(space.faces["some"], [3, 0])
     assert set(space.points) == {"corner", "left[0]", "left[1]", "left[2]"}
     for name, node in (("corner", corner), *((f"left[{i}]", node) for i, node in enumerate(left))):
         cell, *xi = space.points[name]
-        assert_allclose(surface.sample(space, np.array([cell]), np.array([xi])) @ space.reference, points[[node]], atol=1e-14)
+        assert_allclose(
+            surface.sample(space, np.array([cell]), np.array([xi])) @ space.reference,
+            points[[node]],
+            atol=1e-14,
+        )
     cell, side = space.edges["left"].T
-    middle = surface.sample(space, cell, surface.side_points(space.parent, side, np.full(2, 0.5))) @ space.reference
+    middle = (
+        surface.sample(space, cell, surface.side_points(space.parent, side, np.full(2, 0.5)))
+        @ space.reference
+    )
     assert_allclose(middle, [[0.0, 0.25], [0.0, 0.75]], atol=1e-14)
 
 
@@ -365,20 +466,37 @@ TWO_TURNED = np.concatenate([SQUARE, [[2.0, 0.0], [2.0, 1.0], [1.2, 2.0]]])
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: skfem_surface.bfs(SKEWED, [[0, 1, 2, 3]]), r"expected rectangles .* cell 0 at \(0.525, 0.5\).* fvs for quads"),
-        (lambda: skfem_surface.bfs(SQUARE @ [[1.0, 0.0], [0.3, 1.0]], [[0, 1, 2, 3]]), "expected rectangles"),
+        (
+            lambda: skfem_surface.bfs(SKEWED, [[0, 1, 2, 3]]),
+            r"expected rectangles .* cell 0 at \(0.525, 0.5\).* fvs for quads",
+        ),
+        (
+            lambda: skfem_surface.bfs(SQUARE @ [[1.0, 0.0], [0.3, 1.0]], [[0, 1, 2, 3]]),
+            "expected rectangles",
+        ),
         (lambda: skfem_surface.bfs(SQUARE * 1.0, [[0, 3, 1, 2]]), "cells whose sides do not cross"),
-        (lambda: skfem_surface.bfs(np.column_stack([SQUARE, SQUARE]), [[0, 1, 2, 3]]), r"finite points \(n, 2\)"),
+        (
+            lambda: skfem_surface.bfs(np.column_stack([SQUARE, SQUARE]), [[0, 1, 2, 3]]),
+            r"finite points \(n, 2\)",
+        ),
         (lambda: skfem_surface.argyris(SQUARE * np.nan, [[0, 1, 2], [0, 2, 3]]), "NaN"),
         (lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2]]), "unused nodes 3; remove them"),
         (lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2], [0, 2, 4]]), "numbers from 0 to 3"),
         (lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2, 3]]), r"shape \(i, 3\)"),
         (
-            lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2], [0, 2, 3]], edge_groups={"a": [[1, 3]]}),
+            lambda: skfem_surface.argyris(
+                SQUARE, [[0, 1, 2], [0, 2, 3]], edge_groups={"a": [[1, 3]]}
+            ),
             "'a'.* no cell with the side 1, 3",
         ),
-        (lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2], [0, 2, 3]], point_groups={"p": [7]}), "'p'.* numbers from 0 to 3"),
-        (lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2], [0, 2, 3]], face_groups={"f": [2]}), "'f'.* numbers from 0 to 1"),
+        (
+            lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2], [0, 2, 3]], point_groups={"p": [7]}),
+            "'p'.* numbers from 0 to 3",
+        ),
+        (
+            lambda: skfem_surface.argyris(SQUARE, [[0, 1, 2], [0, 2, 3]], face_groups={"f": [2]}),
+            "'f'.* numbers from 0 to 1",
+        ),
     ],
 )
 def test_refused(call: Callable[[], Surface], message: str) -> None:
@@ -388,14 +506,25 @@ def test_refused(call: Callable[[], Surface], message: str) -> None:
 
 # ---------------------------------------------------------------------------------------------------------------- recipe
 def test_the_recipe_for_an_own_element_runs() -> None:
-    """docs/own_element.md: its code calls the contract; the surface is C1 and its named places are where they should be."""
+    """docs/own_element.md: its code calls the contract; the surface is C1 and its named places are
+    where they should be.
+    """
     names = pages.run("docs/own_element.md", __name__="own_element")
     shape = names["shape"]
     cell, *xi = shape.points["corner"]
-    assert_allclose(surface.sample(shape, np.array([cell]), np.array([xi])) @ shape.reference, [[0.4, 0.2]], atol=1e-15)
+    assert_allclose(
+        surface.sample(shape, np.array([cell]), np.array([xi])) @ shape.reference,
+        [[0.4, 0.2]],
+        atol=1e-15,
+    )
     cells, side = shape.edges["left"].T
-    left = surface.sample(shape, cells, surface.side_points(shape.parent, side, np.full(4, 0.5))) @ shape.reference
-    assert_allclose(left, [[0.0, 0.175], [0.0, 0.125], [0.0, 0.075], [0.0, 0.025]][::-1], atol=1e-15)
+    left = (
+        surface.sample(shape, cells, surface.side_points(shape.parent, side, np.full(4, 0.5)))
+        @ shape.reference
+    )
+    assert_allclose(
+        left, [[0.0, 0.175], [0.0, 0.125], [0.0, 0.075], [0.0, 0.025]][::-1], atol=1e-15
+    )
     y = np.linspace(0.0, 1.0, 5)
     for k in range(3):
         here = surface.sample(shape, np.zeros(5, int), np.column_stack([np.ones(5), y]), k)

@@ -1,4 +1,6 @@
-"""Standard NURBS circles: knots repeated degree times inside a patch, and sides that meet, tie slopes exactly."""
+"""Standard NURBS circles: knots repeated degree times inside a patch, and sides that meet, tie
+slopes exactly.
+"""
 
 from __future__ import annotations
 
@@ -14,15 +16,23 @@ from fmbs_skfem.shapes.table import check_table
 
 OPEN = np.array([0.0, 0.0, 1.0, 1.0])
 QUARTERS = np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]) / 4.0
-SIZE = np.where(np.arange(9) % 2, np.sqrt(2.0), 1.0)  #: of the nine points of a circle; their weights are 1 / SIZE
+SIZE = np.where(
+    np.arange(9) % 2, np.sqrt(2.0), 1.0
+)  #: of the nine points of a circle; their weights are 1 / SIZE
 
 
-def revolved(radii: np.ndarray, heights: np.ndarray, weights: np.ndarray, knots: np.ndarray) -> tuple[nurbs.Patch, np.ndarray]:
+def revolved(
+    radii: np.ndarray, heights: np.ndarray, weights: np.ndarray, knots: np.ndarray
+) -> tuple[nurbs.Patch, np.ndarray]:
     """A profile turned about z: nine control points, four arcs, along xi1; the profile along xi2."""
     turn = np.arange(9) * np.pi / 4.0
     circle = SIZE[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
-    control = np.concatenate([circle[:, None, :] * radii[:, None], np.tile(heights[:, None], (9, 1, 1))], axis=2)
-    return nurbs.Patch(QUARTERS, knots, 2, len(knots) - len(radii) - 1, np.outer(1.0 / SIZE, weights)), control
+    control = np.concatenate(
+        [circle[:, None, :] * radii[:, None], np.tile(heights[:, None], (9, 1, 1))], axis=2
+    )
+    return nurbs.Patch(
+        QUARTERS, knots, 2, len(knots) - len(radii) - 1, np.outer(1.0 / SIZE, weights)
+    ), control
 
 
 def tube(radius: float = 1.0, length: float = 1.0) -> tuple[nurbs.Patch, np.ndarray]:
@@ -40,7 +50,9 @@ def torus() -> tuple[nurbs.Patch, np.ndarray]:
 
 
 def positions(shape: Surface) -> np.ndarray:
-    return np.asarray(np.einsum("epkb,ebc->epkc", surface.tabulate(shape).values, shape.reference[shape.nodes]))
+    return np.asarray(
+        np.einsum("epkb,ebc->epkc", surface.tabulate(shape).values, shape.reference[shape.nodes])
+    )
 
 
 @pytest.mark.parametrize(
@@ -52,7 +64,9 @@ def positions(shape: Surface) -> np.ndarray:
 def test_circles_keep_their_shape_and_lose_the_functions_on_their_knots(
     patch: tuple[nurbs.Patch, np.ndarray], join: bool, tied: int, degree: int, cells: int
 ) -> None:
-    """Positions and both derivatives to round-off, at every Gauss point; no line is left along which the surface may fold."""
+    """Positions and both derivatives to round-off, at every Gauss point; no line is left along
+    which the surface may fold.
+    """
     plain = nurbs.surface(*nurbs.refine(*patch, cells, cells, degree), join=join)
     smooth = smoothing.tie_slopes(plain)
     if join:  # the sides of a slit coincide and have no function in common
@@ -70,7 +84,9 @@ def test_circles_keep_their_shape_and_lose_the_functions_on_their_knots(
 
 
 def test_any_motion_of_a_tied_surface_is_smooth() -> None:
-    """Outward derivatives of random fields sum to zero across the lines that were tied; before, they do not."""
+    """Outward derivatives of random fields sum to zero across the lines that were tied; before,
+    they do not.
+    """
     plain = nurbs.surface(*nurbs.refine(*tube(), 2, 2, 3), join=True)
     smooth = smoothing.tie_slopes(plain)
     named = replace(smooth, edges={**smooth.edges, **interfaces.inner_lines(plain)})
@@ -78,15 +94,23 @@ def test_any_motion_of_a_tied_surface_is_smooth() -> None:
     for shape in (plain, named):
         field = np.random.default_rng(1).standard_normal(shape.count)
         found = [interfaces.between(shape, *pair) for pair in interfaces.common_edges(plain)]
-        jumps.append(max(float(np.abs((one.normal_a + one.normal_b) @ field).max()) for one in found))
+        jumps.append(
+            max(float(np.abs((one.normal_a + one.normal_b) @ field).max()) for one in found)
+        )
     assert jumps[0] > 1.0
     assert jumps[1] < 1e-12 * jumps[0]
 
 
 def test_what_other_patches_share_or_what_has_a_kink_is_not_tied() -> None:
-    """Two tubes on top of each other share a circle; a profile with a corner has no common direction."""
+    """Two tubes on top of each other share a circle; a profile with a corner has no common
+    direction.
+    """
     patch, control = tube()
-    shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control + np.array([0.0, 0.0, 1.0])}, join=True)
+    shape = nurbs.surface(
+        {"a": patch, "b": patch},
+        {"a": control, "b": control + np.array([0.0, 0.0, 1.0])},
+        join=True,
+    )
     assert smoothing.tie_slopes(shape) is shape
     assert len(interfaces.common_edges(shape)) == 9
     bent = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 1], [2, 0, 2.0]])
@@ -97,9 +121,13 @@ def test_what_other_patches_share_or_what_has_a_kink_is_not_tied() -> None:
 
 
 def test_uneven_arcs_are_tied_with_the_ratio_of_their_speeds() -> None:
-    """A straight strip in two quadratic arcs of lengths 1 and 3: the middle point divides its neighbours as 1 to 3."""
+    """A straight strip in two quadratic arcs of lengths 1 and 3: the middle point divides its
+    neighbours as 1 to 3.
+    """
     x = np.array([0.0, 0.5, 1.0, 2.5, 4.0])
-    control = np.stack([np.column_stack([x, 0 * x, 0 * x]), np.column_stack([x, 0 * x + 1.0, 0 * x])], axis=1)
+    control = np.stack(
+        [np.column_stack([x, 0 * x, 0 * x]), np.column_stack([x, 0 * x + 1.0, 0 * x])], axis=1
+    )
     shape = nurbs.surface(nurbs.Patch(np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), OPEN, 2, 1), control)
     smooth = smoothing.tie_slopes(shape)
     assert smooth.space.ties[""][0] == {2: pytest.approx(0.75)}

@@ -1,4 +1,6 @@
-"""Meshes of quads and triangles as plates: areas, groups, circles, constant strains and bending to the last digit, numbering."""
+"""Meshes of quads and triangles as plates: areas, groups, circles, constant strains and bending to
+the last digit, numbering.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +30,17 @@ def saved(path: Path, seed: int | None = None) -> Path:
         "second": np.array([9, 2]),
     }
     blocks = [("line", np.array(pairs), tag) for tag, pairs in enumerate(LINES.values(), 1)]
-    blocks += [("quad", QUADS[:1], 8), ("triangle", TRIANGLES[:1], 8), ("triangle", TRIANGLES[1:], 9), ("quad", QUADS[1:], 9)]
+    blocks += [
+        ("quad", QUADS[:1], 8),
+        ("triangle", TRIANGLES[:1], 8),
+        ("triangle", TRIANGLES[1:], 9),
+        ("quad", QUADS[1:], 9),
+    ]
     if seed is not None:
-        blocks = [(kind, np.roll(cells, 1, axis=1) if kind != "line" else cells, tag) for kind, cells, tag in blocks[::-1]]
+        blocks = [
+            (kind, np.roll(cells, 1, axis=1) if kind != "line" else cells, tag)
+            for kind, cells, tag in blocks[::-1]
+        ]
     tags = [np.full(len(cells), tag) for _, cells, tag in blocks]
     points = np.column_stack([POINTS, np.zeros(8)])[np.argsort(place)]
     mesh = meshio.Mesh(
@@ -50,7 +60,9 @@ def test_cells_and_groups(tmp_path: Path, corners: int, cells: int, first: int) 
     assert mesh.cells.shape == (cells, corners)
     assert len(mesh.face_groups["first"]) == first
     x = mesh.points[mesh.cells][..., :2]
-    area = 0.5 * np.sum(x[..., 0] * np.roll(x[..., 1], -1, 1) - np.roll(x[..., 0], -1, 1) * x[..., 1], axis=1)
+    area = 0.5 * np.sum(
+        x[..., 0] * np.roll(x[..., 1], -1, 1) - np.roll(x[..., 0], -1, 1) * x[..., 1], axis=1
+    )
     assert area.min() > 0
     assert area.sum() == pytest.approx(3.0, rel=1e-14)
     assert len(mesh.edge_groups["bottom"]) == (3 if corners == 3 else 6)
@@ -59,15 +71,22 @@ def test_cells_and_groups(tmp_path: Path, corners: int, cells: int, first: int) 
 
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 def test_faces_of_one_kind_are_not_split(tmp_path: Path) -> None:
-    """A face of triangles in a mixed file stays as it is; the whole file is refused where nobody says what to make of it."""
+    """A face of triangles in a mixed file stays as it is; the whole file is refused where nobody
+    says what to make of it.
+    """
     mesh = saved(tmp_path / "a.msh")
     with pytest.raises(InputError, match="all quads or all triangles"):
         plate_meshes.read(mesh, True)
     blocks = [("quad", QUADS[:1]), ("triangle", TRIANGLES)]
     tags = [np.full(len(cells), tag) for tag, (_, cells) in enumerate(blocks, 8)]
     names = {"first": np.array([8, 2]), "second": np.array([9, 2])}
-    points, data = np.column_stack([POINTS, np.zeros(8)]), {"gmsh:physical": tags, "gmsh:geometrical": tags}
-    meshio.write(mesh, meshio.Mesh(points, blocks, cell_data=data, field_data=names), file_format="gmsh22")
+    points, data = (
+        np.column_stack([POINTS, np.zeros(8)]),
+        {"gmsh:physical": tags, "gmsh:geometrical": tags},
+    )
+    meshio.write(
+        mesh, meshio.Mesh(points, blocks, cell_data=data, field_data=names), file_format="gmsh22"
+    )
     assert plate_meshes.read(mesh, True, "first", corners=3).cells.shape == (1, 4)
     assert plate_meshes.read(mesh, True, "second").cells.shape == (2, 3)
 
@@ -76,7 +95,9 @@ def test_middles_lie_on_circles() -> None:
     """A ring of quads and triangles: its hole is as round as before."""
     n = 12
     turn = 2 * np.pi * np.arange(n) / n
-    points = np.vstack([r * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) for r in (1.0, 2.0)])
+    points = np.vstack(
+        [r * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) for r in (1.0, 2.0)]
+    )
     i = np.arange(n)
     quads = np.column_stack([i, n + i, n + (i + 1) % n, (i + 1) % n])
     hole = np.column_stack([i, (i + 1) % n])
@@ -115,10 +136,17 @@ outputs: {{x: {{type: position, at: strip.tip, component: x}}}}
 @pytest.mark.parametrize("seed", [None, 1])
 @pytest.mark.parametrize("kind", ["ancf", "argyris"])
 def test_a_strip_in_tension_is_exact(tmp_path: Path, kind: str, seed: int | None) -> None:
-    """Nominal stress S l = n/t with the Green strain (l^2 - 1)/2 = S/E: l^3 - l = 2 n / (E t) over the whole strip."""
-    mesh = plate_meshes.read(saved(tmp_path / "a.msh", seed), True, corners=3 if kind == "argyris" else 4)
+    """Nominal stress S l = n/t with the Green strain (l^2 - 1)/2 = S/E: l^3 - l = 2 n / (E t) over
+    the whole strip.
+    """
+    mesh = plate_meshes.read(
+        saved(tmp_path / "a.msh", seed), True, corners=3 if kind == "argyris" else 4
+    )
     tip = np.flatnonzero((mesh.points[:, 0] == 3.0) & (mesh.points[:, 1] == 1.0))
-    plate_meshes.write(type(mesh)(mesh.points, mesh.cells, {"tip": tip}, mesh.edge_groups, mesh.face_groups), tmp_path / "a.msh")
+    plate_meshes.write(
+        type(mesh)(mesh.points, mesh.cells, {"tip": tip}, mesh.edge_groups, mesh.face_groups),
+        tmp_path / "a.msh",
+    )
     found = scenes.loads(PULL.format(kind=kind), tmp_path).run().outputs["x"]
     stretch = max(np.roots([1.0, 0.0, -1.0, -2 * 1e3 / (1e9 * 0.01)]).real)
     assert found[-1] == pytest.approx(3.0 * stretch, rel=1e-10)

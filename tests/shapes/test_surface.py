@@ -16,7 +16,9 @@ from fmbs_skfem.shapes.table import check_table
 
 @dataclass(frozen=True)
 class Bilinear:
-    """(1 - x)(1 - y), x (1 - y), x y, (1 - x) y; `noise` in the derivatives, and what else is wrong with them."""
+    """(1 - x)(1 - y), x (1 - y), x y, (1 - x) y; `noise` in the derivatives, and what else is wrong
+    with them.
+    """
 
     noise: float = 0.0
     first: float = 1.0
@@ -48,7 +50,9 @@ def _(space: Bilinear, cell: np.ndarray, xi: np.ndarray) -> np.ndarray:
 def grid(nx: int, ny: int, space: Bilinear | None = None) -> Surface:
     """nx by ny squares."""
     number = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
-    nodes = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    nodes = np.stack(
+        [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1
+    ).reshape(-1, 4)
     reference = np.indices((nx + 1, ny + 1)).reshape(2, -1).T.astype(float)
     return Surface(space or Bilinear(), Parent.SQUARE, nodes, reference, np.ones(number.size), 2)
 
@@ -56,7 +60,9 @@ def grid(nx: int, ny: int, space: Bilinear | None = None) -> Surface:
 @pytest.mark.parametrize("parent", list(Parent))
 @pytest.mark.parametrize("order", [1, 2, 3, 5])
 def test_quadrature_is_exact(parent: Parent, order: int) -> None:
-    """int x^i y^j = 1/((i+1)(j+1)) on the square, i! j!/(i+j+2)! on the triangle, where the collapsed vertex costs a degree."""
+    """int x^i y^j = 1/((i+1)(j+1)) on the square, i! j!/(i+j+2)! on the triangle, where the
+    collapsed vertex costs a degree.
+    """
     xi, weights = surface.quadrature(None, parent, order)
     factorial = np.cumprod([1.0, *range(1, 13)])
     for i in range(2 * order):
@@ -89,7 +95,9 @@ def test_wrong_rules_are_refused(space: Bilinear, message: str) -> None:
 
 
 def test_sides_in_common() -> None:
-    """A grid of 3 by 2 squares has 7 of them; cells of one orientation run along them in opposite directions."""
+    """A grid of 3 by 2 squares has 7 of them; cells of one orientation run along them in opposite
+    directions.
+    """
     a, b, against = surface.coincident_sides(grid(3, 2))
     assert len(a) == len(b) == 7
     assert against.all()
@@ -109,11 +117,18 @@ def test_cells_that_turn_the_other_way_share_sides_too() -> None:
 
 
 def test_cells_that_come_apart_are_refused() -> None:
-    """Two squares at the same places that have no functions in common; two that share one function too few."""
+    """Two squares at the same places that have no functions in common; two that share one function
+    too few.
+    """
     patch, control = nurbs.rectangle(1.0, 1.0, 2, 2, 2)
-    apart = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control + np.array([1.0, 0.0, 0.0])}, join=False)
+    apart = nurbs.surface(
+        {"a": patch, "b": patch},
+        {"a": control, "b": control + np.array([1.0, 0.0, 0.0])},
+        join=False,
+    )
     with pytest.raises(
-        InputError, match=r"check_table\(Nurbs\): continuity over shared sides: expected an error of at most 1.0e-09"
+        InputError,
+        match=r"check_table\(Nurbs\): continuity over shared sides: expected an error of at most 1.0e-09",
     ):
         check_table(apart)
     shape = grid(2, 1)
@@ -133,7 +148,12 @@ def test_folded_cells_are_refused() -> None:
 
 
 def test_rules_and_functions_have_to_fit() -> None:
-    with pytest.raises(InputError, match=r"surface\.basis: expected an interpolation of surfaces, got str.*register"):
+    with pytest.raises(
+        InputError,
+        match=r"surface\.basis: expected an interpolation of surfaces, got str.*register",
+    ):
         surface.tabulate(replace(grid(1, 1), space="bilinear"))
-    with pytest.raises(InputError, match="expected nodes, reference and unit of the same functions"):
+    with pytest.raises(
+        InputError, match="expected nodes, reference and unit of the same functions"
+    ):
         replace(grid(1, 1), unit=np.ones(3))

@@ -67,7 +67,9 @@ def _(space: Faulty, xi: np.ndarray, derivative: int = 0) -> np.ndarray:
     return line.reproduce(space.space, xi, derivative)
 
 
-def _scaled(factors: tuple[float, float, float], functions: slice = slice(None)) -> Callable[[BasisTable], BasisTable]:
+def _scaled(
+    factors: tuple[float, float, float], functions: slice = slice(None)
+) -> Callable[[BasisTable], BasisTable]:
     def change(good: BasisTable) -> BasisTable:
         values = good.values.copy()
         values[..., functions] *= np.array(factors)[:, None]
@@ -89,20 +91,43 @@ def test_sound_wrapper_passes() -> None:
     [
         (Faulty(SPLINE, table=lambda good: replace(good, nodes=good.nodes + 1)), "nodes in range"),
         (Faulty(SPLINE, table=lambda good: replace(good, nodes=good.nodes - 1)), "nodes in range"),
-        (Faulty(SPLINE, table=lambda good: replace(good, points=good.points + 0.1)), "quadrature points inside"),
-        (Faulty(SPLINE, table=lambda good: replace(good, weights=-good.weights)), "positive weights"),
-        (Faulty(SPLINE, table=lambda good: replace(good, weights=2.0 * good.weights)), "sum to the cell's length"),
-        (Faulty(SPLINE, table=_scaled((1.0, 1.0 + 1e-6, 1.0))), "table equals sample, derivative 1"),
         (
-            Faulty(SPLINE, table=_scaled((1.01, 1.0, 1.0)), rows=lambda good, d: 1.01 * good if d == 0 else good),
+            Faulty(SPLINE, table=lambda good: replace(good, points=good.points + 0.1)),
+            "quadrature points inside",
+        ),
+        (
+            Faulty(SPLINE, table=lambda good: replace(good, weights=-good.weights)),
+            "positive weights",
+        ),
+        (
+            Faulty(SPLINE, table=lambda good: replace(good, weights=2.0 * good.weights)),
+            "sum to the cell's length",
+        ),
+        (
+            Faulty(SPLINE, table=_scaled((1.0, 1.0 + 1e-6, 1.0))),
+            "table equals sample, derivative 1",
+        ),
+        (
+            Faulty(
+                SPLINE,
+                table=_scaled((1.01, 1.0, 1.0)),
+                rows=lambda good, d: 1.01 * good if d == 0 else good,
+            ),
             "partition of unity",
         ),
         (
-            Faulty(CABLE, table=_scaled((2.0,) * 3, slice(1, None, 2)), rows=lambda good, d: good @ _slopes(2.0)),
+            Faulty(
+                CABLE,
+                table=_scaled((2.0,) * 3, slice(1, None, 2)),
+                rows=lambda good, d: good @ _slopes(2.0),
+            ),
             "linear reproduction",
         ),
         (Faulty(SPLINE, coefficients=lambda good: good[::-1]), "polynomial reproduction"),
-        (Faulty(SPLINE, rows=lambda good, d: 1.1 * good if d == 3 else good), "derivative 3 against differences"),
+        (
+            Faulty(SPLINE, rows=lambda good, d: 1.1 * good if d == 3 else good),
+            "derivative 3 against differences",
+        ),
     ],
 )
 def test_faults_are_named(space: Faulty, property_: str) -> None:
@@ -116,9 +141,13 @@ def _slopes(factor: float) -> sparse.dia_array:
 
 @pytest.mark.parametrize("derivative", [1, 2])
 def test_wrong_derivative_is_named(derivative: int) -> None:
-    """A parameter stretched in the derivatives alone: sums and tables agree, the constant is kept, linear functions are not."""
+    """A parameter stretched in the derivatives alone: sums and tables agree, the constant is kept,
+    linear functions are not.
+    """
     factors = tuple(1.1 if k == derivative else 1.0 for k in range(3))
-    space = Faulty(SPLINE, table=_scaled(factors), rows=lambda good, d: 1.1 * good if d == derivative else good)
+    space = Faulty(
+        SPLINE, table=_scaled(factors), rows=lambda good, d: 1.1 * good if d == derivative else good
+    )
     with pytest.raises(ValueError, match=f"derivative {derivative}"):
         check_table(space)
     with pytest.raises(ValueError, match=f"derivative {derivative} against differences"):
@@ -130,7 +159,12 @@ def test_matrix_gathers_the_table() -> None:
     coefficients = np.arange(float(SPLINE.count))
     for k in range(3):
         direct = np.einsum("epb,eb->ep", basis.values[:, :, k], coefficients[basis.nodes])
-        assert_allclose((table.matrix(basis, k) @ coefficients).reshape(direct.shape), direct, rtol=1e-14, atol=1e-13)
+        assert_allclose(
+            (table.matrix(basis, k) @ coefficients).reshape(direct.shape),
+            direct,
+            rtol=1e-14,
+            atol=1e-13,
+        )
 
 
 def test_table_refuses_arrays_that_do_not_match() -> None:

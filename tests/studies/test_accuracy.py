@@ -1,4 +1,6 @@
-"""`accuracy` of an analysis: step and cells are found, errors stand beside the numbers, what is given stays."""
+"""`accuracy` of an analysis: step and cells are found, errors stand beside the numbers, what is
+given stays.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +53,9 @@ def test_errors_are_below_what_is_wanted(tmp_path: Path, wanted: str) -> None:
 
 
 def test_pilots_are_compared_at_the_ends_of_all_steps(tmp_path: Path) -> None:
-    """A force right behind a jump of a load lies between instants that many numbers of steps have in common."""
+    """A force right behind a jump of a load lies between instants that many numbers of steps have
+    in common.
+    """
     pilots = ScenePilots(scenes.read(scene(tmp_path, SWING % "1e-2", RAMP)))
     assert (found := pilots.run(2, 1200)) is not None
     assert len(found.times) == 1201
@@ -103,7 +107,9 @@ analysis: {type: dynamic, duration: 1 s, accuracy: 1e-3}
 
 
 def test_no_single_number_of_steps_is_wrong_with_it() -> None:
-    """An arm that starts with a jump of its torque, at numbers of steps that have failed with looser tolerances."""
+    """An arm that starts with a jump of its torque, at numbers of steps that have failed with
+    looser tolerances.
+    """
     pilots = ScenePilots(scenes.loads(ARM, ROOT / "meshes"))
     pilots.run(8, 3200)
     system, analysis = pilots.system(8), build.dynamic(pilots.scene)
@@ -111,7 +117,9 @@ def test_no_single_number_of_steps_is_wrong_with_it() -> None:
         own = pilots.tolerance(steps)
         assert own > 5e-12
         loose, tight = (
-            output_errors.columns(replace(analysis.piloted(steps, steps // 50), tolerance=tolerance).solve(system))
+            output_errors.columns(
+                replace(analysis.piloted(steps, steps // 50), tolerance=tolerance).solve(system)
+            )
             for tolerance in (own, 1e-14)
         )
         errors = output_errors.between(tight, loose, system.outputs)
@@ -119,7 +127,9 @@ def test_no_single_number_of_steps_is_wrong_with_it() -> None:
 
 
 def test_pilots_that_divide_many_steps_end_early() -> None:
-    """A four-bar in steps that are too large: given up where it has divided more steps than count as resolved."""
+    """A four-bar in steps that are too large: given up where it has divided more steps than count
+    as resolved.
+    """
     found = scenes.read(EXAMPLES / "four_bar.yaml")
     own = replace(build.dynamic(found), step=LEFT_OUT, accuracy=Accuracy({"": Bound(1e-2)}))
     pilots, steps = ScenePilots(replace(found, analysis=own, reduction=None, compare=None)), 90
@@ -144,7 +154,9 @@ def test_a_tolerance_of_the_scene_stays(tmp_path: Path) -> None:
 
 
 def test_the_tolerance_leaves_less_in_more_steps(tmp_path: Path) -> None:
-    """Errors add up with the 3/2 power of the number of steps; those that may be divided count with all their parts."""
+    """Errors add up with the 3/2 power of the number of steps; those that may be divided count with
+    all their parts.
+    """
     pilots = ScenePilots(scenes.read(scene(tmp_path, SWING % "1e-2", RAMP)))
     assert pilots.tolerance(1000) == 2e-12  # nothing is known of the outputs yet
     pilots.run(4, 200)
@@ -182,15 +194,18 @@ def test_the_command_shows_errors(tmp_path: Path) -> None:
     assert "pilot runs" in called.out
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["accuracy"]["wanted"] == "0.01 of the range"
-    by_output = fmbs("run", path, "--accuracy", "tip=1 mm, clamp=5 %", "--json", "--out", tmp_path / "other")
+    by_output = fmbs(
+        "run", path, "--accuracy", "tip=1 mm, clamp=5 %", "--json", "--out", tmp_path / "other"
+    )
     assert by_output.json["accuracy"]["wanted"] == "tip: 1 mm, clamp: 0.05 of the range"
 
 
 def test_a_check_plans_nothing(tmp_path: Path) -> None:
     called = fmbs("check", scene(tmp_path, SWING % "1e-6", RAMP))
     assert called.code == 0
-    assert "accuracy 1e-06 of the range: what the scene leaves open of step and cells is found when it runs" in " ".join(
-        called.out.split()
+    assert (
+        "accuracy 1e-06 of the range: what the scene leaves open of step and cells is found when it runs"
+        in " ".join(called.out.split())
     )
 
 
@@ -233,7 +248,9 @@ def test_a_resumed_run_plans_nothing_anew(tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize("name", ["double_pendulum", "four_bar", "spin_up"])
 def test_the_tolerance_follows_the_accuracy(name: str) -> None:
-    """Newton leaves at most 2 % of the accuracy, and a tenth of the error of the step, and makes fewer corrections."""
+    """Newton leaves at most 2 % of the accuracy, and a tenth of the error of the step, and makes
+    fewer corrections.
+    """
     found = scenes.read(EXAMPLES / f"{name}.yaml")
     own = replace(build.dynamic(found), step=LEFT_OUT, accuracy=Accuracy({"": Bound(1e-2)}))
     asked = replace(found, analysis=own, reduction=None, compare=None)
@@ -250,14 +267,19 @@ def test_the_tolerance_follows_the_accuracy(name: str) -> None:
     )
     assert loose.statistics.iterations < 0.95 * usual.statistics.iterations
     columns = [output_errors.columns(motion) for motion in (loose, tight, finer)]
-    left, step = (output_errors.between(columns[1], other, system.outputs) for other in (columns[0], columns[2]))
+    left, step = (
+        output_errors.between(columns[1], other, system.outputs)
+        for other in (columns[0], columns[2])
+    )
     for column, error in left.items():
         assert error.relative < 0.02 * 1e-2, column
         assert error.relative <= 0.1 * step[column].relative, column
 
 
 def test_times_of_outputs_ask_for_no_steps(tmp_path: Path) -> None:
-    """Steps are those of the accuracy, longer than the time between outputs, which are as good there; resumed bit for bit."""
+    """Steps are those of the accuracy, longer than the time between outputs, which are as good
+    there; resumed bit for bit.
+    """
     usual = studies.run(scene(tmp_path, SWING % "1e-3", RAMP)).report["accuracy"]
     path = scene(tmp_path, (SWING % "1e-3").replace("rho_inf", "every: 0.37 ms, rho_inf"), RAMP)
     whole, out = studies.run(path, out=tmp_path / "whole", checkpoint=0.0), tmp_path / "out"
@@ -269,10 +291,16 @@ def test_times_of_outputs_ask_for_no_steps(tmp_path: Path) -> None:
     assert times[-1] == pytest.approx(0.5)
     pilots = ScenePilots(scenes.read(path), within=True)
     finer = build.dynamic(scenes.read(path)).piloted(8 * plan["steps"], 8)
-    with_times = replace(finer, every=build.dynamic(scenes.read(path)).every).solve(pilots.system(4 * plan["cells"]))
-    errors = output_errors.between(output_errors.columns(with_times), whole.outputs, pilots.any_system.outputs)
+    with_times = replace(finer, every=build.dynamic(scenes.read(path)).every).solve(
+        pilots.system(4 * plan["cells"])
+    )
+    errors = output_errors.between(
+        output_errors.columns(with_times), whole.outputs, pilots.any_system.outputs
+    )
     assert max(error.relative for error in errors.values()) < 1e-3
-    assert fmbs("run", path, "--out", out, "--checkpoint", "0.001", "--time-limit", "0.001").code == 6
+    assert (
+        fmbs("run", path, "--out", out, "--checkpoint", "0.001", "--time-limit", "0.001").code == 6
+    )
     gone_on = studies.resume(out)
     for name, values in whole.outputs.items():
         np.testing.assert_array_equal(values, gone_on.outputs[name])
@@ -281,14 +309,20 @@ def test_times_of_outputs_ask_for_no_steps(tmp_path: Path) -> None:
 def test_samples_of_controllers_ask_for_steps() -> None:
     """States may lie within steps, instants at which controllers are asked may not."""
     found = scenes.read(EXAMPLES / "sampled_arm.yaml")
-    uneven = replace(found, analysis=replace(build.dynamic(found), every=(Span(3e-3),), step=LEFT_OUT), reduction=None)
+    uneven = replace(
+        found,
+        analysis=replace(build.dynamic(found), every=(Span(3e-3),), step=LEFT_OUT),
+        reduction=None,
+    )
     assert grid_of(uneven, within=True) == 2000  # 2 ms in 4 s
     assert grid_of(uneven) == 4000
 
 
 def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Path) -> None:
     path = scene(tmp_path, SWING % "1e-2", RAMP)
-    path.write_text(path.read_text().replace("{load: 0.5 N}", "{load: {value: 0.5 N, range: [0.4 N, 0.6 N]}}"))
+    path.write_text(
+        path.read_text().replace("{load: 0.5 N}", "{load: {value: 0.5 N, range: [0.4 N, 0.6 N]}}")
+    )
     chosen = scenes.read(path).chosen(6, 1e-3)
     again = chosen.again({"load": 0.55})
     assert again.bodies["beam"] == chosen.bodies["beam"]
@@ -297,13 +331,19 @@ def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Pa
     case = scenes.family(chosen)[1]({"load": 0.45})
     assert case.scheme.step == 1e-3
     assert case.system.size == build.system(chosen).size
-    called = fmbs("sweep", path, "--samples", "2", "--workers", "1", "--no-plots", "--out", tmp_path / "sweep")
+    called = fmbs(
+        "sweep", path, "--samples", "2", "--workers", "1", "--no-plots", "--out", tmp_path / "sweep"
+    )
     plan = json.loads((tmp_path / "sweep" / "report.json").read_text())["accuracy"]
     assert plan == studies.run(path).report["accuracy"]
-    assert f"largest in {plan['driven_by']}; at the nominal parameters" in " ".join(called.out.split())
+    assert f"largest in {plan['driven_by']}; at the nominal parameters" in " ".join(
+        called.out.split()
+    )
     # times of states do not count for samples, which have instants of their own
     path.write_text(path.read_text().replace("rho_inf", "every: 0.37 ms, rho_inf"))
-    fmbs("sweep", path, "--samples", "1", "--workers", "1", "--no-plots", "--out", tmp_path / "other")
+    fmbs(
+        "sweep", path, "--samples", "1", "--workers", "1", "--no-plots", "--out", tmp_path / "other"
+    )
     assert json.loads((tmp_path / "other" / "report.json").read_text())["accuracy"] == plan
 
 
@@ -325,9 +365,13 @@ outputs:
 
 
 def test_a_chaotic_motion_is_named_with_the_time_up_to_which_it_can_be_trusted() -> None:
-    """A double pendulum of two rigid rods: what eight times as many steps say agrees up to that time, and not to the end."""
+    """A double pendulum of two rigid rods: what eight times as many steps say agrees up to that
+    time, and not to the end.
+    """
     scene = scenes.loads(CHAOS)
-    with pytest.warns(Notice, match="more steps do not settle tip_.*agree within the accuracy up to t ="):
+    with pytest.warns(
+        Notice, match="more steps do not settle tip_.*agree within the accuracy up to t ="
+    ):
         plan = planned.find(scene)
     assert plan.why_not == "sensitive"
     trusted = plan.trusted_until
@@ -363,14 +407,19 @@ def test_named_points_inside_of_a_line_stay_points_of_its_mesh(tmp_path: Path, i
     path = scene(tmp_path, SWING % "5e-2", RAMP)
     line = meshes.segment(20)
     groups = line.point_groups | {f"p{k}": np.array([2 + 3 * k]) for k in range(inner)}
-    meshes.write(replace(line, point_groups=groups, line_groups={"beam": np.arange(20)}), tmp_path / "beam_20.msh")
+    meshes.write(
+        replace(line, point_groups=groups, line_groups={"beam": np.arange(20)}),
+        tmp_path / "beam_20.msh",
+    )
     plan = studies.run(path, plots=False).report["accuracy"]
     assert plan["met"]
     assert plan["cells"] >= inner + 1
 
 
 def rolled_up(folder: Path, analysis: str) -> Path:
-    """The example of a strip that a moment bends into a full circle: its end comes back to its root."""
+    """The example of a strip that a moment bends into a full circle: its end comes back to its
+    root.
+    """
     (folder / "meshes").mkdir(exist_ok=True)
     (folder / "meshes" / "beam_50.msh").write_bytes((ROOT / "meshes" / "beam_50.msh").read_bytes())
     text = (EXAMPLES / "rolled_up.yaml").read_text().replace("../meshes", "meshes")
@@ -381,7 +430,9 @@ def rolled_up(folder: Path, analysis: str) -> Path:
 
 @pytest.mark.parametrize("wanted", ["1e-2", "1e-4"])
 def test_cells_of_equilibria_are_found(tmp_path: Path, wanted: str) -> None:
-    """M = 2 pi EI / L; s M bends an arc of 2 pi s, which ends at L sin(2 pi s) / (2 pi s), L (1 - cos) / (2 pi s)."""
+    """M = 2 pi EI / L; s M bends an arc of 2 pi s, which ends at L sin(2 pi s) / (2 pi s), L (1 -
+    cos) / (2 pi s).
+    """
     run = studies.run(rolled_up(tmp_path, f"{{type: static, load_steps: 12, accuracy: {wanted}}}"))
     plan = run.report["accuracy"]
     turn = 2.0 * np.pi * np.arange(1, 13) / 12
@@ -390,13 +441,25 @@ def test_cells_of_equilibria_are_found(tmp_path: Path, wanted: str) -> None:
     assert (plan["steps"], plan["step"], plan["of_step"]) == (None, None, 0.0)
     for name, values in exact.items():
         error = float(np.abs(run.outputs[name][1:] - values).max())
-        assert 0.02 * plan["errors"][name] < error <= plan["errors"][name] <= float(wanted) * np.ptp(run.outputs[name])
+        assert (
+            0.02 * plan["errors"][name]
+            < error
+            <= plan["errors"][name]
+            <= float(wanted) * np.ptp(run.outputs[name])
+        )
 
 
 def test_equilibria_along_paths_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="load steps, which all meshes have in common"):
         scenes.read(rolled_up(tmp_path, "{type: static, method: arc_length, accuracy: 1e-2}"))
-    called = fmbs("run", rolled_up(tmp_path, "{type: static, method: arc_length}"), "--accuracy", "1e-2", "--out", tmp_path / "out")
+    called = fmbs(
+        "run",
+        rolled_up(tmp_path, "{type: static, method: arc_length}"),
+        "--accuracy",
+        "1e-2",
+        "--out",
+        tmp_path / "out",
+    )
     assert called.code == 3
     assert "--accuracy: expected load steps" in called.err
 
@@ -465,14 +528,18 @@ def test_the_mesh_of_a_plate_is_judged_by_a_finer_one(tmp_path: Path) -> None:
     finer = studies.run(
         flag(
             tmp_path,
-            PLATE.replace("thickness", "refine: 4\n    thickness").replace("accuracy: 4e-2", f"step: {plan['step'] / 4!r}"),
+            PLATE.replace("thickness", "refine: 4\n    thickness").replace(
+                "accuracy: 4e-2", f"step: {plan['step'] / 4!r}"
+            ),
         )
     )
     for name in ("tip_x", "tip_y"):
         assert np.abs(finer.outputs[name][::4] - run.outputs[name]).max() <= plan["errors"][name]
     assert 0.0 < plan["of_mesh"] < 1.0
     with pytest.warns(Notice, match="mostly by the mesh; give flag more cells"):
-        tight = studies.run(flag(tmp_path, PLATE.replace("accuracy: 4e-2", "step: 1 ms, accuracy: 1e-4"))).report["accuracy"]
+        tight = studies.run(
+            flag(tmp_path, PLATE.replace("accuracy: 4e-2", "step: 1 ms, accuracy: 1e-4"))
+        ).report["accuracy"]
     assert not tight["met"]
 
 
@@ -484,9 +551,13 @@ def test_plates_beside_lines_are_judged_too(tmp_path: Path) -> None:
     section: {shape: circular, diameter: 5 mm}
     material: {young_modulus: 10 MPa, density: 1200 kg/m^3}
 """
-    text = PLATE.replace("joints:", line + "joints:\n  knot: {type: revolute, at: flag.a, to: cable.right}")
+    text = PLATE.replace(
+        "joints:", line + "joints:\n  knot: {type: revolute, at: flag.a, to: cable.right}"
+    )
     path = flag(tmp_path, text)
-    meshes.write(meshes.segment(4, (-0.2, 0.0, 0.0), (0.0, 0.0, 0.0)), tmp_path / "meshes" / "cable.msh")
+    meshes.write(
+        meshes.segment(4, (-0.2, 0.0, 0.0), (0.0, 0.0, 0.0)), tmp_path / "meshes" / "cable.msh"
+    )
     alone = ScenePilots(scenes.read(path))
     assert (alone.open, alone.refined, alone.unjudged) == (["cable"], ["flag"], [])
     plan = studies.run(path).report["accuracy"]
@@ -497,14 +568,18 @@ def test_plates_beside_lines_are_judged_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("refine", ["3", "0"])
 def test_sides_are_cut_into_a_power_of_two(tmp_path: Path, refine: str) -> None:
-    with pytest.raises(InputError, match=r"refine: expected (1, 2, 4, 8 or another power of two|a number >= 1)"):
+    with pytest.raises(
+        InputError, match=r"refine: expected (1, 2, 4, 8 or another power of two|a number >= 1)"
+    ):
         scenes.read(flag(tmp_path, PLATE.replace("thickness", f"refine: {refine}\n    thickness")))
 
 
 def wanting(path: Path, outputs: str) -> scenes.schema.Scene:
     """An example with errors of some outputs below 1e-2 of their ranges."""
     found = scenes.read(path)
-    return replace(found, analysis=replace(found.analysis, step=np.inf, every=1, accuracy=bounds(outputs)))
+    return replace(
+        found, analysis=replace(found.analysis, step=np.inf, every=1, accuracy=bounds(outputs))
+    )
 
 
 def bounds(outputs: str) -> Accuracy:
@@ -512,7 +587,9 @@ def bounds(outputs: str) -> Accuracy:
 
 
 def test_what_touches_takes_steps_of_several_lengths() -> None:
-    """The gripper: less than a third of the work of the equal steps that meet the accuracy, proved as these are, and true."""
+    """The gripper: less than a third of the work of the equal steps that meet the accuracy, proved
+    as these are, and true.
+    """
     asked = wanting(EXAMPLES / "gripper.yaml", "ball tip")
     plan, pilots = planned.find(asked), ScenePilots(asked)
     equal = [one for one in plan.pilots if one["resolved"] and not one["local_error"]][-2]
@@ -520,7 +597,11 @@ def test_what_touches_takes_steps_of_several_lengths() -> None:
     assert plan.local_error > 0.0
     found, before, finer = (
         pilots.run(*given)
-        for given in ((plan.cells, plan.steps, plan.local_error), (plan.cells, equal["steps"]), (plan.cells, 4 * equal["steps"]))
+        for given in (
+            (plan.cells, plan.steps, plan.local_error),
+            (plan.cells, equal["steps"]),
+            (plan.cells, 4 * equal["steps"]),
+        )
     )
     assert found is not None
     assert before is not None
@@ -528,12 +609,16 @@ def test_what_touches_takes_steps_of_several_lengths() -> None:
     assert pilots.differ(found, finer)[0].max() < 1.0
     assert found.work < before.work / 3
     settled = planned.Planned(**asdict(plan)).scene(asked)
-    assert build.dynamic(settled).scheme == GeneralizedAlpha(1.0 / plan.steps, local_error=plan.local_error)
+    assert build.dynamic(settled).scheme == GeneralizedAlpha(
+        1.0 / plan.steps, local_error=plan.local_error
+    )
     assert settled.choice == (plan.cells, 1.0 / plan.steps, plan.local_error, plan.tolerance)
     assert f"{plan.steps} steps of {1 / plan.steps:.4g} s, in up to 32 parts" in plan.words
 
 
-def test_equal_steps_stay_where_several_lengths_are_not_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_equal_steps_stay_where_several_lengths_are_not_cheaper(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     asked = wanting(EXAMPLES / "gripper.yaml", "ball tip")
     monkeypatch.setattr(levels, "PAYS", 0.01)
     plan = planned.find(asked)
@@ -550,7 +635,12 @@ def test_a_scene_may_ask_for_several_lengths(tmp_path: Path) -> None:
     """`local_error` beside a step: parts of it err by less than a fifth."""
     text = "{type: dynamic, duration: 0.5 s, step: 10 ms, local_error: %s}"
     runs = [studies.run(scene(tmp_path, text % local, RAMP)) for local in ("0", "1e-6")]
-    exact = studies.run(scene(tmp_path, "{type: dynamic, duration: 0.5 s, step: 0.2 ms, every: 50}", RAMP))
-    errors = [max(np.abs(one.outputs[name] - values).max() for name, values in exact.outputs.items()) for one in runs]
+    exact = studies.run(
+        scene(tmp_path, "{type: dynamic, duration: 0.5 s, step: 0.2 ms, every: 50}", RAMP)
+    )
+    errors = [
+        max(np.abs(one.outputs[name] - values).max() for name, values in exact.outputs.items())
+        for one in runs
+    ]
     assert errors[1] < 0.2 * errors[0]
     assert runs[0].report["steps"] == runs[1].report["steps"] == 50

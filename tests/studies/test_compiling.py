@@ -49,7 +49,9 @@ def test_one_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.Mo
     assert events == ["first", "second"]
 
 
-def test_functions_that_python_calls_are_compiled_by_one_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_functions_that_python_calls_are_compiled_by_one_as_well(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
 
     @jit.jit
@@ -66,7 +68,9 @@ def test_functions_that_python_calls_are_compiled_by_one_as_well(tmp_path: Path,
     assert events == ["compiled elsewhere", "3.0"]
 
 
-def test_only_the_first_run_says_that_it_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_first_run_says_that_it_compiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
     said = list[str]()
     job = Job(listener=Listener(tell=said.append))
@@ -82,7 +86,9 @@ def test_only_the_first_run_says_that_it_compiles(tmp_path: Path, monkeypatch: p
 def test_the_process_beside_a_run_ends_with_it(tmp_path: Path) -> None:
     """Also where the run is killed."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    with subprocess.Popen([sys.executable, "-c", BEGIN], env=environment, stdout=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen(
+        [sys.executable, "-c", BEGIN], env=environment, stdout=subprocess.PIPE, text=True
+    ) as run:
         assert run.stdout is not None
         beside = int(run.stdout.readline())
         assert alive(beside)

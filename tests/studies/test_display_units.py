@@ -1,4 +1,6 @@
-"""Results in the units that were typed: tables, plots, pages' content and reports of one run; files and Python keep SI units."""
+"""Results in the units that were typed: tables, plots, pages' content and reports of one run; files
+and Python keep SI units.
+"""
 
 from __future__ import annotations
 
@@ -50,16 +52,22 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[studies.Run, Path]:
 
 def cells(found: studies.Run, name: str) -> dict[str, list[float]]:
     """The rows of a table by their first column."""
-    table = next(one for one in found.lines if isinstance(one, studies.ReportTable) and one.title == name)
+    table = next(
+        one for one in found.lines if isinstance(one, studies.ReportTable) and one.title == name
+    )
     return {str(row[0]): [float(str(one)) for one in row[1:]] for row in table.rows}
 
 
 def test_a_table_is_in_the_units_that_were_typed(run: tuple[studies.Run, Path]) -> None:
     rows = cells(run[0], "Outputs")
     assert list(rows) == ["w [rpm]", "angle [rad]", "rim_x [mm]", "rim_y [mm]", "drive [W]"]
-    assert rows["w [rpm]"] == pytest.approx([300.0, *[300.0 + 2.0 * 0.04 / RPM] * 2], rel=2e-5)  # the rest is the error of the step
+    assert rows["w [rpm]"] == pytest.approx(
+        [300.0, *[300.0 + 2.0 * 0.04 / RPM] * 2], rel=2e-5
+    )  # the rest is the error of the step
     assert rows["w [rpm]"][0] == pytest.approx(300.0, rel=1e-13)
-    assert rows["w [rpm]"][2] * 2.0 * math.pi / 60.0 == pytest.approx(run[0].outputs["w"][-1], rel=1e-14)
+    assert rows["w [rpm]"][2] * 2.0 * math.pi / 60.0 == pytest.approx(
+        run[0].outputs["w"][-1], rel=1e-14
+    )
     assert rows["rim_x [mm]"][1] == pytest.approx(25.0)
     assert rows["drive [W]"][2] == pytest.approx(4.0 * (10.0 * math.pi + 0.08), rel=2e-5)
     assert "w [rpm]" in str(run[0])
@@ -67,7 +75,9 @@ def test_a_table_is_in_the_units_that_were_typed(run: tuple[studies.Run, Path]) 
 
 
 def test_plots_have_axes_in_them(run: tuple[studies.Run, Path]) -> None:
-    """The values of a line and those of the run differ by 2 pi / 60, and its times are milliseconds."""
+    """The values of a line and those of the run differ by 2 pi / 60, and its times are
+    milliseconds.
+    """
     axes = {one.get_ylabel(): one for one in run[0].plot().axes}
     assert list(axes) == ["w [rpm]", "angle [rad]", "rim [mm]", "drive [W]"]
     times, values = (np.asarray(one) for one in axes["w [rpm]"].lines[0].get_data())
@@ -81,7 +91,9 @@ def test_files_and_python_keep_si_units(run: tuple[studies.Run, Path]) -> None:
     with (out / "outputs.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
     columns = dict(zip(head, np.array(rows, dtype=float).T, strict=True))
-    np.testing.assert_allclose(columns["w"], found.outputs["w"], rtol=5e-15)  # written with 15 digits
+    np.testing.assert_allclose(
+        columns["w"], found.outputs["w"], rtol=5e-15
+    )  # written with 15 digits
     assert columns["w"][0] == pytest.approx(10.0 * math.pi)
     assert columns["t"][-1] == pytest.approx(0.04)
     assert columns["rim_x"][0] == pytest.approx(0.025)
@@ -89,7 +101,10 @@ def test_files_and_python_keep_si_units(run: tuple[studies.Run, Path]) -> None:
     report = json.loads((out / "report.json").read_text())
     assert report["outputs"]["w"]["min"] == pytest.approx(10.0 * math.pi)
     assert report["units"]["w"] == "rad/s"
-    assert report["display_units"] == {"asked": [], "typed": ["rpm", "kg", "kg m^2", "mm", "N m", "ms"]}
+    assert report["display_units"] == {
+        "asked": [],
+        "typed": ["rpm", "kg", "kg m^2", "mm", "N m", "ms"],
+    }
 
 
 def content(page: Path) -> dict[str, Any]:
@@ -101,8 +116,16 @@ def content(page: Path) -> dict[str, Any]:
 
 def test_reports_of_a_folder_read_alike(run: tuple[studies.Run, Path], tmp_path: Path) -> None:
     studies.report(run[1], html=tmp_path / "report.html", bodies=False)
-    found, text = content(tmp_path / "report.html"), (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert [one["label"] for one in found["panels"]] == ["w [rpm]", "angle [rad]", "rim [mm]", "drive [W]"]
+    found, text = (
+        content(tmp_path / "report.html"),
+        (tmp_path / "report.html").read_text(encoding="utf-8"),
+    )
+    assert [one["label"] for one in found["panels"]] == [
+        "w [rpm]",
+        "angle [rad]",
+        "rim [mm]",
+        "drive [W]",
+    ]
     assert found["time"] == {"unit": "ms", "size": 1e-3}
     assert "w [rpm]</td>" in text or "w [rpm]</th>" in text
 
@@ -117,10 +140,14 @@ def test_sliders_and_words_have_them_too() -> None:
 
 
 def test_units_that_are_asked_for_go_first(tmp_path: Path) -> None:
-    (tmp_path / "rotor.yaml").write_text(SCENE.format(more="display_units: [deg, m, rad/s, kW]\n"), encoding="utf-8")
+    (tmp_path / "rotor.yaml").write_text(
+        SCENE.format(more="display_units: [deg, m, rad/s, kW]\n"), encoding="utf-8"
+    )
     rows = cells(studies.run(tmp_path / "rotor.yaml"), "Outputs")
     assert list(rows) == ["w [rad/s]", "angle [deg]", "rim_x [m]", "rim_y [m]", "drive [kW]"]
-    assert rows["angle [deg]"][2] == pytest.approx(math.degrees(10.0 * math.pi * 0.04 + 0.04**2), rel=2e-4)
+    assert rows["angle [deg]"][2] == pytest.approx(
+        math.degrees(10.0 * math.pi * 0.04 + 0.04**2), rel=2e-4
+    )
     assert scenes.read(tmp_path / "rotor.yaml").display.asked == ("deg", "m", "rad/s", "kW")
 
 
@@ -150,12 +177,18 @@ def test_a_sweep_is_read_in_the_unit_of_its_range(tmp_path: Path) -> None:
     found = studies.sweep(tmp_path / "rotor.yaml", out=tmp_path / "out", **shared)
     axes = found.figures["response"].axes[0]
     assert axes.get_ylabel() == "w [rpm]"
-    assert [one.get_xlabel() for one in found.figures["response"].axes if one.get_xlabel()] == ["speed [rpm]"]
+    assert [one.get_xlabel() for one in found.figures["response"].axes if one.get_xlabel()] == [
+        "speed [rpm]"
+    ]
     points = np.sort(np.asarray(axes.collections[0].get_offsets())[:, 0])
     np.testing.assert_allclose(points, [100.0, 200.0, 300.0, 400.0, 500.0, 600.0], rtol=1e-13)
     row = next(line for line in str(found).splitlines() if "w [rpm]" in line).split()
-    assert [float(one) for one in row[2:4]] == pytest.approx([100.0, 600.0 + 2.0 * 0.04 / RPM], rel=1e-4)
-    surface = next(one for one in found.figures["surfaces"].axes if one.get_ylabel() == "w final [rpm]")
+    assert [float(one) for one in row[2:4]] == pytest.approx(
+        [100.0, 600.0 + 2.0 * 0.04 / RPM], rel=1e-4
+    )
+    surface = next(
+        one for one in found.figures["surfaces"].axes if one.get_ylabel() == "w final [rpm]"
+    )
     x, y = (np.asarray(one) for one in surface.lines[0].get_data())
     assert surface.get_xlabel() == "speed [rpm]"
     np.testing.assert_allclose(y, x + 2.0 * 0.04 / RPM, rtol=1e-3)
@@ -163,7 +196,9 @@ def test_a_sweep_is_read_in_the_unit_of_its_range(tmp_path: Path) -> None:
     assert np.asarray(fan.lines[0].get_data()[0])[-1] == pytest.approx(40.0)  # ms
     with (tmp_path / "out" / "sweep.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
-    assert [float(row[head.index("speed [rad/s]")]) for row in rows] == pytest.approx(np.linspace(100.0, 600.0, 6) * RPM)
+    assert [float(row[head.index("speed [rad/s]")]) for row in rows] == pytest.approx(
+        np.linspace(100.0, 600.0, 6) * RPM
+    )
     studies.report(tmp_path / "out")
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert ">speed [rpm]</button>" in text
@@ -181,7 +216,9 @@ def test_an_accuracy_reads_as_typed_and_is_repeated_by_the_report(typed: Any, wo
     """What a report says can be given again."""
     found = accuracy.accuracy(typed, Context())
     assert str(found) == words
-    call = shlex.split(folder_report.repeat("report.json", {"file": "a.yaml", "accuracy": {"wanted": words}}))
+    call = shlex.split(
+        folder_report.repeat("report.json", {"file": "a.yaml", "accuracy": {"wanted": words}})
+    )
     again = call[call.index("--accuracy") + 1]
     pairs = [one.split("=") for one in again.split(", ")]
     assert accuracy.accuracy(dict(pairs) if "=" in again else again, Context()) == found

@@ -1,4 +1,6 @@
-"""Accuracies of motions that are hard to judge: what is promised is held against exact answers, or runs that are much finer."""
+"""Accuracies of motions that are hard to judge: what is promised is held against exact answers, or
+runs that are much finer.
+"""
 
 from __future__ import annotations
 
@@ -33,13 +35,17 @@ WEIGHT = "  weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}\n"
 BLOCK = "mass: 1 kg, inertia: 0.002 kg m^2"
 
 
-def written(folder: Path, bodies: str, joints: str, acting: str, analysis: str, outputs: str, more: str = "") -> Path:
+def written(
+    folder: Path, bodies: str, joints: str, acting: str, analysis: str, outputs: str, more: str = ""
+) -> Path:
     """A scene in the plane."""
     (folder / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
     parts = {"bodies": bodies, "joints": joints, "loads": acting, "outputs": outputs}
     text = "".join(f"{key}:\n{lines}" for key, lines in parts.items() if lines)
     path = folder / "scene.yaml"
-    path.write_text(f"schema: 1\ndimension: 2\n{text}{more}analysis: {{type: dynamic, {analysis}}}\n")
+    path.write_text(
+        f"schema: 1\ndimension: 2\n{text}{more}analysis: {{type: dynamic, {analysis}}}\n"
+    )
     return path
 
 
@@ -49,12 +55,18 @@ def columns(run: studies.Run) -> PilotOutputs:
 
 
 def true_part(path: Path, run: studies.Run) -> float:
-    """The largest error of a run over what is wanted, at the ends of its steps: beside four times its cells and finest steps."""
+    """The largest error of a run over what is wanted, at the ends of its steps: beside four times
+    its cells and finest steps.
+    """
     pilots, plan = ScenePilots(scenes.read(path)), run.report["accuracy"]
-    parts = math.ceil(4 * max(plan["steps"], *(one["steps"] for one in plan["pilots"])) / plan["steps"])
+    parts = math.ceil(
+        4 * max(plan["steps"], *(one["steps"] for one in plan["pilots"])) / plan["steps"]
+    )
     system = pilots.system(4 * (plan["cells"] or 0))
     finer = pilots.analysis.piloted(parts * plan["steps"], parts).solve_for_outputs(system)
-    reference = PilotOutputs(finer.times, output_errors.columns(finer), tuple(one.time for one in finer.events))
+    reference = PilotOutputs(
+        finer.times, output_errors.columns(finer), tuple(one.time for one in finer.events)
+    )
     return float(pilots.differ(columns(run), reference)[0].max())
 
 
@@ -90,7 +102,8 @@ def test_a_ball_that_bounces_to_rest(tmp_path: Path) -> None:
         tmp_path,
         "  ball: {type: point_mass, mass: 0.1 kg, position: [0, 0.3 m]}\n",
         "",
-        WEIGHT + "  f: {type: contact_plane, at: ball, radius: 30 mm, point: [0, 0], normal: [0, 1], stiffness: 20 kN/m, "
+        WEIGHT
+        + "  f: {type: contact_plane, at: ball, radius: 30 mm, point: [0, 0], normal: [0, 1], stiffness: 20 kN/m, "
         "dissipation: 2 s/m}\n",
         "duration: 2 s, accuracy: 1e-2",
         "  y: {type: position, at: ball, component: y}\n  f: {type: contact, load: f}\n",
@@ -108,7 +121,8 @@ def test_a_stiff_stop(tmp_path: Path) -> None:
         tmp_path,
         "  rod: {type: rigid, mass: 1 kg, inertia: 0.08 kg m^2, center: [0.5 m, 0], points: {left: [0, 0], right: [1 m, 0]}}\n",
         "  O: {type: pin, at: rod.left, to: ground}\n",
-        WEIGHT + "  s: {type: stop, at: rod.right, to: [1 m, -0.3 m], direction: [0, 1], stiffness: 1 MN/m, damping: 100 N s/m}\n",
+        WEIGHT
+        + "  s: {type: stop, at: rod.right, to: [1 m, -0.3 m], direction: [0, 1], stiffness: 1 MN/m, damping: 100 N s/m}\n",
         "duration: 0.6 s, accuracy: 1e-2",
         "  tip: {type: position, at: rod.right}\n",
     )
@@ -132,7 +146,9 @@ def test_a_drive_by_a_table_with_corners(tmp_path: Path) -> None:
 
 
 def test_a_force_that_is_switched_off_between_steps(tmp_path: Path) -> None:
-    """A mass on a spring: x = F/k (1 - cos wt) up to t1, then free; 2 ms off the grid would cost 0.4 % of the range."""
+    """A mass on a spring: x = F/k (1 - cos wt) up to t1, then free; 2 ms off the grid would cost
+    0.4 % of the range.
+    """
     path = written(
         tmp_path,
         "  m: {type: point_mass, mass: 1 kg, position: [0, 0]}\n",
@@ -144,7 +160,9 @@ def test_a_force_that_is_switched_off_between_steps(tmp_path: Path) -> None:
     )
     run = studies.run(path, plots=False)
     t, w, t1 = run.times, 10.0, 0.4321
-    free = 0.05 * ((1 - np.cos(w * t1)) * np.cos(w * (t - t1)) + np.sin(w * t1) * np.sin(w * (t - t1)))
+    free = 0.05 * (
+        (1 - np.cos(w * t1)) * np.cos(w * (t - t1)) + np.sin(w * t1) * np.sin(w * (t - t1))
+    )
     exact = np.where(t < t1, 0.05 * (1 - np.cos(w * t)), free)
     assert run.report["accuracy"]["met"]
     assert np.abs(run.outputs["x"] - exact).max() <= 1e-3 * np.ptp(exact)
@@ -171,7 +189,14 @@ def test_what_crosses_zero_counts_with_its_range(tmp_path: Path) -> None:
 def test_a_scene_at_rest(tmp_path: Path) -> None:
     """Nothing acts: no range is there to be a part of, and nothing is asked for."""
     outputs = "  tip: {type: position, at: beam.right}\n  O: {type: reaction, joint: O}\n"
-    path = written(tmp_path, BEAM, "  O: {type: clamp, at: beam.left}\n", "", "duration: 1 s, accuracy: 1e-4", outputs)
+    path = written(
+        tmp_path,
+        BEAM,
+        "  O: {type: clamp, at: beam.left}\n",
+        "",
+        "duration: 1 s, accuracy: 1e-4",
+        outputs,
+    )
     run = studies.run(path, plots=False)
     plan = run.report["accuracy"]
     assert plan["met"]
@@ -180,7 +205,9 @@ def test_a_scene_at_rest(tmp_path: Path) -> None:
 
 
 def test_a_snap_through(tmp_path: Path) -> None:
-    """A deep arch snaps at about 0.9 s: meshes that differ a little snap at other times, and their pilots differ by chance."""
+    """A deep arch snaps at about 0.9 s: meshes that differ a little snap at other times, and their
+    pilots differ by chance.
+    """
     (tmp_path / "deep_arc_60.msh").write_bytes((ROOT / "meshes" / "deep_arc_60.msh").read_bytes())
     path = written(
         tmp_path,
@@ -213,7 +240,9 @@ def test_a_mesh_is_found_beside_a_step_that_is_given(tmp_path: Path) -> None:
 
 
 def test_reactions_are_judged_right_behind_what_is_caught(tmp_path: Path) -> None:
-    """A beam is caught in flight: the force there has no bound, as more steps see more of it. That is said, with the time."""
+    """A beam is caught in flight: the force there has no bound, as more steps see more of it. That
+    is said, with the time.
+    """
     path = written(
         tmp_path,
         BEAM,
@@ -244,7 +273,9 @@ class Gust(loads.Load, word="test_gust"):
         def force(y: np.ndarray, rates: np.ndarray, h: np.ndarray) -> np.ndarray:
             return h[0] * np.eye(dim)[1] - self.factor * rates
 
-        def slopes(y: np.ndarray, rates: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def slopes(
+            y: np.ndarray, rates: np.ndarray, h: np.ndarray
+        ) -> tuple[np.ndarray, np.ndarray]:
             return np.zeros((dim, dim)), -self.factor * np.eye(dim)
 
         blowing = draft.signal(lambda t: np.where(t < 0.2345, 1.0, 0.0))
@@ -263,7 +294,9 @@ def gust() -> Iterator[None]:
 
 @pytest.mark.usefixtures("gust")
 def test_a_force_of_python(tmp_path: Path) -> None:
-    """m v' = F - c v up to t1, then - c v: x = F/c (t - (1 - exp(-ct/m)) m/c), and from there on by what is left of v."""
+    """m v' = F - c v up to t1, then - c v: x = F/c (t - (1 - exp(-ct/m)) m/c), and from there on by
+    what is left of v.
+    """
     path = written(
         tmp_path,
         "  m: {type: point_mass, mass: 0.1 kg, position: [0, 0]}\n",
@@ -285,7 +318,8 @@ def test_a_force_of_python(tmp_path: Path) -> None:
 BOUNCING = (
     "  ball: {type: point_mass, mass: 0.1 kg, position: [0, 0.1 m]}\n",
     "",
-    WEIGHT + "  f: {type: contact_plane, at: ball, radius: 30 mm, point: [0, 0], normal: [0, 1], stiffness: 20 kN/m}\n",
+    WEIGHT
+    + "  f: {type: contact_plane, at: ball, radius: 30 mm, point: [0, 0], normal: [0, 1], stiffness: 20 kN/m}\n",
     "duration: 0.5 s, local_error: 1e-6, accuracy: 1e-3",
     "  y: {type: position, at: ball, component: y}\n",
 )
@@ -297,7 +331,9 @@ def test_a_run_of_changing_steps_goes_on_with_the_same_bits(tmp_path: Path) -> N
     motion = whole.motion
     assert isinstance(motion, Trajectory)
     assert motion.statistics.iterations > 0
-    stopped = fmbs("run", path, "--out", out, "--no-plots", "--checkpoint", "0.001", "--time-limit", "0.001")
+    stopped = fmbs(
+        "run", path, "--out", out, "--no-plots", "--checkpoint", "0.001", "--time-limit", "0.001"
+    )
     assert stopped.code == 6
     gone_on = studies.resume(out, plots=False)
     assert json.loads((out / "report.json").read_text())["accuracy"]["tolerance"] > 0.0
@@ -306,7 +342,9 @@ def test_a_run_of_changing_steps_goes_on_with_the_same_bits(tmp_path: Path) -> N
 
 
 def test_threads_and_processes_find_the_same(tmp_path: Path) -> None:
-    """Plans count work and never ask a clock: two threads at once, and another process, choose the same and run the same."""
+    """Plans count work and never ask a clock: two threads at once, and another process, choose the
+    same and run the same.
+    """
     path = written(tmp_path, *BOUNCING)
 
     def found(_: Any = None) -> tuple[dict[str, Any], np.ndarray]:

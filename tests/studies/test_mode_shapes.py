@@ -1,4 +1,6 @@
-"""What moves in modes: shares of bodies, motions that nothing resists, pictures and fields of real and complex shapes."""
+"""What moves in modes: shares of bodies, motions that nothing resists, pictures and fields of real
+and complex shapes.
+"""
 
 from __future__ import annotations
 
@@ -51,10 +53,18 @@ def bars(folder: Path, damped: str = "false") -> Path:
 
 
 def test_shares_are_those_of_the_kinetic_energy() -> None:
-    """Two wheels on a common axis with a spring between: J_a w_a + J_b w_b = 0, so that the share of a is J_b / (J_a + J_b)."""
-    parts = [rigid("a", 1.0, [0.1, 0.2, 0.3], (0.0, 0.0, 0.0)), rigid("b", 1.0, [0.4, 0.2, 0.3], (1.0, 0.0, 0.0))]
+    """Two wheels on a common axis with a spring between: J_a w_a + J_b w_b = 0, so that the share
+    of a is J_b / (J_a + J_b).
+    """
+    parts = [
+        rigid("a", 1.0, [0.1, 0.2, 0.3], (0.0, 0.0, 0.0)),
+        rigid("b", 1.0, [0.4, 0.2, 0.3], (1.0, 0.0, 0.0)),
+    ]
     a, b = At("a", "frame"), At("b", "frame")
-    held = [joints.Revolute("left", a, axis=(1.0, 0.0, 0.0)), joints.Revolute("right", b, axis=(1.0, 0.0, 0.0))]
+    held = [
+        joints.Revolute("left", a, axis=(1.0, 0.0, 0.0)),
+        joints.Revolute("right", b, axis=(1.0, 0.0, 0.0)),
+    ]
     system = assemble(parts, held, [loads.TorsionSpring("shaft", a, b, 5.0, axis=(1.0, 0.0, 0.0))])
     linear = dynamics.linearise(system)
     found = dynamics.complex_modes(linear, 2)
@@ -65,12 +75,17 @@ def test_shares_are_those_of_the_kinetic_energy() -> None:
 
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 def test_a_mechanism_has_its_motion_and_shares_of_bodies(tmp_path: Path) -> None:
-    """The coupler of a four-bar linkage turns about the point where crank and rocker meet, (0.5, 0)."""
+    """The coupler of a four-bar linkage turns about the point where crank and rocker meet, (0.5,
+    0).
+    """
     found = studies.run(bars(tmp_path), out=tmp_path / "out")
     assert found.frequencies[0] == 0.0
     assert found.frequencies[1] > 1.0
     moves = found.report["moves"]
-    assert moves[0] == "crank turns about (0, 0); coupler turns about (0.5, 0); rocker turns about (0.5, 0)"
+    assert (
+        moves[0]
+        == "crank turns about (0, 0); coupler turns about (0.5, 0); rocker turns about (0.5, 0)"
+    )
     assert moves[1].startswith("coupler 9")
     parts = np.array(list(found.report["shares"].values()))
     np.testing.assert_allclose(parts.sum(axis=0), 1.0, rtol=1e-9)
@@ -80,7 +95,9 @@ def test_a_mechanism_has_its_motion_and_shares_of_bodies(tmp_path: Path) -> None
     assert damped.report["moves"][0] == moves[0]
     assert damped.report["damping_ratios"][1] > 1e-6
     np.testing.assert_allclose(damped.frequencies, found.frequencies, rtol=1e-4)
-    assert damped.report["shares"]["coupler"][1] == pytest.approx(found.report["shares"]["coupler"][1], rel=1e-3)
+    assert damped.report["shares"]["coupler"][1] == pytest.approx(
+        found.report["shares"]["coupler"][1], rel=1e-3
+    )
 
 
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
@@ -94,25 +111,44 @@ def test_modes_are_drawn_and_exported(tmp_path: Path) -> None:
     sizes = [np.linalg.norm(mesh.point_data[f"mode_{k}"], axis=1).max() for k in (1, 2, 3, 4)]
     np.testing.assert_allclose(sizes, 1.0, rtol=1e-9)
     first = mesh.point_data["mode_1"]
-    tip = np.linalg.norm(mesh.points - [0.5, 0.4, 0.0], axis=1).argmin()  # on coupler and rocker, it moves across the rocker
+    tip = np.linalg.norm(
+        mesh.points - [0.5, 0.4, 0.0], axis=1
+    ).argmin()  # on coupler and rocker, it moves across the rocker
     np.testing.assert_allclose(np.abs(first[tip]), [1.0, 0.0, 0.0], atol=1e-9)
 
 
 def test_lobes_to_both_sides_are_seen_and_differ(tmp_path: Path) -> None:
-    """A plate that moves up, down and along itself: two panels of as many red as blue pixels, one without colour."""
-    part = plate("sheet", rectangle("bfs", 2, 2, 0.5, 0.4), 2e-3, sections.Material(2e9, 1200.0, 0.3), dim=3)
+    """A plate that moves up, down and along itself: two panels of as many red as blue pixels, one
+    without colour.
+    """
+    part = plate(
+        "sheet", rectangle("bfs", 2, 2, 0.5, 0.4), 2e-3, sections.Material(2e9, 1200.0, 0.3), dim=3
+    )
     system = eliminate(assemble([part]))
     linear = dynamics.linearise(system)
     free = dynamics.find_free(system, linear)
-    up, along = (free.vectors[:, free.names.index(f"sheet moves along {axis}")] for axis in ("(0, 0, 1)", "(1, 0, 0)"))
-    shapes = dynamics.Shapes(system, linear.x, np.stack([up, -up, along], axis=1), ("up", "down", "along"))
-    frames, look = mode_shapes.coloured(mode_shapes.moved(shapes, shapes.vectors.T), float(np.abs(up).max()))
+    up, along = (
+        free.vectors[:, free.names.index(f"sheet moves along {axis}")]
+        for axis in ("(0, 0, 1)", "(1, 0, 0)")
+    )
+    shapes = dynamics.Shapes(
+        system, linear.x, np.stack([up, -up, along], axis=1), ("up", "down", "along")
+    )
+    frames, look = mode_shapes.coloured(
+        mode_shapes.moved(shapes, shapes.vectors.T), float(np.abs(up).max())
+    )
     assert look.limits == (-1.0, 1.0)
     shown = frames.bodies["sheet"].fields[mode_shapes.DEFLECTION]
-    np.testing.assert_allclose(shown, np.broadcast_to(np.array([[0.0], [1.0], [-1.0], [0.0]]), shown.shape), atol=1e-12)
-    sheet = np.asarray(Image.open(mode_shapes.picture(shapes, tmp_path / "modes.png")).convert("RGB")).astype(int)
+    np.testing.assert_allclose(
+        shown, np.broadcast_to(np.array([[0.0], [1.0], [-1.0], [0.0]]), shown.shape), atol=1e-12
+    )
+    sheet = np.asarray(
+        Image.open(mode_shapes.picture(shapes, tmp_path / "modes.png")).convert("RGB")
+    ).astype(int)
     scenes = sheet[:, : int(0.8 * sheet.shape[1])]  # without the key
-    red, blue = ((scenes[:, :, one] - scenes[:, :, other] > 80).sum() for one, other in ((0, 2), (2, 0)))
+    red, blue = (
+        (scenes[:, :, one] - scenes[:, :, other] > 80).sum() for one, other in ((0, 2), (2, 0))
+    )
     assert red > 1000
     assert blue == pytest.approx(red, rel=0.05)
 
@@ -123,15 +159,21 @@ def test_the_state_behind_lines_is_a_line(tmp_path: Path) -> None:
     system = eliminate(assemble([part]))
     linear = dynamics.linearise(system)
     free = dynamics.find_free(system, linear)
-    shapes = dynamics.Shapes(system, linear.x, free.vectors[:, [free.names.index("rod moves along (0, 1)")]], ("across",))
-    sheet = np.asarray(Image.open(mode_shapes.picture(shapes, tmp_path / "modes.png")).convert("RGB")).astype(int)
+    shapes = dynamics.Shapes(
+        system, linear.x, free.vectors[:, [free.names.index("rod moves along (0, 1)")]], ("across",)
+    )
+    sheet = np.asarray(
+        Image.open(mode_shapes.picture(shapes, tmp_path / "modes.png")).convert("RGB")
+    ).astype(int)
     middle = sheet[:, int(0.45 * sheet.shape[1])]  # between two lines of the grid
     grey = (np.ptp(middle, axis=1) < 8) & (middle[:, 0] > 60) & (middle[:, 0] < 205)
     assert 1 <= grey.sum() <= 4
 
 
 def shaft(spin: float) -> System:
-    part = body.cable("shaft", segment(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    part = body.cable(
+        "shaft", segment(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5
+    )
     ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
     raw = assemble([part], ends, [])
     return eliminate(dynamics.in_rotating_frame(raw, dynamics.Spin(spin, (1.0, 0.0, 0.0))))
@@ -147,17 +189,23 @@ def test_a_whirling_shaft_goes_round_in_a_circle() -> None:
     assert size == pytest.approx(1.0)
     phases = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 7))[:, None]
     frames = mode_shapes.moved(shapes, np.real(phases * unit[:, 1]))
-    apart = np.linalg.norm(frames.bodies["shaft"].points[1:] - frames.bodies["shaft"].points[:1], axis=2)
+    apart = np.linalg.norm(
+        frames.bodies["shaft"].points[1:] - frames.bodies["shaft"].points[:1], axis=2
+    )
     np.testing.assert_allclose(apart.max(axis=1), 1.0, rtol=1e-6)
     assert dynamics.shares(shapes)["shaft"] == pytest.approx([1.0, 1.0])
 
 
 def test_a_soft_spring_holds_a_stiff_rod() -> None:
-    """A rod turns freely about its pin; a spring with a thousand-millionth of its stiffness holds it."""
+    """A rod turns freely about its pin; a spring with a thousand-millionth of its stiffness holds
+    it.
+    """
     part = body.cable("rod", segment(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
     system = eliminate(assemble([part], [joints.Pin("top", At("rod", "left"))], []))
     linear = dynamics.linearise(system)
     assert dynamics.find_free(system, linear).names == ("rod turns about (0, 0)",)
     tip = csr_array(system.lift.matrix)[[2 * np.flatnonzero(system.unit > 0.5)[-1] + 1]]
-    held = dynamics.Linear(linear.x, linear.mass, linear.damping, linear.stiffness + 1.0 * (tip.T @ tip), linear.rows)
+    held = dynamics.Linear(
+        linear.x, linear.mass, linear.damping, linear.stiffness + 1.0 * (tip.T @ tip), linear.rows
+    )
     assert dynamics.find_free(system, held).names == ()

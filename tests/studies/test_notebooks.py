@@ -25,7 +25,9 @@ scenes.loads({SCENE!r}).run()
 
 
 def test_a_notebook_shows_one_line_that_changes_and_goes() -> None:
-    """A notebook executed by its own kernel: what it is sent while the cell runs, and what it holds in the end."""
+    """A notebook executed by its own kernel: what it is sent while the cell runs, and what it holds
+    in the end.
+    """
     nbclient = pytest.importorskip("nbclient")
     nbformat = pytest.importorskip("nbformat")
     pytest.importorskip("ipykernel")
@@ -35,7 +37,13 @@ def test_a_notebook_shows_one_line_that_changes_and_goes() -> None:
         def process_message(self, message: Any, *more: Any) -> Any:
             content = message["content"]
             if message["msg_type"] in ("display_data", "update_display_data"):
-                shown.append((message["msg_type"], content["transient"]["display_id"], content["data"]["text/html"]))
+                shown.append(
+                    (
+                        message["msg_type"],
+                        content["transient"]["display_id"],
+                        content["data"]["text/html"],
+                    )
+                )
             return super().process_message(message, *more)
 
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL)])
@@ -45,19 +53,25 @@ def test_a_notebook_shows_one_line_that_changes_and_goes() -> None:
     assert len(set(places)) == 1
     assert any("100% after" in text for text in texts)
     assert texts[-1] == ""
-    displayed, result = [output for output in book.cells[0].outputs if output.output_type != "stream"]
+    displayed, result = [
+        output for output in book.cells[0].outputs if output.output_type != "stream"
+    ]
     assert displayed.data["text/html"] == ""
     assert "2001 instants" in result.data["text/plain"]
 
 
-def test_scripts_are_not_told(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scripts_are_not_told(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(notebooks, "PATIENCE", 0.0)
     monkeypatch.setattr(notebooks, "PACE", 0.0)
     scenes.loads(SCENE).run()
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_line_says_how_far_the_work_is_and_how_long_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_line_says_how_far_the_work_is_and_how_long_it_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     now, texts = [0.0], list[str]()
     monkeypatch.setattr(notebooks.time, "perf_counter", lambda: now[0])
     line = notebooks.ProgressLine()

@@ -26,7 +26,10 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> studies.Run:
 def test_a_scene_runs_and_says_little(run: studies.Run) -> None:
     assert isinstance(run, studies.Run)
     assert len(repr(run)) < 200
-    assert repr(run.trajectory) == f"<Trajectory 11 instants from 0 to 0.01, {run.trajectory.x.shape[1]} unknowns>"
+    assert (
+        repr(run.trajectory)
+        == f"<Trajectory 11 instants from 0 to 0.01, {run.trajectory.x.shape[1]} unknowns>"
+    )
     assert len(repr(run.trajectory.system)) < 200
     assert "<td>tip_x [mm]</td>" in run._repr_html_()
 
@@ -42,7 +45,9 @@ def test_bodies_are_blocks(run: studies.Run) -> None:
     found = run.view()
     assert found.keys() == ["beam"]
     tip = found["beam"].points[-1]
-    np.testing.assert_allclose(tip[:2], [run.outputs["tip_x"][-1], run.outputs["tip_y"][-1]], atol=1e-12)
+    np.testing.assert_allclose(
+        tip[:2], [run.outputs["tip_x"][-1], run.outputs["tip_y"][-1]], atol=1e-12
+    )
     assert np.abs(run.view(0.0)["beam"]["displacement"]).max() == 0.0
 
 
@@ -64,7 +69,11 @@ def test_modes_have_a_table_and_fields(tmp_path: Path) -> None:
 
 def test_wide_tables_cut_no_digit() -> None:
     values = [10.559591 + number for number in range(16)]
-    text = str(ReportTable("wide", ["row", *(f"frequency {number}" for number in range(16))], [["1", *values]]))
+    text = str(
+        ReportTable(
+            "wide", ["row", *(f"frequency {number}" for number in range(16))], [["1", *values]]
+        )
+    )
     assert "…" not in text
     found = text.split()
     assert all(f"{value:.6g}" in found for value in values)

@@ -1,4 +1,6 @@
-"""Reduced models where they pay: eps and eta follow from the accuracy of a scene, and reports say first whether training pays."""
+"""Reduced models where they pay: eps and eta follow from the accuracy of a scene, and reports say
+first whether training pays.
+"""
 
 from __future__ import annotations
 
@@ -34,8 +36,18 @@ HISTORY = "sin(60*t)"
 BEAM = Plan({"beam": ("beam",)})
 
 
-def reduce(folder: Path, *options: str | Path, text: str = REDUCED, analysis: str = SHAKEN) -> dict[str, Any]:
-    call = fmbs("reduce", scene(folder, analysis, HISTORY, text), *options, "--out", folder / "model.h5", "--force", "--json")
+def reduce(
+    folder: Path, *options: str | Path, text: str = REDUCED, analysis: str = SHAKEN
+) -> dict[str, Any]:
+    call = fmbs(
+        "reduce",
+        scene(folder, analysis, HISTORY, text),
+        *options,
+        "--out",
+        folder / "model.h5",
+        "--force",
+        "--json",
+    )
     assert call.code == 0, call.err
     return call.json
 
@@ -43,7 +55,11 @@ def reduce(folder: Path, *options: str | Path, text: str = REDUCED, analysis: st
 def test_a_training_pays_after_what_it_took_over_what_a_run_saves() -> None:
     payoff = Payoff(0.031, 0.7, 0.012)
     assert payoff.words == "full: 31 ms a run; training 0.7 s; reduced 12 ms: pays from 37 runs"
-    assert payoff.report == {"pays": True, "pays_after_runs": pytest.approx(0.7 / 0.019), "speedup": pytest.approx(31 / 12)}
+    assert payoff.report == {
+        "pays": True,
+        "pays_after_runs": pytest.approx(0.7 / 0.019),
+        "speedup": pytest.approx(31 / 12),
+    }
     slow = Payoff(0.031, 0.7, 0.0258)
     assert slow.words.endswith("reduced 26 ms: does not pay: 1.2 times as fast as the full model")
     assert (slow.pays, slow.runs) == (False, None)
@@ -71,11 +87,15 @@ def test_tolerances_go_from_coarse_to_fine_until_one_is_good_enough() -> None:
     assert (sampled.tolerance, sampled.hyper.tolerance) == (pytest.approx(1e-8), 1e-4)
     whole = error_budget.coarsest(BEAM, error, 2e-4, True, True)
     assert (whole.tolerance, whole.hyper) == (pytest.approx(1e-8), NONE)
-    best = error_budget.coarsest(BEAM, lambda plan: abs(math.log10(plan.tolerance) + 12.0) + 1.0, 0.5, True, True)
+    best = error_budget.coarsest(
+        BEAM, lambda plan: abs(math.log10(plan.tolerance) + 12.0) + 1.0, 0.5, True, True
+    )
     assert best.tolerance == pytest.approx(1e-12)
 
 
-@pytest.mark.parametrize("wanted", ["1e-2", "1e-4"])  # of the tip; the clamp feels waves that snapshots miss
+@pytest.mark.parametrize(
+    "wanted", ["1e-2", "1e-4"]
+)  # of the tip; the clamp feels waves that snapshots miss
 def test_eps_and_eta_are_the_coarsest_for_the_accuracy(tmp_path: Path, wanted: str) -> None:
     accuracy = f"tip={wanted}"
     found = reduce(tmp_path, "--accuracy", accuracy)
@@ -83,21 +103,41 @@ def test_eps_and_eta_are_the_coarsest_for_the_accuracy(tmp_path: Path, wanted: s
     budget = found["budget"]
     assert budget.keys() == {"step", "mesh", "reduction", "together"}
     assert budget["reduction"] == found["error_over_accuracy"]
-    assert budget["together"] == pytest.approx(sum(part for name, part in budget.items() if name != "together"))
+    assert budget["together"] == pytest.approx(
+        sum(part for name, part in budget.items() if name != "together")
+    )
     errors = [one["relative"] for one in found["output_errors"].values() if one["output"] == "tip"]
     assert found["error_over_accuracy"] == pytest.approx(max(errors) / float(wanted))
-    coarser = reduce(tmp_path, "--accuracy", accuracy, "--tolerance", f"{100 * found['tolerance']:g}", "--hyper", "0")
+    coarser = reduce(
+        tmp_path,
+        "--accuracy",
+        accuracy,
+        "--tolerance",
+        f"{100 * found['tolerance']:g}",
+        "--hyper",
+        "0",
+    )
     assert coarser["tolerance"] == pytest.approx(100 * found["tolerance"])
     assert coarser["error_over_accuracy"] > plans.SHARE
     assert any("leave out eps and eta" in text for text in coarser["notices"])
     if found["hyper_tolerance"] < error_budget.LADDER_ETA[0]:
         hyper = 10 * found["hyper_tolerance"]
-        sparser = reduce(tmp_path, "--accuracy", accuracy, "--tolerance", f"{found['tolerance']:g}", "--hyper", f"{hyper:g}")
+        sparser = reduce(
+            tmp_path,
+            "--accuracy",
+            accuracy,
+            "--tolerance",
+            f"{found['tolerance']:g}",
+            "--hyper",
+            f"{hyper:g}",
+        )
         assert sparser["error_over_accuracy"] > plans.SHARE
 
 
 def test_what_scene_and_options_give_stays(tmp_path: Path) -> None:
-    text = REDUCED.replace("snapshots: 2 ms", "snapshots: 2 ms, tolerance: 1e-9, hyper_reduction: {{tolerance: 2e-3}}")
+    text = REDUCED.replace(
+        "snapshots: 2 ms", "snapshots: 2 ms, tolerance: 1e-9, hyper_reduction: {{tolerance: 2e-3}}"
+    )
     found = reduce(tmp_path, "--accuracy", "1e-2", text=text)
     assert (found["tolerance"], found["hyper_tolerance"]) == (1e-9, 2e-3)
     modes = reduce(tmp_path, "--accuracy", "1e-2", "--modes", "9")
@@ -108,12 +148,18 @@ def test_what_scene_and_options_give_stays(tmp_path: Path) -> None:
 
 def test_snapshots_that_are_too_few_are_told(tmp_path: Path) -> None:
     """Three states of a shaken beam are no basis of its motion, whatever eps."""
-    found = reduce(tmp_path, "--accuracy", "1e-2", text=REDUCED.replace("snapshots: 2 ms", "snapshots: 0.15 s"))
+    found = reduce(
+        tmp_path, "--accuracy", "1e-2", text=REDUCED.replace("snapshots: 2 ms", "snapshots: 0.15 s")
+    )
     assert found["error_over_accuracy"] > plans.SHARE
-    assert any("0.3 of it is aimed at; take snapshots more often" in text for text in found["notices"])
+    assert any(
+        "0.3 of it is aimed at; take snapshots more often" in text for text in found["notices"]
+    )
 
 
-def test_the_first_line_says_whether_it_pays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_line_says_whether_it_pays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A beam of a few cells is trained here, though no reduced model is faster."""
     monkeypatch.setattr(worth, "require_gain", lambda *seconds: None)
     monkeypatch.setattr(worth, "LARGEST", 1.0)
@@ -140,23 +186,40 @@ def test_the_first_line_says_whether_it_pays(tmp_path: Path, monkeypatch: pytest
     ids=["by one run", "by three"],
 )
 def test_a_training_that_cannot_pay_ends_before_it_begins(
-    threshold: tuple[ModuleType, str], least: float, full: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    threshold: tuple[ModuleType, str],
+    least: float,
+    full: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The first full run says so, or three: nothing is fitted, and no file of a model is written."""
     made, fitted = Mock(wraps=full_runs.run_case), Mock(wraps=affine.fit)
     monkeypatch.setattr(full_runs, "run_case", made)
     monkeypatch.setattr(affine, "fit", fitted)
-    # one full run that something else slows down looks 1.5 times as long: the threshold has a test of its own
+    # one full run that something else slows down looks 1.5 times as long: the threshold has a test
+    # of its own
     monkeypatch.setattr(*threshold, least)
     out = tmp_path / "out"
-    call = fmbs("train", scene(tmp_path, SHAKEN, HISTORY, TRAINED), "--accuracy", "1e-2", "--no-plots", "--out", out)
+    call = fmbs(
+        "train",
+        scene(tmp_path, SHAKEN, HISTORY, TRAINED),
+        "--accuracy",
+        "1e-2",
+        "--no-plots",
+        "--out",
+        out,
+    )
     assert call.code == 0, call.err
     first, second = call.out.splitlines()[:2]
     assert "does not pay: " in first
     assert second.startswith("No model: take the full one (accuracy 0.01 of the range: ")
     assert "--accuracy 1e-2 does; --tolerance 0.003 trains one all the same." in second
     report = json.loads((out / "report.json").read_text())
-    assert (report["status"], report["pays"], report["pays_after_runs"]) == ("does not pay", False, None)
+    assert (report["status"], report["pays"], report["pays_after_runs"]) == (
+        "does not pay",
+        False,
+        None,
+    )
     assert first.endswith(report["reason"])
     assert not (out / "model.h5").exists()
     assert made.call_count == full
@@ -169,7 +232,10 @@ def test_a_basis_of_half_the_coordinates_does_not_pay(tmp_path: Path) -> None:
     run = full_runs.full_run(replace(task, plan=replace(task.plan, tolerance=1e-20)), {"load": 0.5})
     half = int(worth.LARGEST * worth.coordinates(run))
     worth.require_small(replace(task, plan=replace(task.plan, modes=half // 2)), [run])
-    with pytest.raises(worth.DoesNotPay, match=r"takes \d+ modes for one full run, where the full model has \d+ coordinates"):
+    with pytest.raises(
+        worth.DoesNotPay,
+        match=r"takes \d+ modes for one full run, where the full model has \d+ coordinates",
+    ):
         worth.require_small(replace(task, plan=replace(task.plan, modes=half + 1)), [run])
 
 
@@ -186,7 +252,11 @@ def test_a_model_has_to_be_faster_by_half(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("errors", "tried", "chosen"),
     [
-        ([0.3, 7e-2, 2.4e-3, 1.7e-3, 1.5e-3, 1.5e-3, 1.4e-3], 6, 3),  # snapshots are the limit: what is as good, and no further
+        (
+            [0.3, 7e-2, 2.4e-3, 1.7e-3, 1.5e-3, 1.5e-3, 1.4e-3],
+            6,
+            3,
+        ),  # snapshots are the limit: what is as good, and no further
         ([0.3, 2e-3, 2e-3, 1e-3, 8e-4, 1e-5], 5, 4),  # two that are alike have the same modes
         ([0.3, 1e-4], 2, 1),
     ],
@@ -207,7 +277,9 @@ def test_eps_is_not_lowered_where_truncation_is_not_the_limit(
     assert (len(known), eps, found) == (tried, known[chosen], errors[chosen])
 
 
-def order(path: Path, accuracy: str, tolerance: float | None = None) -> greedy_training.TrainingOrder:
+def order(
+    path: Path, accuracy: str, tolerance: float | None = None
+) -> greedy_training.TrainingOrder:
     with jobs.begin(path, accuracy=accuracy) as job:
         return greedy_training.prepare(job, jobs.read_scene(job), tolerance, None, None)
 
@@ -221,7 +293,12 @@ def test_a_training_aims_at_a_share_of_the_accuracy(tmp_path: Path) -> None:
     by_output = order(path, "tip=1 mm, clamp=5 %")
     assert by_output.tolerance == plans.SHARE
     assert isinstance(by_output.task.measure, plans.AccuracyMeasure)
-    given = scene(tmp_path, SHAKEN, HISTORY, TRAINED.replace("iterations: 2", "iterations: 2, tolerance: 2e-3"))
+    given = scene(
+        tmp_path,
+        SHAKEN,
+        HISTORY,
+        TRAINED.replace("iterations: 2", "iterations: 2, tolerance: 2e-3"),
+    )
     assert order(given, "1e-2").tolerance == 2e-3
 
 
@@ -250,12 +327,16 @@ def test_an_accuracy_by_output_is_the_measure_of_a_training(tmp_path: Path) -> N
     assert values[0] > 0.0
     assert values[1] == pytest.approx(2.0 * values[0])
     found = full_runs.errors_of_outputs(raw, run, motion)
-    parts = [one.error / 1e-3 if one.output == "tip" else one.relative / 0.05 for one in found.values()]
+    parts = [
+        one.error / 1e-3 if one.output == "tip" else one.relative / 0.05 for one in found.values()
+    ]
     assert values[0] == pytest.approx(max(parts))
 
 
 def test_trials_warn_of_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A basis that leaves out a hundredth of the motion would be warned of, were it not one of a trial."""
+    """A basis that leaves out a hundredth of the motion would be warned of, were it not one of a
+    trial.
+    """
     monkeypatch.setattr(error_budget, "LADDER_EPS", (1e-4, 1e-12))
     path = scene(tmp_path, SHAKEN, HISTORY, REDUCED)
     with warnings.catch_warnings():

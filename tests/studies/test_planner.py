@@ -1,4 +1,6 @@
-"""Plans for runs whose errors are known: a / n^4 of the mesh and b / m^2 of the step, beside a truth that nobody sees."""
+"""Plans for runs whose errors are known: a / n^4 of the mesh and b / m^2 of the step, beside a
+truth that nobody sees.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +9,43 @@ import math
 import numpy as np
 import pytest
 
-from fmbs_skfem.studies.planning.planner import ROACHE, SAFETY, SHARE, Limits, Unresolved, plan, size
+from fmbs_skfem.studies.planning.planner import (
+    ROACHE,
+    SAFETY,
+    SHARE,
+    Limits,
+    Unresolved,
+    plan,
+    size,
+)
 
 SHAPE = np.sin(np.linspace(0.0, 3.0, 50))
 
 
 class Known:
-    """Runs of two columns: a shape in which both errors add, and one with a tenth of them of which nothing is wanted."""
+    """Runs of two columns: a shape in which both errors add, and one with a tenth of them of which
+    nothing is wanted.
+    """
 
     order = 4
 
     def __init__(
-        self, mesh: float, step: float, rough: bool = False, least: int = 0, noise: float = 0.0, power: float = 2.0
+        self,
+        mesh: float,
+        step: float,
+        rough: bool = False,
+        least: int = 0,
+        noise: float = 0.0,
+        power: float = 2.0,
     ) -> None:
-        self.mesh, self.step, self.rough, self.least, self.noise, self.power = mesh, step, rough, least, noise, power
+        self.mesh, self.step, self.rough, self.least, self.noise, self.power = (
+            mesh,
+            step,
+            rough,
+            least,
+            noise,
+            power,
+        )
         self.runs: list[tuple[int, int]] = []
 
     def error(self, cells: int, steps: int) -> float:
@@ -57,7 +82,10 @@ def test_every_run_is_made_once_and_the_last_one_is_chosen() -> None:
     runs = Known(1e3, 1e6)
     found = plan(runs, 4, 200)
     assert len(runs.runs) == len(set(runs.runs)) == len(found.pilots) <= 8
-    assert runs.runs[-2:] == [(found.cells, found.steps), (found.cells, (found.steps + 1) // 2)]  # what is chosen, and its proof
+    assert runs.runs[-2:] == [
+        (found.cells, found.steps),
+        (found.cells, (found.steps + 1) // 2),
+    ]  # what is chosen, and its proof
     again = plan(Known(1e3, 1e6), 4, 200)
     assert again.pilots == found.pilots
 
@@ -82,14 +110,24 @@ def test_what_is_given_stays() -> None:
     assert fixed.cells == 1
     assert not fixed.met
     assert float(fixed.mesh[0, 0]) >= 1e3
-    assert SAFETY * 1e6 / fixed.steps**2 > 0.5  # steps that bring more are not taken for the sake of the mesh
+    assert (
+        SAFETY * 1e6 / fixed.steps**2 > 0.5
+    )  # steps that bring more are not taken for the sake of the mesh
     assert plan(Known(0.0, 1e6), 0, 200).met
 
 
 def test_meshes_are_compared_with_few_steps_however_many_are_given() -> None:
     """A run of a mesh once finer costs four of one, and its difference hardly depends on the step."""
-    found = plan(Known(0.1, 1e6), 1, 20_000, free_cells=False, free_steps=False, limits=Limits(usual=200))
-    assert {(one.cells, one.steps) for one in found.pilots} == {(1, 10_000), (1, 20_000), (1, 40_000), (1, 200), (2, 200)}
+    found = plan(
+        Known(0.1, 1e6), 1, 20_000, free_cells=False, free_steps=False, limits=Limits(usual=200)
+    )
+    assert {(one.cells, one.steps) for one in found.pilots} == {
+        (1, 10_000),
+        (1, 20_000),
+        (1, 40_000),
+        (1, 200),
+        (2, 200),
+    }
     assert float(found.mesh[0, 0]) >= 0.1
 
 
@@ -172,7 +210,9 @@ def test_meshes_are_told_apart_with_steps_that_resolve_them() -> None:
 
 
 def test_a_small_difference_of_meshes_after_a_large_one_is_not_believed() -> None:
-    """Differences of 500, 13, 3, 0.7, as a moment inside of cells has them: an even fall by 38 would have ended with nine cells."""
+    """Differences of 500, 13, 3, 0.7, as a moment inside of cells has them: an even fall by 38
+    would have ended with nine cells.
+    """
 
     class Moment(Known):
         def error(self, cells: int, steps: int) -> float:
@@ -184,10 +224,14 @@ def test_a_small_difference_of_meshes_after_a_large_one_is_not_believed() -> Non
 
 
 class Unsettled(Known):
-    """Few steps do not resolve what fine meshes do: differences of meshes neither grow nor fall up to 800 steps."""
+    """Few steps do not resolve what fine meshes do: differences of meshes neither grow nor fall up
+    to 800 steps.
+    """
 
     def error(self, cells: int, steps: int) -> float:
-        return super().error(cells, steps) + (40.0 * (9.0 - math.log2(cells)) if steps < 800 else 0.0)
+        return super().error(cells, steps) + (
+            40.0 * (9.0 - math.log2(cells)) if steps < 800 else 0.0
+        )
 
 
 def test_meshes_whose_differences_do_not_fall_are_compared_with_more_steps() -> None:
@@ -197,7 +241,9 @@ def test_meshes_whose_differences_do_not_fall_are_compared_with_more_steps() -> 
 
 
 def test_a_mesh_is_judged_by_coarser_ones_with_as_many_steps() -> None:
-    """Errors of 168, 20, 3.5 fall by 9, and differences foretell 0.9 with 21 cells, which err by 1.9: 1.6 beside 16 cells."""
+    """Errors of 168, 20, 3.5 fall by 9, and differences foretell 0.9 with 21 cells, which err by
+    1.9: 1.6 beside 16 cells.
+    """
 
     class Slower(Known):
         def error(self, cells: int, steps: int) -> float:
@@ -214,7 +260,9 @@ class Touching(Known):
     """Forces that jump, which settle late on a mesh of 4 cells and soon on finer ones."""
 
     def error(self, cells: int, steps: int) -> float:
-        return self.mesh / cells**4 + (self.step / steps if cells <= 4 else 0.1 * self.step * 1e3 / steps**2)
+        return self.mesh / cells**4 + (
+            self.step / steps if cells <= 4 else 0.1 * self.step * 1e3 / steps**2
+        )
 
 
 def test_half_of_the_steps_is_taken_where_runs_show_that_it_is_enough() -> None:
@@ -222,7 +270,9 @@ def test_half_of_the_steps_is_taken_where_runs_show_that_it_is_enough() -> None:
     found = plan(runs, 4, 200)
     assert found.met
     assert runs.error(found.cells, found.steps) <= 1.0
-    assert found.steps < 5e3 / SAFETY / SHARE / 1.9  # over what the coarse mesh needs, of which its chain foretells twice as much
+    assert (
+        found.steps < 5e3 / SAFETY / SHARE / 1.9
+    )  # over what the coarse mesh needs, of which its chain foretells twice as much
     assert float(found.time[0, 0]) >= runs.error(found.cells, found.steps) - 1e3 / found.cells**4
 
 
@@ -250,7 +300,9 @@ def test_a_column_falls_by_its_own_ratio(power: float) -> None:
 
 
 class Places(Known):
-    """Equilibria whose moment is read inside of cells: three times as wrong with meshes that are not twice those before."""
+    """Equilibria whose moment is read inside of cells: three times as wrong with meshes that are
+    not twice those before.
+    """
 
     def error(self, cells: int, steps: int) -> float:
         return self.mesh / cells**2 * (1.0 if cells in (2, 4, 8, 16, 32, 64) else 3.0)
@@ -299,8 +351,14 @@ def test_a_given_step_stays_where_meshes_do_not_settle() -> None:
 
 @pytest.mark.parametrize("power", [1.0, 2.0])
 @pytest.mark.parametrize("steps", [500, 501])
-def test_given_steps_are_proved_by_runs_that_have_all_their_instants(steps: int, power: float) -> None:
+def test_given_steps_are_proved_by_runs_that_have_all_their_instants(
+    steps: int, power: float
+) -> None:
     runs = Known(1.0, 1e3, power=power)
     found = plan(runs, 4, steps, free_steps=False)
     assert size(found.time) >= 1e3 / steps**power
-    assert all(steps % other == 0 or other % steps == 0 for cells, other in runs.runs if cells == found.cells)
+    assert all(
+        steps % other == 0 or other % steps == 0
+        for cells, other in runs.runs
+        if cells == found.cells
+    )

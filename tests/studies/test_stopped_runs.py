@@ -33,17 +33,23 @@ training: {candidates: 12, samples: 4, iterations: 2, holdout: 2}
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("stopped")
-    (folder / "beam_10.msh").write_bytes((Path(__file__).parents[2] / "meshes" / "beam_10.msh").read_bytes())
+    (folder / "beam_10.msh").write_bytes(
+        (Path(__file__).parents[2] / "meshes" / "beam_10.msh").read_bytes()
+    )
     (folder / "bar.yaml").write_text(SCENE)
     return folder / "bar.yaml"
 
 
 def test_families(path: Path, tmp_path: Path) -> None:
-    """Hold-out runs end elsewhere than their reduced ones; the model meets the event, tip.y = -h, at every point."""
+    """Hold-out runs end elsewhere than their reduced ones; the model meets the event, tip.y = -h,
+    at every point.
+    """
     found = studies.train(path, out=tmp_path / "family")
     assert found.holdout is not None
     assert 0.0 < found.holdout.true.max() < 5e-3
-    motion = studies.run(tmp_path / "family" / "model.h5", parameters={"h": "15 cm", "E": "0.7 GPa"})
+    motion = studies.run(
+        tmp_path / "family" / "model.h5", parameters={"h": "15 cm", "E": "0.7 GPa"}
+    )
     assert motion.outputs["tip_y"][-1] == pytest.approx(-0.15, abs=1e-9)
     full = studies.run(path, parameters={"h": "15 cm", "E": "0.7 GPa"})
     assert motion.times[-1] == pytest.approx(full.times[-1], rel=1e-3)
@@ -52,13 +58,18 @@ def test_families(path: Path, tmp_path: Path) -> None:
 def stopped(motion: Trajectory, last: int) -> Trajectory:
     """A motion that ends within the step after the state `last`."""
     short = motion.part(slice(0, last + 2))
-    return replace(short, times=np.append(short.times[:-1], 0.5 * (short.times[-2] + short.times[-1])))
+    return replace(
+        short, times=np.append(short.times[:-1], 0.5 * (short.times[-2] + short.times[-1]))
+    )
 
 
 def test_other_ends(path: Path) -> None:
     motion = studies.run(path).trajectory
     other = stopped(motion, len(motion.times) // 2)
-    with pytest.warns(Notice, match=r"a compared motion ends at 0\.08\d* s, the full one at 0\.16\d* s: errors are those until"):
+    with pytest.warns(
+        Notice,
+        match=r"a compared motion ends at 0\.08\d* s, the full one at 0\.16\d* s: errors are those until",
+    ):
         assert reduction.compare(motion, other).position.max() == 0.0
     run = full_runs.FullRun({}, motion.times, {}, 0.0, q=motion.x)
     with pytest.warns(Notice, match="until the earlier end"):

@@ -1,4 +1,6 @@
-"""Studies from Python: arrays and figures come back, nothing is written without a folder, errors carry what there is."""
+"""Studies from Python: arrays and figures come back, nothing is written without a folder, errors
+carry what there is.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,9 @@ STUDIES = (
 )
 
 
-def test_a_run_gives_arrays_and_figures_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_gives_arrays_and_figures_and_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = scene(tmp_path, SHORT)
     before = set(tmp_path.iterdir())
     monkeypatch.chdir(tmp_path)
@@ -71,10 +75,14 @@ def test_a_folder_gets_what_the_command_writes(tmp_path: Path) -> None:
     found = studies.run(path, out=tmp_path / "python", parameters={"load": 0.25})
     done = fmbs("run", path, "--out", tmp_path / "command", "--set", "load=0.25 N", "--json")
     assert done.code == 0, done.err
-    ours, theirs = ({file.name for file in (tmp_path / name).iterdir()} for name in ("python", "command"))
+    ours, theirs = (
+        {file.name for file in (tmp_path / name).iterdir()} for name in ("python", "command")
+    )
     assert ours == theirs == {file.name for file in found.files}
     table = np.loadtxt(tmp_path / "command" / "outputs.csv", delimiter=",", skiprows=1)
-    np.testing.assert_allclose(np.column_stack([found.times, *found.outputs.values()]), table, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        np.column_stack([found.times, *found.outputs.values()]), table, rtol=1e-12, atol=1e-15
+    )
     assert set(done.json) == set(found.report)
     assert studies.checksums(tmp_path / "python").report["status"] == "ok"
 
@@ -90,7 +98,10 @@ def test_vibration_modes_have_frequencies_and_no_motion(tmp_path: Path) -> None:
 def test_a_scene_may_be_given_as_it_was_read(tmp_path: Path) -> None:
     path = scene(tmp_path, SHORT)
     mine = scenes.read(path, {"load": "0.1 N"})
-    assert studies.run(mine).outputs["tip_y"][-1] == studies.run(path, parameters={"load": 0.1}).outputs["tip_y"][-1]
+    assert (
+        studies.run(mine).outputs["tip_y"][-1]
+        == studies.run(path, parameters={"load": 0.1}).outputs["tip_y"][-1]
+    )
     with pytest.raises(InputError, match="read it with them"):
         studies.run(mine, parameters={"load": 1.0})
 
@@ -108,7 +119,9 @@ def test_a_failed_solve_carries_what_it_reached(tmp_path: Path) -> None:
 def test_a_listener_hears_progress_and_notices(tmp_path: Path) -> None:
     heard: list[tuple[str, float]] = []
     notices: list[str] = []
-    listener = studies.Listener(progress=lambda label, part: heard.append((label, part)), notice=notices.append)
+    listener = studies.Listener(
+        progress=lambda label, part: heard.append((label, part)), notice=notices.append
+    )
     path = EXAMPLES / "four_bar.yaml"
     found = studies.check(path, parameters={}, listener=listener)
     studies.run(scene(tmp_path, SHORT), listener=listener)
@@ -131,7 +144,13 @@ def test_notices_are_warnings_where_nobody_listens(tmp_path: Path) -> None:
 def test_members_that_fail_leave_the_others(tmp_path: Path) -> None:
     path = scene(tmp_path, SHORT, "where(load < 1, 1, where(t < 0.0055, 1, 1e12))")
     with pytest.raises(SweepFailure, match="1 of 2 samples failed") as caught:
-        studies.sweep(path, samples=2, design="grid", scheduler=ThreadPoolExecutor(1), ranges={"load": ("0.5 N", "2 N")})
+        studies.sweep(
+            path,
+            samples=2,
+            design="grid",
+            scheduler=ThreadPoolExecutor(1),
+            ranges={"load": ("0.5 N", "2 N")},
+        )
     found = caught.value.result
     assert found.points[:, 0] == pytest.approx([0.5, 2.0])
     assert np.isfinite(found.outputs["tip_y"][0]).all()
@@ -147,7 +166,9 @@ def test_what_limits_a_run_needs_a_folder_to_go_on_from(tmp_path: Path) -> None:
 def test_every_study_takes_the_shared_options_and_explains_itself(name: str) -> None:
     study = getattr(studies, name)
     assert name in studies.__all__
-    assert set(get_args(inspect.signature(study).parameters["shared"].annotation)[0].__annotations__) >= {
+    assert set(
+        get_args(inspect.signature(study).parameters["shared"].annotation)[0].__annotations__
+    ) >= {
         "out",
         "force",
         "listener",
@@ -157,10 +178,17 @@ def test_every_study_takes_the_shared_options_and_explains_itself(name: str) -> 
 
 def test_the_door_opens_without_what_is_behind_it() -> None:
     code = "import sys; from fmbs_skfem import studies; print(sorted({'numba', 'scipy', 'matplotlib', 'numpy'} & set(sys.modules)))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.strip()
+        == "[]"
+    )
 
 
-def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_page_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """docs/python.md, block after block."""
     shorten_examples(tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -168,9 +196,17 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     assert "integrating: 100%" in capsys.readouterr().out
     stiff = names["stiff"]
     assert isinstance(stiff, studies.Run)
-    assert {path.name for path in stiff.files} == {"outputs.csv", "outputs.units.json", "report.json", "outputs.png"}
+    assert {path.name for path in stiff.files} == {
+        "outputs.csv",
+        "outputs.units.json",
+        "report.json",
+        "outputs.png",
+    }
     assert all(path.is_file() for path in stiff.files)
-    assert json.loads((tmp_path / "family" / "report.json").read_text())["status"] in ("ok", "no promise")
+    assert json.loads((tmp_path / "family" / "report.json").read_text())["status"] in (
+        "ok",
+        "no promise",
+    )
     assert names["pendulum"].size > 400
 
 
@@ -188,7 +224,9 @@ outputs: {mass: {type: position, at: mass}}
 
 
 @pytest.mark.filterwarnings("ignore:scene.*no joint ties")
-def test_extremes_of_a_sweep_are_those_between_its_instants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_extremes_of_a_sweep_are_those_between_its_instants(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A mass that is pushed against a spring goes to 2 F / k, however few instants are stored.
 
     Where memory has room for fewer steps a warning says so, also of samples that were there before.
@@ -198,15 +236,27 @@ def test_extremes_of_a_sweep_are_those_between_its_instants(tmp_path: Path, monk
         found = studies.sweep(swing, samples=5, design="grid", instants=2, scheduler=pool)
         monkeypatch.setattr(members, "NUMBERS", 800)
         with pytest.warns(Notice, match=told):
-            coarse = studies.sweep(swing, samples=2, design="grid", instants=2, scheduler=pool, out=tmp_path)
+            coarse = studies.sweep(
+                swing, samples=2, design="grid", instants=2, scheduler=pool, out=tmp_path
+            )
         with pytest.warns(Notice, match=told):
-            again = studies.sweep(swing, samples=2, design="grid", instants=2, scheduler=pool, out=tmp_path, resume=True)
+            again = studies.sweep(
+                swing,
+                samples=2,
+                design="grid",
+                instants=2,
+                scheduler=pool,
+                out=tmp_path,
+                resume=True,
+            )
     assert found.outputs["mass_x"].shape == (5, 2)
     largest = sweep_files.extremes(found.samples, "mass_x")["max"]
     assert largest == pytest.approx(4.0 / found.points[:, 0], rel=2e-5)
     assert found.outputs["mass_x"][0].max() < 0.2 * largest[0]
     assert found.report["outputs"]["mass_x"]["max"]["max"] == largest.max()
-    assert sweep_files.extremes(coarse.samples, "mass_x")["max"] == pytest.approx(4.0 / coarse.points[:, 0], rel=1e-3)
+    assert sweep_files.extremes(coarse.samples, "mass_x")["max"] == pytest.approx(
+        4.0 / coarse.points[:, 0], rel=1e-3
+    )
     assert again.report["computed"] == 0
     assert (tmp_path / "sweep.csv").read_text().count("ok") == 2
 

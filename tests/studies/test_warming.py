@@ -20,7 +20,9 @@ def double(x: float) -> float:
     return 2.0 * x
 
 
-def test_a_compilation_is_heard_by_name_and_only_where_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compilation_is_heard_by_name_and_only_where_nothing_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
     heard = list[str]()
     for expected in (["test_warming.double"], []):
@@ -41,7 +43,10 @@ def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(warming, "KINDS", kinds)
     shown = list[tuple[str, float]]()
     found = studies.warm(listener=Listener(lambda label, part: shown.append((label, part))))
-    assert [row["outcome"] for row in found.report["kinds"]] == ["ok", "left out: an extra is not there"]
+    assert [row["outcome"] for row in found.report["kinds"]] == [
+        "ok",
+        "left out: an extra is not there",
+    ]
     assert ("compiling beams in the plane", 0.0) in shown
     assert found.report["functions"] == sum(row["functions"] for row in found.report["kinds"])
 
@@ -54,7 +59,9 @@ def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Warmed) -> Non
 def test_a_script_without_listeners_hears_once_that_it_compiles(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Python shows the log on stderr. Who listens hears it alone, and helpers that a process starts say nothing."""
+    """Python shows the log on stderr. Who listens hears it alone, and helpers that a process starts
+    say nothing.
+    """
     monkeypatch.setattr(compilation, "_BEGUN", set())
     with compilation.heard_by(lambda name: None):
         compilation.begin("work.survey")
@@ -67,7 +74,13 @@ def test_a_script_without_listeners_hears_once_that_it_compiles(
         assert [one.count("compiling work.survey") for one in caplog.messages] == [1] * said
     caplog.clear()
     job = studies.Job()
-    for name in ("law_12.own_force", "law_12.own_slopes", "work.survey", "law_34.own_force", "stepping.advance"):
+    for name in (
+        "law_12.own_force",
+        "law_12.own_slopes",
+        "work.survey",
+        "law_34.own_force",
+        "stepping.advance",
+    ):
         job.hear_compilation(name)
     assert caplog.messages[0].startswith("compiling expressions of this model")
     assert [one.count("compiling work.survey") for one in caplog.messages] == [0, 1]

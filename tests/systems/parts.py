@@ -1,4 +1,6 @@
-"""Bodies, joints and loads of every type: two beams in line, a third at an angle to them, and a mass point."""
+"""Bodies, joints and loads of every type: two beams in line, a third at an angle to them, and a
+mass point.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +23,18 @@ BOB = At("bob", "center")
 
 
 def beams(dim: int, cells: int = 4, law: Law = Law.EXACT, **options: Any) -> list[Body]:
-    """a from (0, 0) to (1, 0), b in line to (2, 0), c from (1, 0) to (1.8, 0.6), and the point mass bob at (2, 1)."""
-    ends = {"a": ((0, 0, 0), (1, 0, 0)), "b": ((1, 0, 0), (2, 0, 0)), "c": ((1, 0, 0), (1.8, 0.6, 0))}
-    lines = [cable(name, segment(cells, *points), SECTION, dim=dim, law=law, **options) for name, points in ends.items()]
+    """a from (0, 0) to (1, 0), b in line to (2, 0), c from (1, 0) to (1.8, 0.6), and the point mass
+    bob at (2, 1).
+    """
+    ends = {
+        "a": ((0, 0, 0), (1, 0, 0)),
+        "b": ((1, 0, 0), (2, 0, 0)),
+        "c": ((1, 0, 0), (1.8, 0.6, 0)),
+    }
+    lines = [
+        cable(name, segment(cells, *points), SECTION, dim=dim, law=law, **options)
+        for name, points in ends.items()
+    ]
     return [*lines, point_mass("bob", 0.7, np.array([2.0, 1.0, 0.0][:dim]))]
 
 
@@ -63,7 +74,9 @@ def every_load(dim: int, history: Signal | None = None) -> list[loads.Load]:
 
 
 def displaced(system: System, row: tuple[str, str], gap: float) -> System:
-    """The system with a constraint row that the reference misses by `gap` [m], as no joint of a scene does."""
+    """The system with a constraint row that the reference misses by `gap` [m], as no joint of a
+    scene does.
+    """
     terms = system.constraints
     added = {"row": terms.names.index(row), "coefficient": gap, "signal": -1, "i": -1, "j": -1}
     columns = {key: np.append(getattr(terms, key), value) for key, value in added.items()}

@@ -1,4 +1,6 @@
-"""Rigid bodies, a beam and a plate with a rim in one place, and joints of every type with axes between them."""
+"""Rigid bodies, a beam and a plate with a rim in one place, and joints of every type with axes
+between them.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +19,29 @@ from fmbs_skfem.systems.connections import joints
 from ..models import segment
 from .parts import swing
 
-A0, A1, B1, B2, BEAM, RIM = At("a", "O"), At("a", "P"), At("b", "P"), At("b", "Q"), At("beam", "left"), At("plate", "rim")
+A0, A1, B1, B2, BEAM, RIM = (
+    At("a", "O"),
+    At("a", "P"),
+    At("b", "P"),
+    At("b", "Q"),
+    At("beam", "left"),
+    At("plate", "rim"),
+)
 OTHER = At("lid", "rim")
 SPATIAL_AXIS = (0.0, 0.6, 0.8)
 
 
 def grid(
-    nx: int, ny: int, width: float = 1.0, height: float = 1.0, skew: float = 0.0, make: Callable[..., Surface] = ancf_plate.surface
+    nx: int,
+    ny: int,
+    width: float = 1.0,
+    height: float = 1.0,
+    skew: float = 0.0,
+    make: Callable[..., Surface] = ancf_plate.surface,
 ) -> Surface:
-    """Plate on nx x ny quads from (0, 0), ANCF by default, with the four edges and the points `corner` (1, 1) and `middle`."""
+    """Plate on nx x ny quads from (0, 0), ANCF by default, with the four edges and the points
+    `corner` (1, 1) and `middle`.
+    """
     x, y = np.meshgrid(np.linspace(0, width, nx + 1), np.linspace(0, height, ny + 1), indexing="ij")
     points = np.column_stack([(x + skew * y).ravel(), y.ravel()])
     n = np.arange(points.shape[0]).reshape(nx + 1, ny + 1)
@@ -37,7 +53,9 @@ def grid(
 
 
 def bodies(dim: int) -> list[Body]:
-    """a at (0.5, 0), b at (1, 0.5), both turned, a beam from (1, 0), two plates on [1, 2] x [0, 1] whose left edges are rigid."""
+    """a at (0.5, 0), b at (1, 0.5), both turned, a beam from (1, 0), two plates on [1, 2] x [0, 1]
+    whose left edges are rigid.
+    """
     rest = (0.0,) * (dim - 2)
     turn = np.eye(dim)
     turn[:2, :2] = [[0.8, -0.6], [0.6, 0.8]]
@@ -47,11 +65,21 @@ def bodies(dim: int) -> list[Body]:
         inertia = 0.3 if dim == 2 else np.array([0.2, 0.25, 0.3])
         return rigid(name, 1.5, inertia, (*center, *rest), dim=dim, rotation=turn, places=named)
 
-    beam = cable("beam", segment(3, (1, 0, 0), (1.8, 0.6, 0)), Given(EA=2000.0, EI=3.0, rhoA=0.5), dim=dim)
+    beam = cable(
+        "beam", segment(3, (1, 0, 0), (1.8, 0.6, 0)), Given(EA=2000.0, EI=3.0, rhoA=0.5), dim=dim
+    )
     shape, rims = grid(2, 2), {"rim": Rim(("left",), (1.0, 0.0, 0.0)[:dim])}
     origin = np.array([1.0, 0.0, 0.0][:dim])
-    sheets = [plate(name, shape, 0.02, Material(1e5, 500.0), dim=dim, rims=rims, origin=origin) for name in ("plate", "lid")]
-    return [part("a", (0.5, 0.0), O=(0, 0), P=(1, 0)), part("b", (1.0, 0.5), P=(1, 0), Q=(1, 1)), beam, *sheets]
+    sheets = [
+        plate(name, shape, 0.02, Material(1e5, 500.0), dim=dim, rims=rims, origin=origin)
+        for name in ("plate", "lid")
+    ]
+    return [
+        part("a", (0.5, 0.0), O=(0, 0), P=(1, 0)),
+        part("b", (1.0, 0.5), P=(1, 0), Q=(1, 1)),
+        beam,
+        *sheets,
+    ]
 
 
 def every_joint(dim: int) -> list[joints.Joint]:

@@ -1,4 +1,6 @@
-"""Discrete controllers: motions under held inputs are exact, integrals stand still at limits, reduced and saved models, scenes."""
+"""Discrete controllers: motions under held inputs are exact, integrals stand still at limits,
+reduced and saved models, scenes.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,16 @@ TIGHT = Newton(tolerance=1e-12)
 SAMPLE, GOAL, J = 0.02, 0.8, 0.01
 HINGE, SPIN = of_state("hinge.angle"), of_state("spin")
 ERROR = of_state("goal - hinge.angle", "", {"goal": GOAL})
-PID = Pid(name="servo", unit="N m", sample=SAMPLE, error=ERROR, kp=0.5, ki=2.0, kd=0.02, limits=(-0.45, 0.45))
+PID = Pid(
+    name="servo",
+    unit="N m",
+    sample=SAMPLE,
+    error=ERROR,
+    kp=0.5,
+    ki=2.0,
+    kd=0.02,
+    limits=(-0.45, 0.45),
+)
 
 
 def disc(controller: Controller, weight: float = 0.0, dim: int = 2) -> System:
@@ -51,7 +62,10 @@ def disc(controller: Controller, weight: float = 0.0, dim: int = 2) -> System:
             [rigid.rigid("disc", 1.0, J if dim == 2 else J * np.eye(3), (0.0,) * dim, dim=dim)],
             [joints.Revolute("pin", at, **axis)],
             [ControlTorque("m", at, torque=torque, axis=axis.get("axis"))],
-            outputs={"hinge": probes.Angle(at, axis.get("axis")), "spin": probes.AngularVelocity(at, axis.get("axis"))},
+            outputs={
+                "hinge": probes.Angle(at, axis.get("axis")),
+                "spin": probes.AngularVelocity(at, axis.get("axis")),
+            },
             controllers=[controller],
         )
     )
@@ -64,7 +78,11 @@ def moved(rule: Callable[[float, float], float], count: int, weight: float = 0.0
         u = rule(angle, rate)
         if weight:
             path = solve_ivp(
-                lambda t, y, u=u: [y[1], (u - weight * np.sin(y[0])) / J], (0, SAMPLE), [angle, rate], rtol=1e-11, atol=1e-12
+                lambda t, y, u=u: [y[1], (u - weight * np.sin(y[0])) / J],
+                (0, SAMPLE),
+                [angle, rate],
+                rtol=1e-11,
+                atol=1e-12,
             )
             angle, rate = path.y[:, -1]
         else:
@@ -79,7 +97,11 @@ def pid_rule() -> Callable[[float, float], float]:
 
     def rule(angle: float, rate: float) -> float:
         e = GOAL - angle
-        u = 0.5 * e + (held["I"] + 2.0 * SAMPLE * e) + 0.02 * (0.0 if held["e"] is None else (e - held["e"]) / SAMPLE)
+        u = (
+            0.5 * e
+            + (held["I"] + 2.0 * SAMPLE * e)
+            + 0.02 * (0.0 if held["e"] is None else (e - held["e"]) / SAMPLE)
+        )
         if abs(u) <= 0.45 or u * e < 0:
             held["I"] += 2.0 * SAMPLE * e
         held["e"] = e
@@ -118,9 +140,15 @@ def ball(controller: Controller) -> System:
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_held_force_moves_a_mass_exactly(name: str) -> None:
-    """Accelerations are constant from sample to sample: steps that begin with the jump make no error."""
+    """Accelerations are constant from sample to sample: steps that begin with the jump make no
+    error.
+    """
     controller, rule = CASES[name]
-    told = {part: on_a_line(getattr(controller, part)) for part in ("error", "states", "of") if hasattr(controller, part)}
+    told = {
+        part: on_a_line(getattr(controller, part))
+        for part in ("error", "states", "of")
+        if hasattr(controller, part)
+    }
     motion = integrate(ball(replace(controller, **told)), GeneralizedAlpha(5e-3), 1.0, TIGHT)
     assert_allclose(outputs(motion)["x_x"][::4], moved(rule, 50), atol=1e-9)
 
@@ -129,7 +157,9 @@ def on_a_line(value: Any) -> Any:
     """Expressions of the disc as those of the mass."""
     if isinstance(value, list):
         return [on_a_line(one) for one in value]
-    return of_state(value.text.replace("hinge.angle", "x.x").replace("spin", "x.vx"), "", {"goal": GOAL})
+    return of_state(
+        value.text.replace("hinge.angle", "x.x").replace("spin", "x.vx"), "", {"goal": GOAL}
+    )
 
 
 def test_second_order_between_samples() -> None:
@@ -137,7 +167,9 @@ def test_second_order_between_samples() -> None:
     exact = moved(pid_rule(), 50, 0.3)
     errors = []
     for h in (5e-3, 2.5e-3):
-        found = outputs(integrate(disc(PID, 0.3), GeneralizedAlpha(h), 1.0, TIGHT))["hinge"][:: round(SAMPLE / h)]
+        found = outputs(integrate(disc(PID, 0.3), GeneralizedAlpha(h), 1.0, TIGHT))["hinge"][
+            :: round(SAMPLE / h)
+        ]
         errors.append(np.abs(found - exact).max())
     assert errors[1] < 3e-4
     assert 3.6 < errors[0] / errors[1] < 4.4
@@ -146,7 +178,9 @@ def test_second_order_between_samples() -> None:
 
 
 def test_integrals_stand_still_at_limits() -> None:
-    """A goal out of reach for a second winds nothing up: the disc leaves the limit as soon as the goal is back."""
+    """A goal out of reach for a second winds nothing up: the disc leaves the limit as soon as the
+    goal is back.
+    """
     error = of_state("where(t < 1, 100, -1) - 0 * hinge")
     wound = Pid(name="servo", sample=SAMPLE, error=error, ki=5.0, limits=(-0.45, 0.45))
     run = start(disc(wound), GeneralizedAlpha(5e-3))
@@ -155,7 +189,9 @@ def test_integrals_stand_still_at_limits() -> None:
     assert run.inputs["servo"] == 0.45
     for _ in range(round(0.1 / 5e-3) + 4):
         run.step()
-    assert run.inputs["servo"] == pytest.approx(-0.45)  # one second of 500 N m/s would take minutes to unwind
+    assert run.inputs["servo"] == pytest.approx(
+        -0.45
+    )  # one second of 500 N m/s would take minutes to unwind
 
 
 def test_the_run_that_is_stepped_is_that_of_integrate() -> None:
@@ -189,11 +225,15 @@ def test_the_run_that_is_stepped_is_that_of_integrate() -> None:
 
 def arm() -> System:
     """A flexible arm whose hinge a PID brings to its goal."""
-    beam = cable("beam", models.segment(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=2)
+    beam = cable(
+        "beam", models.segment(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=2
+    )
     root, tip = At("beam", "left"), At("beam", "right")
     error = of_state("0.15 * (1 - cos(4 * min(t, pi / 4))) - hinge.angle")
     rate = of_state("-hinge.rate")
-    servo = Pid(name="servo", unit="N m", sample=2e-3, error=error, rate=rate, kp=20.0, ki=40.0, kd=0.5)
+    servo = Pid(
+        name="servo", unit="N m", sample=2e-3, error=error, rate=rate, kp=20.0, ki=40.0, kd=0.5
+    )
     return assemble(
         [beam],
         [joints.Pin("hinge", root)],
@@ -205,10 +245,15 @@ def arm() -> System:
 
 
 def test_an_unstable_loop_is_told_as_growth() -> None:
-    """A rate that is fed back with the wrong sign: no word of the iteration, which fails at last; nor where the run ends before."""
-    unstable = disc(StateFeedback(name="servo", sample=SAMPLE, states=[of_state("spin + 1e-3")], gains=[-0.4]))
+    """A rate that is fed back with the wrong sign: no word of the iteration, which fails at last;
+    nor where the run ends before.
+    """
+    unstable = disc(
+        StateFeedback(name="servo", sample=SAMPLE, states=[of_state("spin + 1e-3")], gains=[-0.4])
+    )
     with pytest.raises(
-        SolverError, match=r"the output of controller 'servo' rose from .* and the energy of the motion to"
+        SolverError,
+        match=r"the output of controller 'servo' rose from .* and the energy of the motion to",
     ) as caught:
         integrate(unstable, GeneralizedAlpha(2e-2), 3.0, Newton(iterations=5))
     assert caught.value.reason is Reason.GROWING
@@ -260,9 +305,15 @@ def test_scenes() -> None:
 
 
 def test_state_feedback_stays_within_both_limits() -> None:
-    """What starts at 50 N and brakes with - 9 N s/m, cut to 12 N and - 2 N: the linear sampled system in between."""
-    limited = SCENE.replace("gains: [50 N/m, 9 N s/m]}", "gains: [50 N/m, 9 N s/m], limits: [-2 N, 12 N]}")
-    found = outputs(integrate(build.system(reading.loads(limited)), GeneralizedAlpha(1e-3), 1.0, TIGHT))
+    """What starts at 50 N and brakes with - 9 N s/m, cut to 12 N and - 2 N: the linear sampled
+    system in between.
+    """
+    limited = SCENE.replace(
+        "gains: [50 N/m, 9 N s/m]}", "gains: [50 N/m, 9 N s/m], limits: [-2 N, 12 N]}"
+    )
+    found = outputs(
+        integrate(build.system(reading.loads(limited)), GeneralizedAlpha(1e-3), 1.0, TIGHT)
+    )
     y, met = np.zeros(2), set()
     for k in range(100):
         assert found["tip_y"][10 * k] == pytest.approx(y[0], abs=1e-9)
@@ -276,17 +327,41 @@ def test_state_feedback_stays_within_both_limits() -> None:
 @pytest.mark.parametrize(
     "old, new, message",
     [
-        ("kp: Kp", "kp: Kd", r"controllers.servo.kp: expected a force \[N\] .* got 'kp \* \(goal - tip.x\)'"),
+        (
+            "kp: Kp",
+            "kp: Kd",
+            r"controllers.servo.kp: expected a force \[N\] .* got 'kp \* \(goal - tip.x\)'",
+        ),
         ("ki: Ki", "ki: Kp", r"controllers.servo.ki: expected a force"),
         ("[50 N/m,", "[50 N,", r"controllers.hold.gains: expected a force"),
-        ("gains: [50 N/m, 9 N s/m]", "gains: [50 N/m]", r"controllers.hold.gains: expected one for each of the 2 states, got 1"),
-        ("9 N s/m]}", "9 N s/m], offset: 1 m}", r"controllers.hold.offset: expected offset in N, got length"),
-        ("ki: Ki", "ki: Ki, start: 1 m", r"controllers.servo.start: expected start in N, got length"),
+        (
+            "gains: [50 N/m, 9 N s/m]",
+            "gains: [50 N/m]",
+            r"controllers.hold.gains: expected one for each of the 2 states, got 1",
+        ),
+        (
+            "9 N s/m]}",
+            "9 N s/m], offset: 1 m}",
+            r"controllers.hold.offset: expected offset in N, got length",
+        ),
+        (
+            "ki: Ki",
+            "ki: Ki, start: 1 m",
+            r"controllers.servo.start: expected start in N, got length",
+        ),
         ("1 N], [10", "1 Pa], [10", r"controllers.look.points: expected points in N, got pressure"),
-        ("[[0 mm", "[[-1 s", r"controllers.look.points: expected a number .* got '\(tip.x\) / point' \(velocity\)"),
+        (
+            "[[0 mm",
+            "[[-1 s",
+            r"controllers.look.points: expected a number .* got '\(tip.x\) / point' \(velocity\)",
+        ),
         ("20 N]", "20 m]", r"controllers.servo.limits: expected limits in N, got length"),
         ("[-20 N", "[30 N", r"controllers.servo.limits: expected the smaller limit first"),
-        ("goal - tip.x", "goal - top.x", r"controllers.servo.error: expected one of .* got 'top.x'"),
+        (
+            "goal - tip.x",
+            "goal - top.x",
+            r"controllers.servo.error: expected one of .* got 'top.x'",
+        ),
         ("servo: {", "tip: {", r"controllers.tip: expected another name"),
         ("sample: 5 ms", "sample: 0 s", r"controllers.servo.sample: expected a time \[s\] > 0"),
     ],
@@ -297,9 +372,17 @@ def test_what_does_not_fit_is_named(old: str, new: str, message: str) -> None:
 
 
 def test_errors_of_runs() -> None:
-    with pytest.raises(InputError, match=r"controller 'servo'.sample: expected a whole number of steps of 0.003 s, got 0.02 s"):
+    with pytest.raises(
+        InputError,
+        match=r"controller 'servo'.sample: expected a whole number of steps of 0.003 s, got 0.02 s",
+    ):
         integrate(disc(PID), GeneralizedAlpha(3e-3), 0.3)
-    broken = Program(name="servo", sample=SAMPLE, states=[of_state("1 / (0.1 - t)")], function=lambda t, x: 1e-3 * x)
+    broken = Program(
+        name="servo",
+        sample=SAMPLE,
+        states=[of_state("1 / (0.1 - t)")],
+        function=lambda t, x: 1e-3 * x,
+    )
     with pytest.raises(SolverError, match=r"controller 'servo' gives inf at t = 0.1 s") as caught:
         integrate(disc(broken), GeneralizedAlpha(5e-3), 0.3)
     assert caught.value.partial is not None
@@ -332,12 +415,20 @@ def test_inputs_of_controllers_are_read_by_others() -> None:
 
 def loop(kd: float, beam: bool, sample: float = SAMPLE) -> System:
     """A rod, or a beam, whose rate at a hinge is fed back at once."""
-    part = cable("rod", models.segment(8), sections.Rectangular(0.02, 0.008), sections.Material(2e9, 1500.0), dim=2)
+    part = cable(
+        "rod",
+        models.segment(8),
+        sections.Rectangular(0.02, 0.008),
+        sections.Material(2e9, 1500.0),
+        dim=2,
+    )
     places = {"root": (0.0, 0.0)}
     rod = part if beam else rigid.rigid("rod", 2.0, 0.1, (0.5, 0.0), dim=2, places=places)
     root = At("rod", "left" if beam else "root")
     goal = of_state("0.5 - a.angle")
-    servo = Pid(name="servo", unit="N m", sample=sample, error=goal, rate=of_state("-a.rate"), kp=kd, kd=kd)
+    servo = Pid(
+        name="servo", unit="N m", sample=sample, error=goal, rate=of_state("-a.rate"), kp=kd, kd=kd
+    )
     return eliminate(
         assemble(
             [rod],
@@ -352,7 +443,9 @@ def loop(kd: float, beam: bool, sample: float = SAMPLE) -> System:
 
 @pytest.mark.parametrize("sample", [SAMPLE, 0.1 * SAMPLE])
 def test_the_gain_of_a_sampled_loop_is_exact_for_a_rigid_body(sample: float) -> None:
-    """-(kd + kp T) T / J with the moment of inertia about the hinge, as the angle changes by T times the rate."""
+    """-(kd + kp T) T / J with the moment of inertia about the hinge, as the angle changes by T
+    times the rate.
+    """
     system, scheme = loop(0.3, False, sample), GeneralizedAlpha(sample)
     run = integration.begun(RunSetting(system, scheme, Newton(), 10, system), np.array([0]))
     feed = run.find(Feed)
@@ -363,9 +456,12 @@ def test_the_gain_of_a_sampled_loop_is_exact_for_a_rigid_body(sample: float) -> 
 
 @pytest.mark.parametrize("kd", [4.0, 40.0])
 def test_a_loop_that_diverges_from_sample_to_sample_is_named(kd: float) -> None:
-    """With gains that run, where the iteration fails in the first steps: the end of the beam is light."""
+    """With gains that run, where the iteration fails in the first steps: the end of the beam is
+    light.
+    """
     with pytest.raises(
-        SolverError, match=r"^the closed loop is unstable: a change in the output of controller 'servo' returns .* times"
+        SolverError,
+        match=r"^the closed loop is unstable: a change in the output of controller 'servo' returns .* times",
     ) as caught:
         integrate(loop(kd, True, 2e-3), GeneralizedAlpha(1e-3), 1.0)
     assert caught.value.reason is Reason.GROWING
@@ -379,5 +475,9 @@ def test_what_fails_for_another_reason_is_not_called_an_unstable_loop() -> None:
     """A load beyond all bounds beside a loop that is stable."""
     system = loop(0.01, True, 2e-3)
     with pytest.raises(SolverError) as caught:
-        integrate(replace(system, loads=replace(system.loads, constant=system.loads.constant + 1e12)), GeneralizedAlpha(1e-3), 0.1)
+        integrate(
+            replace(system, loads=replace(system.loads, constant=system.loads.constant + 1e12)),
+            GeneralizedAlpha(1e-3),
+            0.1,
+        )
     assert caught.value.reason is not Reason.GROWING

@@ -34,9 +34,18 @@ def complete(raw: System) -> System:
 def spun(dim: int = 2, beta: float = 0.0, torque: float = 0.2, cells: int = 4) -> System:
     """Two beams hinged to each other and to the ground, driven by a moment."""
     one = body.cable("one", models.segment(cells), models.SECTION, models.MATERIAL, dim=dim)
-    two = body.cable("two", models.segment(3, (1, 0, 0), (1.7, 0, 0)), models.SECTION, models.MATERIAL, dim=dim)
-    held = [joints.Pin("A", At("one", "left")), joints.Pin("B", At("one", "right"), At("two", "left"))]
-    pushes = [loads.Moment("motor", At("one", "left"), torque)] if dim == 2 else [loads.Gravity((0.0, 0.0, -9.81))]
+    two = body.cable(
+        "two", models.segment(3, (1, 0, 0), (1.7, 0, 0)), models.SECTION, models.MATERIAL, dim=dim
+    )
+    held = [
+        joints.Pin("A", At("one", "left")),
+        joints.Pin("B", At("one", "right"), At("two", "left")),
+    ]
+    pushes = (
+        [loads.Moment("motor", At("one", "left"), torque)]
+        if dim == 2
+        else [loads.Gravity((0.0, 0.0, -9.81))]
+    )
     return complete(assemble([one, two], held, pushes, Rayleigh(0.0, beta) if beta else None))
 
 
@@ -45,8 +54,12 @@ def turned(system: System, angles: tuple[float, ...], shift: float = 0.0) -> np.
     q = system.lift(system.x0).reshape(-1, 2).copy()
     for (_, first, last), theta in zip(system.coordinates, angles, strict=True):
         R = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
-        q[first // 2 : last // 2] = q[first // 2 : last // 2] @ R + shift * system.unit[first // 2 : last // 2, None] * [1.0, -2.0]
-    return np.linalg.lstsq(np.asarray(system.lift.matrix), q.ravel() - system.lift.offset, rcond=None)[0]
+        q[first // 2 : last // 2] = q[first // 2 : last // 2] @ R + shift * system.unit[
+            first // 2 : last // 2, None
+        ] * [1.0, -2.0]
+    return np.linalg.lstsq(
+        np.asarray(system.lift.matrix), q.ravel() - system.lift.offset, rcond=None
+    )[0]
 
 
 def part_tangent(system: System, number: int, x: np.ndarray) -> np.ndarray:
@@ -56,7 +69,9 @@ def part_tangent(system: System, number: int, x: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("angles", [(0.0, 0.0), (0.4, -2.5), (3.1, 9.0)])
 def test_exact_for_rigid_motion(angles: tuple[float, float]) -> None:
-    """K(theta) is the tangent at any turned and shifted reference shape, every body with its own angle, to round-off."""
+    """K(theta) is the tangent at any turned and shifted reference shape, every body with its own
+    angle, to round-off.
+    """
     system = spun()
     model = compile_system(system)
     A, x = model.arrays, turned(system, angles, 0.3)
@@ -77,7 +92,9 @@ def test_damping_times() -> None:
 
 
 def test_the_same_motion_as_with_assembled_tangents() -> None:
-    """The tangent decides how fast the iteration contracts, not where it ends: several turns, equal to the Newton tolerance."""
+    """The tangent decides how fast the iteration contracts, not where it ends: several turns, equal
+    to the Newton tolerance.
+    """
     system = spun()
     fast = integrate(system, SCHEME, DURATION, NEWTON)
     slow = integrate(spun_without_turning(system), SCHEME, DURATION, NEWTON)
@@ -88,13 +105,22 @@ def test_the_same_motion_as_with_assembled_tangents() -> None:
 
 def spun_without_turning(system: System) -> System:
     """The same system with its bodies under other names, which no tangent can be turned for."""
-    return replace(system, elastic=tuple(replace(part, name=f"{part.name} alone") for part in system.elastic))
+    return replace(
+        system, elastic=tuple(replace(part, name=f"{part.name} alone") for part in system.elastic)
+    )
 
 
 def test_systems_in_space_and_full_systems_assemble() -> None:
     assert len(compile_system(spun(dim=3)).arrays.corotation.table) == 0
     beam = body.cable("beam", models.segment(3), models.SECTION, models.MATERIAL, dim=2)
-    assert len(compile_system(assemble([beam], [joints.Pin("A", At("beam", "left"))], [])).arrays.corotation.table) == 0
+    assert (
+        len(
+            compile_system(
+                assemble([beam], [joints.Pin("A", At("beam", "left"))], [])
+            ).arrays.corotation.table
+        )
+        == 0
+    )
 
 
 def test_a_space_without_the_turned_shapes_assembles() -> None:
@@ -107,13 +133,17 @@ def test_a_space_without_the_turned_shapes_assembles() -> None:
     bend = np.zeros((raw.size, 1))
     bend[1::2, 0] = np.linspace(0.0, 1.0, raw.size // 2) ** 2
     bend /= np.linalg.norm(bend)
-    system = galerkin.reduce_system(raw, {"beam": ("beam",)}, {"beam": Basis(bend, raw.x0, np.zeros(0))})
+    system = galerkin.reduce_system(
+        raw, {"beam": ("beam",)}, {"beam": Basis(bend, raw.x0, np.zeros(0))}
+    )
     assert len(compile_system(system).arrays.corotation.table) == 0
 
 
 @pytest.mark.parametrize("sampled", [True, False])
 def test_points_and_cells_in_blocks(sampled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those that are handled in blocks have the energy, forces, tangents and turned tangents of all at once."""
+    """Those that are handled in blocks have the energy, forces, tangents and turned tangents of all
+    at once.
+    """
     system = multiply_out(spun(beta=0.02)) if sampled else spun(beta=0.02, cells=9)
     x, v = np.random.default_rng(1).standard_normal((2, system.size))
     whole = compile_system(system)

@@ -1,4 +1,6 @@
-"""Linear constraints by blocks against their elimination all together; long edges keep independent rows."""
+"""Linear constraints by blocks against their elimination all together; long edges keep independent
+rows.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +56,9 @@ def test_solutions_satisfy_the_rows() -> None:
 
 @pytest.mark.parametrize("weight", [1e-7, 6e-10, 1e-13])
 def test_small_weights_of_other_unknowns_stay(weight: float) -> None:
-    """What one of them leaves out moves a plate by as much: 6e-10 m make 0.07 N in one of steel at rest."""
+    """What one of them leaves out moves a plate by as much: 6e-10 m make 0.07 N in one of steel at
+    rest.
+    """
     A, a = csr_array(np.array([[1.0, weight, 0.0], [0.0, 1.0, 1.0]])), np.array([-1.0, 2.0])
     found = echelon.solve(A, a)
     x = np.array([3.0, -5.0, 7.0])
@@ -63,7 +67,9 @@ def test_small_weights_of_other_unknowns_stay(weight: float) -> None:
 
 
 def test_rows_that_contradict_are_told_by_what_they_miss() -> None:
-    found = echelon.solve(csr_array(np.array([[1.0, 1.0], [2.0, 2.0]])), np.array([0.0, -1.0]), 1e-9)
+    found = echelon.solve(
+        csr_array(np.array([[1.0, 1.0], [2.0, 2.0]])), np.array([0.0, -1.0]), 1e-9
+    )
     assert len(found.dependent) == len(found.left) == 1
     assert abs(found.gap[0]) == pytest.approx(1.0 if found.left[0] == 1 else 0.5)
 
@@ -81,9 +87,16 @@ def test_a_long_clamped_edge(kind: str) -> None:
 
 
 def test_unknowns_of_falling_weight_are_solved_for_the_leading_ones() -> None:
-    """Two bases of falling weight at a joint: the dependent unknowns are among the first modes, and well conditioned."""
+    """Two bases of falling weight at a joint: the dependent unknowns are among the first modes, and
+    well conditioned.
+    """
     rng = np.random.default_rng(6)
-    D = np.hstack([rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0), rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0)])
+    D = np.hstack(
+        [
+            rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0),
+            rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0),
+        ]
+    )
     x = rng.standard_normal(40)
     found = echelon.solve(csr_array(D), -D @ x)
     assert np.all(found.dependent % 20 < 5)
@@ -92,24 +105,36 @@ def test_unknowns_of_falling_weight_are_solved_for_the_leading_ones() -> None:
 
 
 def test_round_off_of_a_row_makes_no_constraint() -> None:
-    """Shape functions at a node are 1 and 0 to the last digit: a column of such zeros is no unknown that a row could take away."""
+    """Shape functions at a node are 1 and 0 to the last digit: a column of such zeros is no unknown
+    that a row could take away.
+    """
     A = csr_array(np.array([[1.0, 0.0, 0.0], [1.0, 1e-17, 0.0], [0.0, 0.0, 1e-9]]))
     found = echelon.solve(A, np.zeros(3))
     assert_array_equal(np.sort(found.dependent), [0, 2])
     assert len(found.left) == 1
-    beside = echelon.solve(csr_array(np.array([[1.0, 1e-9], [1.0, 2e-9]])), np.zeros(2), units=np.array([1.0, 1e3]))
+    beside = echelon.solve(
+        csr_array(np.array([[1.0, 1e-9], [1.0, 2e-9]])), np.zeros(2), units=np.array([1.0, 1e3])
+    )
     assert len(beside.dependent) == 2  # slopes of small cells are as good as positions
 
 
 @pytest.mark.parametrize("cells", [5, 8])
 @pytest.mark.parametrize("kind", ["ancf", "bfs", "nurbs"])
 def test_a_held_corner_of_a_held_edge_takes_nothing_away_twice(kind: str, cells: int) -> None:
-    """A plate on two edges whose corner is pinned as well has lost as many unknowns as its rows have rank.
+    """A plate on two edges whose corner is pinned as well has lost as many unknowns as its rows
+    have rank.
 
-    Which of the two equal rows of the corner is left out is a matter of round-off, and so of the processor.
+    Which of the two equal rows of the corner is left out is a matter of round-off, and so of the
+    processor.
     """
     body = plate("plate", rectangle(kind, cells, cells), 0.01, Material(1e9, 1e3))
-    system = assemble([body], [joints.Edge("edges", "plate", ("left", "bottom"), fixed="z"), joints.Pin("pin", At("plate", "a"))])
+    system = assemble(
+        [body],
+        [
+            joints.Edge("edges", "plate", ("left", "bottom"), fixed="z"),
+            joints.Pin("pin", At("plate", "a")),
+        ],
+    )
     with pytest.warns(Notice, match=r"\(their reactions are not unique\): (pin\.z|edges\.z \d+)$"):
         free = eliminate(system)
     singular_values = np.linalg.svd(as_dense(linear_part(system)[1]), compute_uv=False)
@@ -119,5 +144,7 @@ def test_a_held_corner_of_a_held_edge_takes_nothing_away_twice(kind: str, cells:
 def test_many_rows_of_one_kind_are_told_by_their_number() -> None:
     body = plate("plate", rectangle("bfs", 8, 1), 0.01, Material(1e9, 1e3))
     held = [joints.Edge(name, "plate", ("bottom",), fixed="z") for name in ("once", "twice")]
-    with pytest.warns(Notice, match=r"\(their reactions are not unique\): (once|twice)\.z \(18 rows\)$"):
+    with pytest.warns(
+        Notice, match=r"\(their reactions are not unique\): (once|twice)\.z \(18 rows\)$"
+    ):
         eliminate(assemble([body], held))

@@ -1,4 +1,6 @@
-"""Forces by a decorator, in symbols and as functions of Python: exact motions, tangents, reduced and saved models, scenes."""
+"""Forces by a decorator, in symbols and as functions of Python: exact motions, tangents, reduced
+and saved models, scenes.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,15 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, linearise, outputs, real_modes
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    energies,
+    integrate,
+    linearise,
+    outputs,
+    real_modes,
+)
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, check_force, eliminate, fields
@@ -35,7 +45,9 @@ Stiffness = Annotated[float, fields.quantity("N/m", ">= 0")]
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """What this module declares is known to its tests alone."""
-    monkeypatch.setattr(loads.Load, "known", {**loads.Load.known, **{kind.word: kind for kind in KINDS}})
+    monkeypatch.setattr(
+        loads.Load, "known", {**loads.Load.known, **{kind.word: kind for kind in KINDS}}
+    )
 
 
 @force
@@ -50,13 +62,17 @@ def called_drag(at: fields.Place, factor: Factor) -> Any:
 
 
 @force(energy=True)
-def cubic(at: fields.Place, stiffness: Stiffness, hardening: float = 0.0, to: fields.End = None) -> Any:
+def cubic(
+    at: fields.Place, stiffness: Stiffness, hardening: float = 0.0, to: fields.End = None
+) -> Any:
     square = (at.position - to.position).dot(at.position - to.position)
     return stiffness / 2 * square + hardening / 4 * square**2
 
 
 @force(compiled=False)
-def called_cubic(at: fields.Place, stiffness: Stiffness, hardening: float = 0.0, to: fields.End = None) -> Any:
+def called_cubic(
+    at: fields.Place, stiffness: Stiffness, hardening: float = 0.0, to: fields.End = None
+) -> Any:
     """By a loop with a branch, as no symbols can be."""
     apart = at.position - to.position
     push = np.zeros(len(apart))
@@ -66,14 +82,24 @@ def called_cubic(at: fields.Place, stiffness: Stiffness, hardening: float = 0.0,
 
 
 @force(drives=True)
-def swirl(t: Any, at: fields.Place, other: fields.Place, size: Annotated[tuple[float, float], fields.vector("N")]) -> Any:
+def swirl(
+    t: Any,
+    at: fields.Place,
+    other: fields.Place,
+    size: Annotated[tuple[float, float], fields.vector("N")],
+) -> Any:
     """A force that turns with t, against one on another place, and one on the slope of the first."""
     push = type(at.position)([size[0] * t, size[1], 0][: len(at.position)])
     return [(at.position, push), (other.position, -push), (at.axes[0], t * other.velocity)]
 
 
 @force(compiled=False, drives=True)
-def called_swirl(t: float, at: fields.Place, other: fields.Place, size: Annotated[tuple[float, float], fields.vector("N")]) -> Any:
+def called_swirl(
+    t: float,
+    at: fields.Place,
+    other: fields.Place,
+    size: Annotated[tuple[float, float], fields.vector("N")],
+) -> Any:
     push = np.array([size[0] * t, size[1], 0.0])[: len(at.position)]
     return [(at.position, push), (other.position, -push), (at.axes[0], t * other.velocity)]
 
@@ -84,17 +110,34 @@ def twist(at: fields.Place, moment: Annotated[tuple[float, ...], fields.vector("
 
 
 @force(compiled=False, drives=True)
-def called_twist(at: fields.Place, moment: Annotated[tuple[float, ...], fields.vector("N m")]) -> Any:
+def called_twist(
+    at: fields.Place, moment: Annotated[tuple[float, ...], fields.vector("N m")]
+) -> Any:
     return at.turn(moment if len(at.position) == 3 else moment[2])
 
 
 @force(compiled=False)
-def soft(at: fields.Place, stiffness: Stiffness, length: Annotated[float, fields.quantity("m")], to: fields.End = None) -> Any:
+def soft(
+    at: fields.Place,
+    stiffness: Stiffness,
+    length: Annotated[float, fields.quantity("m")],
+    to: fields.End = None,
+) -> Any:
     apart = at.position - to.position
     return [(at.position, -stiffness * length * np.tanh(apart / length))]
 
 
-KINDS = (decorated_drag, called_drag, cubic, called_cubic, swirl, called_swirl, twist, called_twist, soft)
+KINDS = (
+    decorated_drag,
+    called_drag,
+    cubic,
+    called_cubic,
+    swirl,
+    called_swirl,
+    twist,
+    called_twist,
+    soft,
+)
 for one in KINDS:
     del loads.Load.known[one.word]
 
@@ -105,7 +148,10 @@ def pairs(dim: int) -> list[tuple[loads.Load, loads.Load]]:
         (cubic, called_cubic, (A1, 10.0, 30.0, BOB)),
         (swirl, called_swirl, (A1, B1, (0.3, 0.2))),
     ]
-    return [(kind(f"{kind.word} {dim}", *rest), called(f"{called.word} {dim}", *rest)) for kind, called, rest in given]
+    return [
+        (kind(f"{kind.word} {dim}", *rest), called(f"{called.word} {dim}", *rest))
+        for kind, called, rest in given
+    ]
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -122,12 +168,17 @@ def test_contract_and_the_same_by_both_ways(dim: int) -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_turn_is_the_moment_of_the_package(dim: int, kind: Any) -> None:
     """On stretched slopes and on frames."""
-    bodies = [*beams(dim), rigid.rigid("disc", 1.0, np.eye(3) if dim == 3 else np.array(1.0), np.zeros(dim), dim=dim)]
+    bodies = [
+        *beams(dim),
+        rigid.rigid("disc", 1.0, np.eye(3) if dim == 3 else np.array(1.0), np.zeros(dim), dim=dim),
+    ]
     moment = np.array([0.4, -0.2, 0.3])
     for at in (A1, At("disc", "frame")):
         plain = loads.Moment("m", at, moment if dim == 3 else 0.3)
         both = [assemble(bodies, loads=[load]) for load in (kind("m", at, moment), plain)]
-        x = both[0].x0 + (0.3 * np.random.default_rng(0).normal(size=both[0].size) if at is A1 else 0.0)
+        x = both[0].x0 + (
+            0.3 * np.random.default_rng(0).normal(size=both[0].size) if at is A1 else 0.0
+        )
         found, expected = (sum_of(system, x) for system in both)
         assert_allclose(found, expected, atol=1e-12 * abs(expected).max())
 
@@ -138,7 +189,9 @@ def test_differences_are_small_beside_bodies_of_any_size(size: float) -> None:
     places = {"a": (-size, 0.0), "b": (size, 0.0)}
     body = rigid.rigid("b", 2.0, np.array(0.1 * size**2), (0.0, 0.0), dim=2, places=places)
     system = assemble([body], loads=[soft("spring", At("b", "frame"), 50.0, 0.1 * size)])
-    assert_allclose(real_modes(linearise(eliminate(system)), 3).squares, [0.0, 25.0, 25.0], rtol=1e-7, atol=1e-7)
+    assert_allclose(
+        real_modes(linearise(eliminate(system)), 3).squares, [0.0, 25.0, 25.0], rtol=1e-7, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize("kind", [decorated_drag, called_drag])
@@ -156,7 +209,9 @@ def test_drag(kind: Any) -> None:
 
 
 def swinging(*held: loads.Load) -> System:
-    beam = cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=2)
+    beam = cable(
+        "beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=2
+    )
     pin = joints.Pin("pin", At("beam", "left"))
     tip = {"tip": probes.Position(At("beam", "right"))}
     return assemble([beam], [pin], [loads.Gravity((0.0, -9.81)), *held], outputs=tip)
@@ -171,7 +226,9 @@ def test_reduced_hyper_reduced_and_saved_models(tmp_path: Path) -> None:
     for system in forms(raw, full, 1e-14, tmp_path / "model.h5"):
         for name, values in outputs(integrate(system, scheme, 0.2, TIGHT)).items():
             assert_allclose(values, expected[name], atol=2e-4)
-    called = eliminate(swinging(called_drag("drag", tip, 0.3), called_cubic("spring", tip, 20.0, 50.0)))
+    called = eliminate(
+        swinging(called_drag("drag", tip, 0.3), called_cubic("spring", tip, 20.0, 50.0))
+    )
     found = outputs(integrate(called, scheme, 0.03, TIGHT))
     assert_allclose(found["tip_y"], expected["tip_y"][:31], atol=1e-9)
     with pytest.raises(InputError, match="got OfPython; no file holds its functions of Python"):
@@ -192,7 +249,10 @@ def test_scenes() -> None:
 
 
 def test_what_is_no_force_is_named() -> None:
-    with pytest.raises(InputError, match=r"@force nothing: expected arguments that say what they are, .* got 'mass'"):
+    with pytest.raises(
+        InputError,
+        match=r"@force nothing: expected arguments that say what they are, .* got 'mass'",
+    ):
 
         @force
         def nothing(at: fields.Place, mass) -> Any:  # type: ignore[no-untyped-def]
@@ -205,6 +265,13 @@ def test_what_is_no_force_is_named() -> None:
     def strange(at: fields.Place) -> Any:
         return [(2 * at.position, at.velocity)]
 
-    with pytest.raises(InputError, match=r"load 'one': strange: expected pairs of a vector of a place and 2 forces on it"):
-        integrate(assemble([point_mass("ball", 2.0, np.zeros(2))], loads=[strange("one", BALL)]), GeneralizedAlpha(1e-2), 0.1)
+    with pytest.raises(
+        InputError,
+        match=r"load 'one': strange: expected pairs of a vector of a place and 2 forces on it",
+    ):
+        integrate(
+            assemble([point_mass("ball", 2.0, np.zeros(2))], loads=[strange("one", BALL)]),
+            GeneralizedAlpha(1e-2),
+            0.1,
+        )
     del loads.Load.known["strange"]

@@ -1,4 +1,6 @@
-"""Plates that are clamped by the frame of a straight rim without slopes: they hang there on a hinge."""
+"""Plates that are clamped by the frame of a straight rim without slopes: they hang there on a
+hinge.
+"""
 
 from __future__ import annotations
 
@@ -33,11 +35,19 @@ HELD = "a: {type: clamp, at: p.root}"
 STATIC = "{type: static, load_steps: 1}"
 
 
-def plate(slopes: str = "false", more: bool = False, joint: str = HELD, analysis: str = STATIC) -> scenes.Scene:
+def plate(
+    slopes: str = "false", more: bool = False, joint: str = HELD, analysis: str = STATIC
+) -> scenes.Scene:
     rims, joints = (
-        f"{{{first}{', ' + second if more else ''}}}" for first, second in ((LEFT, RIGHT), (joint, "b: {type: clamp, at: p.tip}"))
+        f"{{{first}{', ' + second if more else ''}}}"
+        for first, second in ((LEFT, RIGHT), (joint, "b: {type: clamp, at: p.tip}"))
     )
-    text = PLATE.replace("RIMS", rims).replace("JOINTS", joints).replace("ANALYSIS", analysis).replace("SLOPES", slopes)
+    text = (
+        PLATE.replace("RIMS", rims)
+        .replace("JOINTS", joints)
+        .replace("ANALYSIS", analysis)
+        .replace("SLOPES", slopes)
+    )
     return scenes.loads(text, MESHES)
 
 
@@ -48,7 +58,10 @@ def plate(slopes: str = "false", more: bool = False, joint: str = HELD, analysis
         (plate(), 1),
         (plate(slopes="true"), 0),
         (plate(more=True), 0),
-        (plate(joint="a: {type: revolute, at: p.root, axis: [0, 1, 0]}"), 0),  # counted as the motion of the joint
+        (
+            plate(joint="a: {type: revolute, at: p.root, axis: [0, 1, 0]}"),
+            0,
+        ),  # counted as the motion of the joint
         (plate(joint="a: {type: revolute, at: p.root, axis: [1, 0, 0]}"), 1),
     ],
     ids=["hinged", "clamped", "at both sides", "hinge along the rim", "hinge across the rim"],
@@ -60,7 +73,10 @@ def test_what_swings_about_a_rim_is_counted(scene: scenes.Scene, count: int) -> 
 @pytest.mark.filterwarnings("ignore")
 def test_equilibria_of_such_plates_are_refused() -> None:
     """Under its weight it would swing from horizontal to hanging."""
-    with pytest.raises(InputError, match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); `slopes: true` of the rim"):
+    with pytest.raises(
+        InputError,
+        match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); `slopes: true` of the rim",
+    ):
         plate().run()
     with pytest.raises(InputError, match="1 rigid motion that nothing resists"):
         studies.check(plate())
@@ -68,9 +84,15 @@ def test_equilibria_of_such_plates_are_refused() -> None:
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("analysis", ["{type: buckling}", "{type: dynamic, duration: 2 ms, step: 1 ms, start: equilibrium}"])
+@pytest.mark.parametrize(
+    "analysis",
+    ["{type: buckling}", "{type: dynamic, duration: 2 ms, step: 1 ms, start: equilibrium}"],
+)
 def test_other_doors_to_such_equilibria_are_shut(analysis: str) -> None:
-    with pytest.raises(InputError, match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); `slopes: true` of the rim"):
+    with pytest.raises(
+        InputError,
+        match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); `slopes: true` of the rim",
+    ):
         plate(analysis=analysis).run()
 
 
@@ -82,6 +104,8 @@ def test_sweeps_over_such_equilibria_are_refused() -> None:
 
 @pytest.mark.filterwarnings("ignore")
 def test_check_counts_such_motions() -> None:
-    found = studies.check(plate(analysis="{type: dynamic, duration: 0.01, step: 1 ms}")).report["mechanism"]
+    found = studies.check(plate(analysis="{type: dynamic, duration: 0.01, step: 1 ms}")).report[
+        "mechanism"
+    ]
     assert (found["degrees_of_freedom"], found["left_by_drives"]) == (1, 1)
     assert found["free_motions"][0].startswith("p turns about the axis (0, 1, 0)")

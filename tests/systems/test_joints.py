@@ -1,4 +1,6 @@
-"""Every joint keeps its contract in the plane and in space; wrong, contradictory and redundant joints are named."""
+"""Every joint keeps its contract in the plane and in space; wrong, contradictory and redundant
+joints are named.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,16 @@ from fmbs_skfem.bodies import Given, cable, rigid
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import outputs, solve_statics
-from fmbs_skfem.systems import At, System, assemble, check_joint, compile_system, compiled, eliminate, fields
+from fmbs_skfem.systems import (
+    At,
+    System,
+    assemble,
+    check_joint,
+    compile_system,
+    compiled,
+    eliminate,
+    fields,
+)
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes, stresses
@@ -25,7 +36,11 @@ from ..models import segment
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, displaced, every_joint, swing
 
 SPACES: list[dict[str, Any]] = [{"ancf": True}, {"degree": 3}, {"degree": 4, "continuity": 2}]
-CASES = [pytest.param(dim, joint, id=f"{dim}-{joint.name}") for dim in (2, 3) for joint in every_joint(dim)]
+CASES = [
+    pytest.param(dim, joint, id=f"{dim}-{joint.name}")
+    for dim in (2, 3)
+    for joint in every_joint(dim)
+]
 
 
 def gap(system: System, x: np.ndarray, time: float = 0.0) -> np.ndarray:
@@ -33,7 +48,11 @@ def gap(system: System, x: np.ndarray, time: float = 0.0) -> np.ndarray:
 
 
 def test_every_type_is_tested() -> None:
-    registered = {kind for kind in joints.Joint.known.values() if kind.__module__ == "fmbs_skfem.systems.connections.joints"}
+    registered = {
+        kind
+        for kind in joints.Joint.known.values()
+        if kind.__module__ == "fmbs_skfem.systems.connections.joints"
+    }
     for dim in (2, 3):
         assert {type(joint) for joint in every_joint(dim)} == registered
 
@@ -58,23 +77,33 @@ class Loose(joints.Joint, word=None):
 
 def test_the_contract_finds_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     """A gap in the reference, a Jacobian and second derivatives off by 1e-6."""
-    with pytest.raises(InputError, match=r"check_joint\(Loose\): gap in the reference.*got 1.000e-02"):
+    with pytest.raises(
+        InputError, match=r"check_joint\(Loose\): gap in the reference.*got 1.000e-02"
+    ):
         check_joint(beams(2), Loose("loose", A1))
     right, exact = compiled.gap, compiled.tangent
     joint = joints.RigidLink("link", A0, C1)
     check_joint(beams(2), joint)
-    monkeypatch.setattr(compiled, "gap", lambda *state: (right(*state)[0], (1.0 + 1e-6) * right(*state)[1]))
+    monkeypatch.setattr(
+        compiled, "gap", lambda *state: (right(*state)[0], (1.0 + 1e-6) * right(*state)[1])
+    )
     with pytest.raises(InputError, match=r"check_joint\(Distance\): Jacobian of row 'length'"):
         check_joint(beams(2), joint)
     monkeypatch.setattr(compiled, "gap", right)
-    monkeypatch.setattr(compiled, "tangent", lambda *state, **more: (1.0 + 1e-6) * exact(*state, **more))
-    with pytest.raises(InputError, match=r"check_joint\(Distance\): second derivatives of row 'length'"):
+    monkeypatch.setattr(
+        compiled, "tangent", lambda *state, **more: (1.0 + 1e-6) * exact(*state, **more)
+    )
+    with pytest.raises(
+        InputError, match=r"check_joint\(Distance\): second derivatives of row 'length'"
+    ):
         check_joint(beams(2), joint)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_rigid_motions_that_joints_allow(dim: int) -> None:
-    """A pinned beam turned about its pin, a link turned about its ground point, a slider moved along its line: no gap."""
+    """A pinned beam turned about its pin, a link turned about its ground point, a slider moved
+    along its line: no gap.
+    """
     a, _, _, bob = beams(dim)
     turn = np.eye(dim)
     turn[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
@@ -84,7 +113,9 @@ def test_rigid_motions_that_joints_allow(dim: int) -> None:
     direction = np.array([1.0, -2.0, 0.5][:dim])
     slid = assemble([bob], [joints.Slider("slider", BOB, tuple(direction))])
     assert_allclose(gap(slid, bob.reference[0] + 0.7 * direction), 0.0, atol=1e-14)
-    assert np.linalg.norm(gap(slid, bob.reference[0] + np.eye(dim)[0])) == pytest.approx(np.sqrt(1 - 1 / (direction @ direction)))
+    assert np.linalg.norm(gap(slid, bob.reference[0] + np.eye(dim)[0])) == pytest.approx(
+        np.sqrt(1 - 1 / (direction @ direction))
+    )
 
 
 def test_a_clamp_and_a_weld_leave_the_stretch_free() -> None:
@@ -104,7 +135,10 @@ def test_a_weld_at_an_angle_keeps_the_angle() -> None:
         parts = []
         for part, angle in ((a, first), (c, second)):
             R = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-            parts.append((part.reference - np.outer(part.constant, [1.0, 0.0])) @ R.T + np.outer(part.constant, [1.0, 0.0]))
+            parts.append(
+                (part.reference - np.outer(part.constant, [1.0, 0.0])) @ R.T
+                + np.outer(part.constant, [1.0, 0.0])
+            )
         return np.concatenate(parts).ravel()
 
     assert_allclose(gap(system, turned(0.9, 0.9)), 0.0, atol=1e-14)
@@ -125,7 +159,9 @@ def test_drives_follow_their_histories(dim: int) -> None:
     driven = assemble([c], [drive])
     assert_allclose(gap(driven, (c.reference @ R.T).ravel(), 0.4), 0.0, atol=1e-14)
     assert np.abs(gap(driven, c.reference.ravel(), 0.4)).max() > 0.1
-    moved = assemble([bob], [joints.DrivenPosition("drive", BOB, (swing, *(np.zeros_like,) * (dim - 1)))])
+    moved = assemble(
+        [bob], [joints.DrivenPosition("drive", BOB, (swing, *(np.zeros_like,) * (dim - 1)))]
+    )
     assert_allclose(gap(moved, bob.reference[0] + angle * np.eye(dim)[0], 0.4), 0.0, atol=1e-14)
 
 
@@ -133,7 +169,9 @@ def test_contradictory_joints_are_named() -> None:
     """The tip of a beam held at two points 0.1 m apart."""
     two = [joints.Pin("left pin", A1), joints.Pin("right pin", A1)]
     system = displaced(assemble(beams(2), two), ("right pin", "x"), 0.1)
-    with pytest.raises(SolverError, match=r"contradict each other: .*(left|right) pin\.x by 0\.1 m") as caught:
+    with pytest.raises(
+        SolverError, match=r"contradict each other: .*(left|right) pin\.x by 0\.1 m"
+    ) as caught:
         eliminate(system)
     assert caught.value.reason is Reason.INCONSISTENT
     assert caught.value.worst[0][1] == pytest.approx(0.1)
@@ -165,18 +203,50 @@ def test_a_pin_elsewhere_moves_the_initial_state_with_a_notice() -> None:
             joints.Pin("pin", At("aa", "left")),
             r"joint 'pin': expected one of the bodies a, b, c, bob, got 'aa'; did you mean 'a'",
         ),
-        (2, joints.Pin("pin", At("a", "lft")), "body 'a': expected one of its points .*did you mean 'left'"),
+        (
+            2,
+            joints.Pin("pin", At("a", "lft")),
+            "body 'a': expected one of its points .*did you mean 'left'",
+        ),
         (2, joints.Pin("pin", At("a", 1.2)), "an arc length between 0 and 1 m"),
         (2, joints.Pin("pin", A0, (0.0, 0.0, 0.0)), "joint 'pin': expected 2 finite numbers"),
-        (2, joints.Pin("pin", A0, (0.0, np.nan)), "joint 'pin'.to: expected an At or a sequence, in it a finite number"),
-        (3, joints.Pin("pin", A0, B1), r"joint 'pin': expected a.left and b.right at one point, got a gap of 2 m"),
+        (
+            2,
+            joints.Pin("pin", A0, (0.0, np.nan)),
+            "joint 'pin'.to: expected an At or a sequence, in it a finite number",
+        ),
+        (
+            3,
+            joints.Pin("pin", A0, B1),
+            r"joint 'pin': expected a.left and b.right at one point, got a gap of 2 m",
+        ),
         (3, joints.Weld("weld", A1, C0), "parallel slopes in space, got an angle of 36.87 deg"),
         (2, joints.Clamp("clamp", BOB), "body 'bob': expected a body with a slope"),
-        (2, joints.RigidLink("link", A1, B0), r"'link'\.length: expected a positive length .*use a pin"),
-        (2, joints.RigidLink("link", A0, B1, -1.0), r"'link'\.length: expected a positive length .*got -1"),
-        (2, joints.Slider("slider", A0, (0.0, 0.0)), r"'slider'\.direction: expected a non-zero vector"),
-        (3, joints.DrivenAngle("drive", A0, swing), r"'drive'\.axis: expected the axis of rotation"),
-        (3, joints.DrivenPosition("drive", A0, (swing, swing)), r"'drive'\.displacement: expected 3 functions of time, got 2"),
+        (
+            2,
+            joints.RigidLink("link", A1, B0),
+            r"'link'\.length: expected a positive length .*use a pin",
+        ),
+        (
+            2,
+            joints.RigidLink("link", A0, B1, -1.0),
+            r"'link'\.length: expected a positive length .*got -1",
+        ),
+        (
+            2,
+            joints.Slider("slider", A0, (0.0, 0.0)),
+            r"'slider'\.direction: expected a non-zero vector",
+        ),
+        (
+            3,
+            joints.DrivenAngle("drive", A0, swing),
+            r"'drive'\.axis: expected the axis of rotation",
+        ),
+        (
+            3,
+            joints.DrivenPosition("drive", A0, (swing, swing)),
+            r"'drive'\.displacement: expected 3 functions of time, got 2",
+        ),
         (2, "hinge", "joints: expected a joint, got str"),
     ],
 )
@@ -188,7 +258,9 @@ def test_wrong_joints_are_named(dim: int, joint: Any, named: str) -> None:
 @pytest.mark.filterwarnings("error::fmbs_skfem.core.notices.Notice")
 @pytest.mark.parametrize("between, force", [(False, 0.4), (True, 1.0)])
 def test_rods_of_other_stiffness_share_no_slope(between: bool, force: float) -> None:
-    """Rods of EA and 4 EA pulled by 1 N: one stretch at the weld makes EA times it 1/2.5 and 4/2.5 N, a hub between leaves 1 N."""
+    """Rods of EA and 4 EA pulled by 1 N: one stretch at the weld makes EA times it 1/2.5 and 4/2.5
+    N, a hub between leaves 1 N.
+    """
     section = Given(EA=1e5, EI=10.0, rhoA=1.0)
     a, b = (
         cable(n, segment(4, (k, 0, 0), (k + 1, 0, 0)), replace(section, EA=s * 1e5), dim=2)
@@ -196,11 +268,18 @@ def test_rods_of_other_stiffness_share_no_slope(between: bool, force: float) -> 
     )
     hub = rigid.rigid("hub", 1e-3, 1e-3, (1.0, 0.0), dim=2)
     welds = (
-        [joints.Weld(f"weld {end.body}", end, At("hub", "frame")) for end in (A1, B0)] if between else [joints.Weld("weld", A1, B0)]
+        [joints.Weld(f"weld {end.body}", end, At("hub", "frame")) for end in (A1, B0)]
+        if between
+        else [joints.Weld("weld", A1, B0)]
     )
-    pull, end = loads.PointForce("pull", B1, (1.0, 0.0)), {"slope": probes.Slope(A1, "x"), "N": stresses.SectionForces(A1)}
+    pull, end = (
+        loads.PointForce("pull", B1, (1.0, 0.0)),
+        {"slope": probes.Slope(A1, "x"), "N": stresses.SectionForces(A1)},
+    )
     with nullcontext() if between else pytest.warns(Notice, match=r"EA is 1e\+05 N and 4e\+05 N"):
-        system = assemble([a, b, hub][: 2 + between], [joints.Clamp("root", A0), *welds], [pull], outputs=end)
+        system = assemble(
+            [a, b, hub][: 2 + between], [joints.Clamp("root", A0), *welds], [pull], outputs=end
+        )
     found = outputs(solve_statics(eliminate(system), 1))
     assert 1e5 * (found["slope"][-1] - 1.0) == pytest.approx(force, rel=1e-4)
     assert found["N_N"][-1] == pytest.approx(1.0, rel=1e-8)
@@ -213,4 +292,8 @@ def test_a_place_is_not_joined_to_itself(to: str | float) -> None:
     with pytest.raises(InputError, match=r"expected another place, got 'beam.* itself"):
         assemble([beam], [joints.Pin("j", At("beam", "right"), At("beam", to))])
     with pytest.raises(InputError, match=r"expected another place, got 'beam.* itself"):
-        assemble([beam], [], [springs.SpringDamper("s", At("beam", "right"), At("beam", to), stiffness=1.0)])
+        assemble(
+            [beam],
+            [],
+            [springs.SpringDamper("s", At("beam", "right"), At("beam", to), stiffness=1.0)],
+        )

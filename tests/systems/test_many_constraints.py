@@ -1,4 +1,6 @@
-"""Thousands of constraints: what analyses them stays sparse, and finds what few dense rows show too."""
+"""Thousands of constraints: what analyses them stays sparse, and finds what few dense rows show
+too.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ def test_nothing_of_constraints_by_coordinates_is_dense() -> None:
     system = clamped(80, joints.Edge("clamp", "plate", EDGES, slope="z"))
     rows = len(system.constraints.names)
     assert rows > 4 * MANY
-    mechanism.analyse(clamped(2, joints.Edge("clamp", "plate", EDGES, slope="z")))  # compilation is not counted
+    mechanism.analyse(
+        clamped(2, joints.Edge("clamp", "plate", EDGES, slope="z"))
+    )  # compilation is not counted
     tracemalloc.start()
     try:
         assert mechanism.redundant(system) == ()
@@ -63,7 +67,10 @@ def test_sparse_rows_are_the_dense_ones() -> None:
     """Also products and angles, away from the start."""
     body = plate("plate", rectangle("ancf", 3, 3), 0.01, Material(1e9, 1e3), dim=2)
     wheel = rigid.rigid("wheel", 1.0, np.array(1.0), (0.0, 0.0), dim=2)
-    turned = [joints.Revolute("pin", At("wheel", "frame")), joints.DrivenAngle("drive", At("wheel", "frame"), lambda t: 0.3 + t)]
+    turned = [
+        joints.Revolute("pin", At("wheel", "frame")),
+        joints.DrivenAngle("drive", At("wheel", "frame"), lambda t: 0.3 + t),
+    ]
     system = assemble([body, wheel], [joints.Edge("held", "plate", ("left",)), *turned])
     rows, _z = redundancy.rows_of(system)
     x = system.x0 + 0.1 * np.random.default_rng(0).normal(size=system.size)
@@ -79,7 +86,9 @@ def test_a_choice_of_unknowns_is_no_product() -> None:
     """Held coordinates leave the system's arrays as they were, row by row."""
     system = clamped(4, joints.Edge("clamp", "plate", ("left",), slope="z"))
     kept = np.setdiff1d(np.arange(system.size), [0, 4, 5])
-    V = sparse.csr_array((np.ones(len(kept)), (kept, np.arange(len(kept)))), shape=(system.size, len(kept)))
+    V = sparse.csr_array(
+        (np.ones(len(kept)), (kept, np.arange(len(kept)))), shape=(system.size, len(kept))
+    )
     assert_array_equal(chosen(V), kept)
     assert chosen(sparse.csr_array(2.0 * V)) is None
     free = change_coordinates(system, V, np.zeros(system.size))

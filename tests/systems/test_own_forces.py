@@ -1,4 +1,6 @@
-"""Forces of one's own, in symbols and of Python, against exact motions: full, reduced, sampled, saved, large, at rest."""
+"""Forces of one's own, in symbols and of Python, against exact motions: full, reduced, sampled,
+saved, large, at rest.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +19,26 @@ from sympy import atan2, symbols
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Remark
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, solve_statics, vibration_modes
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    energies,
+    integrate,
+    outputs,
+    solve_statics,
+    vibration_modes,
+)
 from fmbs_skfem.reduction import files
-from fmbs_skfem.systems import At, Motion, System, assemble, check_force, check_system, eliminate, fields
+from fmbs_skfem.systems import (
+    At,
+    Motion,
+    System,
+    assemble,
+    check_force,
+    check_system,
+    eliminate,
+    fields,
+)
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.evaluation import space_of
 from fmbs_skfem.systems.forces import built_in_forces, force_laws, force_symbols, loads
@@ -41,7 +60,9 @@ BALL = At("ball", "center")
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """What this module declares is known to its tests alone."""
-    monkeypatch.setattr(loads.Load, "known", {**loads.Load.known, **{kind.word: kind for kind in KINDS}})
+    monkeypatch.setattr(
+        loads.Load, "known", {**loads.Load.known, **{kind.word: kind for kind in KINDS}}
+    )
 
 
 @dataclass(frozen=True)
@@ -91,7 +112,9 @@ class GroundSpring(OwnForce, word="test_ground_spring"):
 
 @dataclass(frozen=True)
 class Clock(OwnForce, word="test_clock"):
-    """A torque - k theta about z on the first axis of a place, its turns counted, times a history, and t in the energy."""
+    """A torque - k theta about z on the first axis of a place, its turns counted, times a history,
+    and t in the energy.
+    """
 
     name: str
     at: fields.Place
@@ -121,7 +144,9 @@ class Wind(loads.Load, word="test_wind"):
             v = rates - h[0] * np.eye(dim)[0]
             return -self.factor * np.linalg.norm(v) * v
 
-        draft.forces.terms.append(OfPython(first + np.arange(dim), force, (draft.signal(lambda t: 0.5 * t),)))
+        draft.forces.terms.append(
+            OfPython(first + np.arange(dim), force, (draft.signal(lambda t: 0.5 * t),))
+        )
 
 
 KINDS = (SpringDamper, Drag, GroundSpring, Clock, Wind)
@@ -140,7 +165,9 @@ def every_own_force(dim: int) -> list[loads.Load]:
     ]
 
 
-EVERY = [(dim, load) for dim in (2, 3) for load in [*every_load(dim, np.cos), *every_own_force(dim)]]
+EVERY = [
+    (dim, load) for dim in (2, 3) for load in [*every_load(dim, np.cos), *every_own_force(dim)]
+]
 CASES = [pytest.param(dim, load, id=f"{dim}-{load.name}") for dim, load in EVERY]
 
 
@@ -167,14 +194,20 @@ def test_a_damped_oscillator(dim: int) -> None:
     spring = SpringDamper("spring", BALL, (0.0,) * dim, 18.0, 1.2, 1.0)
     motion = integrate(ball(dim, spring, speed=0.5, at=1.0), GeneralizedAlpha(1e-3), 3.0, TIGHT)
     t, wd = motion.times, 3.0 * np.sqrt(1 - 0.01)
-    assert_allclose(outputs(motion)["x_x"] - 1.0, 0.5 / wd * np.exp(-0.3 * t) * np.sin(wd * t), atol=2e-6)
+    assert_allclose(
+        outputs(motion)["x_x"] - 1.0, 0.5 / wd * np.exp(-0.3 * t) * np.sin(wd * t), atol=2e-6
+    )
 
 
 @pytest.mark.parametrize("kind", [Drag, Wind])
 def test_drag(kind: Any) -> None:
-    """m v' = - c v^2: x = m / c log(1 + c v0 t / m); the wind is slow enough to be left out of 1 ms."""
+    """m v' = - c v^2: x = m / c log(1 + c v0 t / m); the wind is slow enough to be left out of 1
+    ms.
+    """
     span = 2.0 if kind is Drag else 1e-3
-    motion = integrate(ball(2, kind("drag", BALL, 3.0), speed=4.0), GeneralizedAlpha(span / 1000), span, TIGHT)
+    motion = integrate(
+        ball(2, kind("drag", BALL, 3.0), speed=4.0), GeneralizedAlpha(span / 1000), span, TIGHT
+    )
     assert_allclose(outputs(motion)["x_x"], 2.0 / 3.0 * np.log(1 + 6.0 * motion.times), atol=2e-5)
     balance = energies(motion)[:, 3]
     assert_allclose(balance, 16.0, rtol=1e-4)
@@ -182,7 +215,9 @@ def test_drag(kind: Any) -> None:
 
 def test_a_cubic_spring_at_rest_and_its_modes() -> None:
     """k d + c d^3 = F; omega = sqrt(k / m) in the reference."""
-    system = ball(2, GroundSpring("spring", BALL, 8.0, 3.0), loads.PointForce("F", BALL, (5.0, 0.0)))
+    system = ball(
+        2, GroundSpring("spring", BALL, 8.0, 3.0), loads.PointForce("F", BALL, (5.0, 0.0))
+    )
     d = outputs(solve_statics(system, 4, TIGHT))["x_x"][-1]
     assert 8.0 * d + 3.0 * d**3 == pytest.approx(5.0, rel=1e-9)
     assert_allclose(vibration_modes(system, 2).angular_frequencies, 2.0, rtol=1e-9)
@@ -213,7 +248,9 @@ def test_turns_are_counted() -> None:
 
 def swinging(dim: int) -> System:
     """A beam on a pin, held by a spring and damper and a cubic spring, in drag."""
-    beam = cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
+    beam = cable(
+        "beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim
+    )
     tip, push = At("beam", "right"), (3.0, -0.2, 0.1)
     return assemble(
         [beam],
@@ -243,7 +280,9 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
             assert_allclose(found[name], expected[name], atol=2e-4)
     maker = ForceLaw.makers.pop("test_drag")
     try:
-        with pytest.raises(CorruptFile, match="'test_drag'; import the file that declares it first"):
+        with pytest.raises(
+            CorruptFile, match="'test_drag'; import the file that declares it first"
+        ):
             files.load(path)
     finally:
         ForceLaw.makers["test_drag"] = maker
@@ -264,11 +303,15 @@ def ramp(s: Any, e: Any) -> Any:
     return sympy.Piecewise((0, s <= 0), (s**2 / (2 * e), s < e), (s - e / 2, True))
 
 
-def one_sided(sign: Any, c: Any, r: Any, k: Any, d: Any, rest: Any, e: Any, cut: Any) -> tuple[Any, Any]:
+def one_sided(
+    sign: Any, c: Any, r: Any, k: Any, d: Any, rest: Any, e: Any, cut: Any
+) -> tuple[Any, Any]:
     """f and the potential of a side whose transition is as long as `s` can be."""
     s, z = sign * (c - rest), symbols("z", real=True)
     force = k * ramp(s, e) + d * sympy.diff(ramp(z, e), z).subs(z, s) * sign * r
-    lift = sympy.Piecewise((0, s <= 0), (s**3 / (6 * e), s < e), ((s - e / 2) ** 2 / 2 + e**2 / 24, True))
+    lift = sympy.Piecewise(
+        (0, s <= 0), (s**3 / (6 * e), s < e), ((s - e / 2) ** 2 / 2 + e**2 / 24, True)
+    )
     return -sign * sympy.Piecewise((0, (force < 0) & (cut > 0)), (force, True)), k * lift
 
 
@@ -276,7 +319,10 @@ def coordinate(law: ForceLaw, y: Any) -> Any:
     """The coordinate c of the rows y: an angle, the part along a vector, or a distance."""
     if law.name == "spatial_torsion_spring":
         u, p, q = y[:3], y[3:6], y[6:]
-        return sympy.atan2(sum(a * b for a, b in zip(u, q, strict=True)), sum(a * b for a, b in zip(u, p, strict=True)))
+        return sympy.atan2(
+            sum(a * b for a, b in zip(u, q, strict=True)),
+            sum(a * b for a, b in zip(u, p, strict=True)),
+        )
     if "torsion" in law.name:
         return sum((1 - k) * sympy.atan2(y[k + 1], y[k]) for k in range(0, law.rows, 2))
     if law.name.startswith("slide"):
@@ -287,7 +333,9 @@ def coordinate(law: ForceLaw, y: Any) -> Any:
 
 def in_symbols(law: ForceLaw) -> tuple[list[Any], Any]:
     """F and its potential, from what the law is."""
-    y, v, p = (part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True))
+    y, v, p = (
+        part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True)
+    )
     kind, _, last = law.name.rpartition("_")
     h = force_symbols.history() if law.histories else 1
     if kind in ("moment", "follower"):
@@ -318,21 +366,45 @@ PARTS = (force_symbols.rows, force_symbols.rates, force_symbols.numbers)
 @pytest.mark.parametrize("name", built_in_forces.LAWS)
 def test_forces_of_the_package_are_what_their_symbols_say(name: str) -> None:
     law, rng = built_in_forces.LAWS[name], np.random.default_rng(3)
-    y, v, p = (part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True))
+    y, v, p = (
+        part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True)
+    )
     (F, potential), gh = in_symbols(law), force_symbols.RATE
     slopes = [sympy.diff(F[i], y[j]) + gh * sympy.diff(F[i], v[j]) for i, j in law.pairs]
     gradient = [sympy.diff(potential, one) for one in y]
     given = [*y, *v, *p, force_symbols.history(), gh]
-    value = sympy.lambdify([given], [[*F, 0], [*slopes, 0], [*gradient, potential]], "math", cse=True)
+    value = sympy.lambdify(
+        [given], [[*F, 0], [*slopes, 0], [*gradient, potential]], "math", cse=True
+    )
     turned = sympy.lambdify([list(y)], coordinate(law, y) if law.memory else 0, "math")
     for _ in range(20):
-        rows, rates, numbers = rng.normal(size=law.rows), rng.normal(size=law.rows), rng.uniform(0.3, 1.5, law.numbers)
+        rows, rates, numbers = (
+            rng.normal(size=law.rows),
+            rng.normal(size=law.rows),
+            rng.uniform(0.3, 1.5, law.numbers),
+        )
         if name in ("one_sided", "impact"):
             numbers[0] = rng.choice([-1.0, 1.0])
-        h, H, g, energy = rng.normal(size=1), np.zeros(len(law.pairs)), np.zeros((2, law.rows)), np.zeros(1)
+        h, H, g, energy = (
+            rng.normal(size=1),
+            np.zeros(len(law.pairs)),
+            np.zeros((2, law.rows)),
+            np.zeros(1),
+        )
         memory = np.full(law.memory, turned(list(rows)) + TURNS)
-        piece = forces.compile_force(force_laws.one(law, range(law.rows), numbers, [0] * law.histories), forces.Place(0, 0, 0))
-        shared = {"y": rows, "rates": rates, "signals": h, "memory": memory, "H": H, "c": np.full(1, 0.7), "gh": np.full(1, 0.2)}
+        piece = forces.compile_force(
+            force_laws.one(law, range(law.rows), numbers, [0] * law.histories),
+            forces.Place(0, 0, 0),
+        )
+        shared = {
+            "y": rows,
+            "rates": rates,
+            "signals": h,
+            "memory": memory,
+            "H": H,
+            "c": np.full(1, 0.7),
+            "gh": np.full(1, 0.2),
+        }
         law.force(space_of(g=g[0], **shared), piece.address)
         if law.slopes is not None:
             law.slopes(space_of(g=g[0], **shared), piece.address)
@@ -388,10 +460,15 @@ def test_wrong_classes_are_named() -> None:
 
 
 def test_what_functions_of_python_cost_is_told() -> None:
-    """One call a residual, and eight for each row and rate of a tangent; forces in symbols have nothing to tell."""
+    """One call a residual, and eight for each row and rate of a tangent; forces in symbols have
+    nothing to tell.
+    """
     ball = [point_mass("ball", 1.0, np.zeros(2))]
     system = assemble(ball, loads=[Wind("wind", BALL, 0.7)])
-    with pytest.warns(Remark, match=r"functions of Python were called \d+ times for forces, \S+ s beside \S+ s of the run") as told:
+    with pytest.warns(
+        Remark,
+        match=r"functions of Python were called \d+ times for forces, \S+ s beside \S+ s of the run",
+    ) as told:
         integrate(system, GeneralizedAlpha(1e-2), 0.5)
     assert int(str(told[-1].message).split(" called ")[1].split()[0]) > 50
     with warnings.catch_warnings():

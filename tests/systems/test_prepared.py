@@ -1,4 +1,6 @@
-"""What systems of one structure share: the same bits as without it, found once, anew where a part is another one, and bounded."""
+"""What systems of one structure share: the same bits as without it, found once, anew where a part
+is another one, and bounded.
+"""
 
 from __future__ import annotations
 
@@ -35,20 +37,38 @@ from tests import models
 from tests.systems.test_corotation import complete
 
 SCHEME, DURATION = GeneralizedAlpha(1e-3), 0.1
-BOX = (Parameter("E", 5e8, 2e9, unit="Pa", value=1e9), Parameter("rho", 1000.0, 3000.0, unit="kg/m^3", value=1800.0))
-POINTS = [{"E": 6e8, "rho": 1100.0}, {"E": 1e9, "rho": 1800.0}, {"E": 1.7e9, "rho": 1100.0}, {"E": 6e8, "rho": 2900.0}]
+BOX = (
+    Parameter("E", 5e8, 2e9, unit="Pa", value=1e9),
+    Parameter("rho", 1000.0, 3000.0, unit="kg/m^3", value=1800.0),
+)
+POINTS = [
+    {"E": 6e8, "rho": 1100.0},
+    {"E": 1e9, "rho": 1800.0},
+    {"E": 1.7e9, "rho": 1100.0},
+    {"E": 6e8, "rho": 2900.0},
+]
 REST = {"E": 1e9, "rho": 1800.0}
 RISING = of_time("3 * t**2")
 Angle = Callable[[np.ndarray], np.ndarray]
 
 
 def driven(values: Mapping[str, float] = REST, angle: Angle = RISING, *more: Any) -> System:
-    """A beam driven about its end under its weight, in all its coordinates as a dense basis; further joints and loads."""
-    beam = body.cable("beam", models.segment(4), models.SECTION, sections.Material(values["E"], values["rho"]), dim=2)
+    """A beam driven about its end under its weight, in all its coordinates as a dense basis;
+    further joints and loads.
+    """
+    beam = body.cable(
+        "beam",
+        models.segment(4),
+        models.SECTION,
+        sections.Material(values["E"], values["rho"]),
+        dim=2,
+    )
     root, tip = At("beam", "left"), At("beam", "right")
     held = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, angle)]
     pushes = [loads.Gravity((0.0, -9.81)), *more]
-    return complete(assemble([beam], held, pushes, outputs={"tip": probes.Position(tip), "E": probes.Energy()}))
+    return complete(
+        assemble([beam], held, pushes, outputs={"tip": probes.Position(tip), "E": probes.Energy()})
+    )
 
 
 @pytest.fixture(scope="module")
@@ -62,24 +82,43 @@ def alone(system: System) -> System:
 
 
 def same_bits(one: Trajectory, two: Trajectory) -> bool:
-    return all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ("times", "x", "v", "a", "multipliers"))
+    return all(
+        np.array_equal(getattr(one, name), getattr(two, name))
+        for name in ("times", "x", "v", "a", "multipliers")
+    )
 
 
-def test_members_share_what_they_have_in_common_and_move_to_the_bit_as_alone(family: ParametricCase) -> None:
+def test_members_share_what_they_have_in_common_and_move_to_the_bit_as_alone(
+    family: ParametricCase,
+) -> None:
     assert len(compile_system(family.nominal.system).arrays.corotation.table) == 1
     for values in (*POINTS, POINTS[0]):
         system = family(values).system
         assert prepare(system) is prepare(family.nominal.system)
         assert prepare(alone(system)) is not prepare(system)
-        assert same_bits(integrate(system, SCHEME, DURATION), integrate(alone(system), SCHEME, DURATION))
+        assert same_bits(
+            integrate(system, SCHEME, DURATION), integrate(alone(system), SCHEME, DURATION)
+        )
 
 
-def test_what_no_number_changes_is_found_once(family: ParametricCase, monkeypatch: pytest.MonkeyPatch) -> None:
-    calls, fresh = Counter[str](), replace(family, nominal=replace(family.nominal, system=alone(family.nominal.system)))
+def test_what_no_number_changes_is_found_once(
+    family: ParametricCase, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, fresh = (
+        Counter[str](),
+        replace(family, nominal=replace(family.nominal, system=alone(family.nominal.system))),
+    )
     watched = (
-        *((redundancy, name) for name in ("redundant_rows", "redundant_linear_rows", "large_changes")),
+        *(
+            (redundancy, name)
+            for name in ("redundant_rows", "redundant_linear_rows", "large_changes")
+        ),
         (turning, "find_turning"),
-        *((histories, "leading_signals"), (step_size, "integrals"), (step_size, "drives_that_jump")),
+        *(
+            (histories, "leading_signals"),
+            (step_size, "integrals"),
+            (step_size, "drives_that_jump"),
+        ),
     )
 
     def counted(name: str, call: Callable[..., Any], *args: Any) -> Any:
@@ -96,11 +135,18 @@ def test_what_no_number_changes_is_found_once(family: ParametricCase, monkeypatc
 def test_histories_are_found_once_wherever_they_act(monkeypatch: pytest.MonkeyPatch) -> None:
     """A parameter that moves a place makes other probes, of which histories know nothing."""
     made = []
-    for owner, name in ((histories, "leading_signals"), (step_size, "integrals"), (step_size, "drives_that_jump")):
+    for owner, name in (
+        (histories, "leading_signals"),
+        (step_size, "integrals"),
+        (step_size, "drives_that_jump"),
+    ):
         made.append(Mock(wraps=getattr(owner, name)))
         monkeypatch.setattr(owner, name, made[-1])
     system = driven()
-    moved = alike(prepare(system), replace(system, probes=replace(system.probes, offset=system.probes.offset.copy())))
+    moved = alike(
+        prepare(system),
+        replace(system, probes=replace(system.probes, offset=system.probes.offset.copy())),
+    )
     assert same_bits(integrate(system, SCHEME, DURATION), integrate(moved, SCHEME, DURATION))
     assert [one.call_count for one in made] == [1, 1, 1]
 
@@ -117,7 +163,12 @@ def test_factors_of_a_start_are_those_of_the_mass(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(initial, "factored", counted)
     system = driven()
     heavy = alike(prepare(system), replace(system, mass=2.0 * system.mass))
-    for one, step, count in ((system, 1e-3, 1), (system, 2e-3, 1), (heavy, 1e-3, 2), (system, 1e-3, 3)):
+    for one, step, count in (
+        (system, 1e-3, 1),
+        (system, 2e-3, 1),
+        (heavy, 1e-3, 2),
+        (system, 1e-3, 3),
+    ):
         found = integrate(one, GeneralizedAlpha(step), DURATION)
         assert len(made) == count
         assert same_bits(found, integrate(alone(one), GeneralizedAlpha(step), DURATION))
@@ -126,12 +177,21 @@ def test_factors_of_a_start_are_those_of_the_mass(monkeypatch: pytest.MonkeyPatc
 
 def test_another_step_and_duration_find_their_own_histories(family: ParametricCase) -> None:
     system = family(POINTS[0]).system
-    for scheme, duration in ((SCHEME, DURATION), (GeneralizedAlpha(2e-3), DURATION), (SCHEME, 0.05), (SCHEME, DURATION)):
-        assert same_bits(integrate(system, scheme, duration), integrate(alone(system), scheme, duration))
+    for scheme, duration in (
+        (SCHEME, DURATION),
+        (GeneralizedAlpha(2e-3), DURATION),
+        (SCHEME, 0.05),
+        (SCHEME, DURATION),
+    ):
+        assert same_bits(
+            integrate(system, scheme, duration), integrate(alone(system), scheme, duration)
+        )
 
 
 def test_another_structure_is_not_served_from_the_memory() -> None:
-    """Another history, an added force, another start: each is that of the system, whatever it shares."""
+    """Another history, an added force, another start: each is that of the system, whatever it
+    shares.
+    """
     known = prepare(driven())
     others = [
         driven(),
@@ -149,14 +209,21 @@ def test_another_structure_is_not_served_from_the_memory() -> None:
 
 
 def linked(place: float) -> System:
-    """A bar on two links of equal length and direction, the second from another place of the bar: one of them, if that is none."""
+    """A bar on two links of equal length and direction, the second from another place of the bar:
+    one of them, if that is none.
+    """
     bar = rigid("bar", 1.0, 0.1, (0.0, 0.0), dim=2, places={"a": (0.0, 0.0), "b": (place, 0.0)})
-    held = [joints.RigidLink(name, At("bar", at), (x, 1.0), 1.0) for name, at, x in (("one", "a", 0.0), ("two", "b", place))]
+    held = [
+        joints.RigidLink(name, At("bar", at), (x, 1.0), 1.0)
+        for name, at, x in (("one", "a", 0.0), ("two", "b", place))
+    ]
     return eliminate(assemble([bar], held, [loads.Gravity((1.0, -9.81))]))
 
 
 def test_a_number_that_makes_a_joint_redundant() -> None:
-    """Beside members where it is not, in both orders; what is left out is known of the next one, and a notice says it again."""
+    """Beside members where it is not, in both orders; what is left out is known of the next one,
+    and a notice says it again.
+    """
     apart, one = linked(0.5), linked(0.0)
     for first, second in ((apart, one), (one, apart)):
         known = Prepared()
@@ -169,12 +236,17 @@ def test_a_number_that_makes_a_joint_redundant() -> None:
                     left = redundancy.without_redundant(own)
                 assert len(left.constraints.names) == len(own.constraints.names) - 1
     with pytest.warns(Notice, match="redundant"):
-        left, again = (redundancy.without_redundant(alike(prepare(one), alone(one))) for _ in range(2))
+        left, again = (
+            redundancy.without_redundant(alike(prepare(one), alone(one))) for _ in range(2)
+        )
     assert left is not again
     assert left.constraints is again.constraints
     assert prepare(left) is prepare(again)
     with pytest.warns(Notice, match="redundant"):
-        assert same_bits(integrate(alike(prepare(one), alone(one)), SCHEME, DURATION), integrate(alone(one), SCHEME, DURATION))
+        assert same_bits(
+            integrate(alike(prepare(one), alone(one)), SCHEME, DURATION),
+            integrate(alone(one), SCHEME, DURATION),
+        )
 
 
 def test_functions_of_python_are_read_again() -> None:
@@ -189,7 +261,9 @@ def test_functions_of_python_are_read_again() -> None:
 
 
 def test_memory_does_not_grow_with_calls(family: ParametricCase) -> None:
-    """One entry a name, whose parts are those of the last member; members that nobody holds are gone."""
+    """One entry a name, whose parts are those of the last member; members that nobody holds are
+    gone.
+    """
 
     def call(k: int) -> weakref.ref[System]:
         system = family({"E": 6e8 + 1e7 * k, "rho": 1100.0 + 10.0 * k}).system
@@ -212,4 +286,12 @@ def test_parts_are_known_by_identity_and_numbers_by_value() -> None:
     def find(*parts: Any) -> int:
         return known.find("name", parts, lambda: made.append(len(made)) or made[-1])
 
-    assert [find(a, 1.0), find(a, 1.0), find(b, 1.0), find(a, 1.0), find(a, 2.0), find(a, 2), find(a)] == [0, 0, 1, 2, 3, 4, 5]
+    assert [
+        find(a, 1.0),
+        find(a, 1.0),
+        find(b, 1.0),
+        find(a, 1.0),
+        find(a, 2.0),
+        find(a, 2),
+        find(a),
+    ] == [0, 0, 1, 2, 3, 4, 5]

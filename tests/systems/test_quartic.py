@@ -16,7 +16,12 @@ SIZES = (1, 2, 6, 9, 16)
 def place(modes: int, a: int, b: int, c: int, d: int) -> int:
     """Where the coefficient of z_a z_b z_c z_d stands, a <= b <= c <= d."""
     widths = [(c + 1) * (c + 2) // 2 + (-((c + 1) * (c + 2) // 2)) % 8 for c in range(modes + 1)]
-    return sum((modes + 1 - k) * widths[k] for k in range(c)) + (d - c) * widths[c] + b * (b + 1) // 2 + a
+    return (
+        sum((modes + 1 - k) * widths[k] for k in range(c))
+        + (d - c) * widths[c]
+        + b * (b + 1) // 2
+        + a
+    )
 
 
 def random_polynomial(modes: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -45,7 +50,9 @@ def test_energy_force_and_tangent_are_those_of_the_full_tensor(modes: int) -> No
     f, W = np.zeros(modes), np.zeros((modes, modes))
     quartic.add_force(T, x, work_of(modes), f)
     quartic.add_tangent(T, x, work_of(modes), W)
-    assert quartic.energy(T, x, work_of(modes)) == pytest.approx(z @ H @ z, abs=1e-14 * size * np.abs(z).sum())
+    assert quartic.energy(T, x, work_of(modes)) == pytest.approx(
+        z @ H @ z, abs=1e-14 * size * np.abs(z).sum()
+    )
     np.testing.assert_allclose(f, 4.0 * (H @ z)[1:], rtol=0, atol=4e-14 * size)
     np.testing.assert_allclose(W, 12.0 * H[1:, 1:], rtol=0, atol=12e-14 * size)
     assert np.array_equal(W, W.T)
@@ -112,7 +119,10 @@ def test_what_is_not_finite_is_seen(bad: float) -> None:
 
 def test_every_monomial_is_stored_once_in_aligned_rows() -> None:
     for modes in (6, 31, 44):
-        places = {place(modes, *monomial) for monomial in combinations_with_replacement(range(min(modes, 9) + 1), 4)}
+        places = {
+            place(modes, *monomial)
+            for monomial in combinations_with_replacement(range(min(modes, 9) + 1), 4)
+        }
         assert len(places) == comb(min(modes, 9) + 4, 4)
     assert quartic.length(31) == 54320  # 52360 monomials
     assert quartic.length(44) == 198360  # 194580 monomials

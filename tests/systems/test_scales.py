@@ -1,4 +1,6 @@
-"""Joints, ranks and gaps of systems of a picometre and of thousands of kilometres: the same as those of a metre."""
+"""Joints, ranks and gaps of systems of a picometre and of thousands of kilometres: the same as
+those of a metre.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,12 @@ from fmbs_skfem.systems.connections import joints, mechanism, redundancy
 from ..models import segment
 from .test_mechanism import FOUR_BAR, Z, counts, hinge, link, loop
 
-FLAT = [(0, 0, 0), (0.5, 0, 0), (1.5, 0, 0), (1.0, 0, 0)]  #: a parallelogram with all bars in one line
+FLAT = [
+    (0, 0, 0),
+    (0.5, 0, 0),
+    (1.5, 0, 0),
+    (1.0, 0, 0),
+]  #: a parallelogram with all bars in one line
 SIZES = [1e-12, 1e-9, 1e-3, 1e6]
 
 
@@ -28,22 +35,35 @@ def facts(system: System) -> tuple[Any, ...]:
         free = eliminate(system)
         kept = redundancy.without_redundant(free)
     singular = bool(len(kept.constraints.names)) and redundancy.singular_start(kept)
-    return free.size, len(kept.constraints.names), len(mechanism.redundant(system)), counts(system), singular
+    return (
+        free.size,
+        len(kept.constraints.names),
+        len(mechanism.redundant(system)),
+        counts(system),
+        singular,
+    )
 
 
 def held_beam(size: float, ancf: bool) -> System:
     section = Given(EA=1.0, EI=size**2, rhoA=1.0)
     body = cable("b", segment(10, (0, 0, 0), (size, 0, 0)), section, dim=2, ancf=ancf)
-    return assemble([body], [joints.Clamp("clamp", At("b", "left")), joints.Pin("pin", At("b", "right"))])
+    return assemble(
+        [body], [joints.Clamp("clamp", At("b", "left")), joints.Pin("pin", At("b", "right"))]
+    )
 
 
 def chain(size: float, points: list[tuple[float, float, float]], dim: int) -> System:
-    return loop([tuple(size * x for x in point) for point in points], dim, [Z if dim == 3 else None] * 4)
+    return loop(
+        [tuple(size * x for x in point) for point in points], dim, [Z if dim == 3 else None] * 4
+    )
 
 
 def twice_held(size: float) -> System:
     """One of two pins of a rigid bar follows from the other along it."""
-    return assemble([link("bar", (0, 0, 0), (size, 0, 0), 2)], [hinge("one", At("bar", "A")), hinge("two", At("bar", "B"))])
+    return assemble(
+        [link("bar", (0, 0, 0), (size, 0, 0), 2)],
+        [hinge("one", At("bar", "A")), hinge("two", At("bar", "B"))],
+    )
 
 
 SYSTEMS = {
@@ -77,12 +97,20 @@ def pinned(size: float, gap: float, to_body: bool, dim: int = 2, origin: float =
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e5])
 @pytest.mark.parametrize("to_body", [True, False], ids=["body", "point"])
 def test_gaps_of_all_kinds_have_one_rule(size: float, to_body: bool) -> None:
-    """A gap to a fixed point was closed by tearing the cell beside it, one of a micrometre between bodies was refused."""
-    with pytest.raises(InputError, match=r"joint 'pin': expected a\.right and .* at one point, got a gap of .*; move"):
+    """A gap to a fixed point was closed by tearing the cell beside it, one of a micrometre between
+    bodies was refused.
+    """
+    with pytest.raises(
+        InputError,
+        match=r"joint 'pin': expected a\.right and .* at one point, got a gap of .*; move",
+    ):
         pinned(size, 5e-3 * size, to_body)
     with pytest.raises(InputError, match="at one point"):
         pinned(size, 2e-6 * size, to_body)
-    with pytest.warns(Notice, match=r"joint 'pin' closes a gap of .* m between a\.right and .*: give their coordinates more"):
+    with pytest.warns(
+        Notice,
+        match=r"joint 'pin' closes a gap of .* m between a\.right and .*: give their coordinates more",
+    ):
         pinned(size, 3e-7 * size, to_body)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -97,7 +125,13 @@ def test_round_off_far_from_the_origin_is_no_gap(to_body: bool) -> None:
 
 
 def test_a_point_that_meets_another_is_measured_by_all_bodies() -> None:
-    masses = [point_mass("a", 1.0, np.array([0.0, 0.0])), point_mass("b", 1.0, np.array([1e-4, 0.0]))]
+    masses = [
+        point_mass("a", 1.0, np.array([0.0, 0.0])),
+        point_mass("b", 1.0, np.array([1e-4, 0.0])),
+    ]
     masses.append(point_mass("c", 1.0, np.array([1.0, 0.0])))
-    with pytest.raises(InputError, match=r"joint 'pin': expected a\.center and b\.center at one point, got a gap of 0\.0001 m"):
+    with pytest.raises(
+        InputError,
+        match=r"joint 'pin': expected a\.center and b\.center at one point, got a gap of 0\.0001 m",
+    ):
         assemble(masses, [joints.Pin("pin", At("a", "center"), At("b", "center"))])

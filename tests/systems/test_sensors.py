@@ -1,4 +1,6 @@
-"""Accelerations, angles between places and powers against exact motions; read by events, in reduced models and after a resume."""
+"""Accelerations, angles between places and powers against exact motions; read by events, in reduced
+models and after a resume.
+"""
 
 from __future__ import annotations
 
@@ -38,12 +40,18 @@ def arm(dim: int, mass: float = 2.0) -> Body:
 
 
 def hinge(dim: int) -> joints.Joint:
-    return joints.Pin("hinge", ROOT) if dim == 2 else joints.Revolute("hinge", ROOT, axis=(0.0, 0.0, 1.0))
+    return (
+        joints.Pin("hinge", ROOT)
+        if dim == 2
+        else joints.Revolute("hinge", ROOT, axis=(0.0, 0.0, 1.0))
+    )
 
 
 @pytest.mark.parametrize("axes", ["scene", "place"])
 def test_an_arm_that_is_driven_has_the_acceleration_of_its_motion(axes: str) -> None:
-    """Theta = t + t^2/2: - omega^2 r along the arm and alpha r across it; in the axes of the scene these turned."""
+    """Theta = t + t^2/2: - omega^2 r along the arm and alpha r across it; in the axes of the scene
+    these turned.
+    """
     drive = joints.DrivenAngle("drive", FRAME, of_time("t + t**2/2"))
     sensed = {"a": Acceleration(TIP if axes == "scene" else FRAME, axes=axes)}  # type: ignore[arg-type]
     system = eliminate(assemble([arm(2)], [hinge(2), drive], outputs=sensed))
@@ -52,22 +60,34 @@ def test_an_arm_that_is_driven_has_the_acceleration_of_its_motion(axes: str) -> 
     theta, omega, r = t + t**2 / 2, 1.0 + t, 1.0 if axes == "scene" else 0.5
     along, across = -(omega**2) * r, np.full_like(t, r)
     if axes == "scene":
-        wanted = [along * np.cos(theta) - across * np.sin(theta), along * np.sin(theta) + across * np.cos(theta)]
+        wanted = [
+            along * np.cos(theta) - across * np.sin(theta),
+            along * np.sin(theta) + across * np.cos(theta),
+        ]
         assert_allclose([found["a_x"], found["a_y"]], wanted, atol=4e-5)
     else:
         assert_allclose([found["a_e1"], found["a_e2"]], [along, across], atol=2e-5)
 
 
 def test_accelerations_of_a_pendulum_are_of_second_order() -> None:
-    """Against theta'' = - 3 g / (2 L) sin theta of a rod: tangential and radial at its tip, largest errors at three steps."""
+    """Against theta'' = - 3 g / (2 L) sin theta of a rod: tangential and radial at its tip, largest
+    errors at three steps.
+    """
     g = 9.81
     exact = solve_ivp(
-        lambda t, y: [y[1], -1.5 * g * np.cos(y[0])], (0.0, 1.0), [0.0, 0.0], rtol=1e-11, atol=1e-12, dense_output=True
+        lambda t, y: [y[1], -1.5 * g * np.cos(y[0])],
+        (0.0, 1.0),
+        [0.0, 0.0],
+        rtol=1e-11,
+        atol=1e-12,
+        dense_output=True,
     )
     errors = []
     for h in (4e-3, 2e-3, 1e-3):
         sensed = {"a": Acceleration(TIP)}
-        system = eliminate(assemble([arm(2)], [hinge(2)], [loads.Gravity((0.0, -g))], outputs=sensed))
+        system = eliminate(
+            assemble([arm(2)], [hinge(2)], [loads.Gravity((0.0, -g))], outputs=sensed)
+        )
         motion = integrate(system, GeneralizedAlpha(h), 1.0)
         theta, omega = exact.sol(motion.times)
         alpha, c, s = -1.5 * g * np.cos(theta), np.cos(theta), np.sin(theta)
@@ -81,27 +101,45 @@ def test_accelerations_of_a_pendulum_are_of_second_order() -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_an_accelerometer_reads_nothing_in_free_fall_and_gravity_at_rest(dim: int) -> None:
     gravity, axes = (0.0, -9.81, 0.0)[:dim], [f"a_e{k + 1}" for k in range(dim)]
-    sensed = {"a": Acceleration(FRAME, axes="place", accelerometer=True), "up": Acceleration(FRAME, "y", accelerometer=True)}
+    sensed = {
+        "a": Acceleration(FRAME, axes="place", accelerometer=True),
+        "up": Acceleration(FRAME, "y", accelerometer=True),
+    }
     falling = eliminate(assemble([arm(dim)], [], [loads.Gravity(gravity)], outputs=sensed))
     found = outputs(integrate(falling, GeneralizedAlpha(1e-2), 0.1))
     assert_allclose([found[word] for word in axes], 0.0, atol=1e-9)
-    held = eliminate(assemble([arm(dim)], [joints.Clamp("root", FRAME)], [loads.Gravity(gravity)], outputs=sensed))
+    held = eliminate(
+        assemble(
+            [arm(dim)], [joints.Clamp("root", FRAME)], [loads.Gravity(gravity)], outputs=sensed
+        )
+    )
     found = outputs(solve_statics(held, 1))
-    assert_allclose([found[word][-1] for word in (*axes, "up")], [*[0.0, 9.81, 0.0][:dim], 9.81], atol=1e-9)
+    assert_allclose(
+        [found[word][-1] for word in (*axes, "up")], [*[0.0, 9.81, 0.0][:dim], 9.81], atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_angles_between_places_count_their_turns(dim: int) -> None:
-    """A wheel that is driven on an arm which turns as well: the angle of the drive, over more than two turns, and its rate."""
+    """A wheel that is driven on an arm which turns as well: the angle of the drive, over more than
+    two turns, and its rate.
+    """
     axis = None if dim == 2 else (0.0, 0.0, 1.0)
     inertia = 0.1 if dim == 2 else (0.1, 0.1, 0.2)
     wheel = rigid("wheel", 1.0, inertia, (1.0, 0.0, 0.0)[:dim], dim=dim)
-    on = joints.Pin("on", At("wheel"), TIP) if dim == 2 else joints.Revolute("on", At("wheel"), TIP, (0.0, 0.0, 1.0))
+    on = (
+        joints.Pin("on", At("wheel"), TIP)
+        if dim == 2
+        else joints.Revolute("on", At("wheel"), TIP, (0.0, 0.0, 1.0))
+    )
     turning = [
         joints.DrivenAngle("carry", FRAME, of_time("-2*t"), axis),
         joints.DrivenAngle("spin", At("wheel", "frame"), of_time("7*t + t**2"), axis, FRAME),
     ]
-    sensed = {"turn": probes.Angle(At("wheel", "frame"), axis, FRAME), "back": probes.Angle(FRAME, axis, At("wheel", "frame"))}
+    sensed = {
+        "turn": probes.Angle(At("wheel", "frame"), axis, FRAME),
+        "back": probes.Angle(FRAME, axis, At("wheel", "frame")),
+    }
     system = eliminate(assemble([arm(dim), wheel], [hinge(dim), on, *turning], outputs=sensed))
     motion = integrate(system, GeneralizedAlpha(5e-3), 2.0)
     found, t = outputs(motion), motion.times
@@ -112,25 +150,40 @@ def test_angles_between_places_count_their_turns(dim: int) -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_forces_read_angles_between_places(dim: int) -> None:
-    """A torque by an output of the angle and its rate is that of a torsion spring, to the bit of round-off."""
+    """A torque by an output of the angle and its rate is that of a torsion spring, to the bit of
+    round-off.
+    """
     axis = None if dim == 2 else (0.0, 0.0, 1.0)
-    wheel = rigid("wheel", 1.0, 0.1 if dim == 2 else (0.1, 0.1, 0.2), (1.0, 0.0, 0.0)[:dim], dim=dim)
-    on = joints.Pin("on", At("wheel"), TIP) if dim == 2 else joints.Revolute("on", At("wheel"), TIP, (0.0, 0.0, 1.0))
+    wheel = rigid(
+        "wheel", 1.0, 0.1 if dim == 2 else (0.1, 0.1, 0.2), (1.0, 0.0, 0.0)[:dim], dim=dim
+    )
+    on = (
+        joints.Pin("on", At("wheel"), TIP)
+        if dim == 2
+        else joints.Revolute("on", At("wheel"), TIP, (0.0, 0.0, 1.0))
+    )
     hand = At("wheel", "frame")
     torque = of_state("-4 * turn - 0.1 * turn.rate", "N m")
-    ways = [loads.TorsionSpring("k", hand, FRAME, 4.0, 0.1, axis=axis), ControlTorque("k", hand, FRAME, axis, torque=torque)]
+    ways = [
+        loads.TorsionSpring("k", hand, FRAME, 4.0, 0.1, axis=axis),
+        ControlTorque("k", hand, FRAME, axis, torque=torque),
+    ]
     found = []
     for way in ways:
         spin = {"wheel": Motion(None, 5.0 if dim == 2 else (0.0, 0.0, 5.0), (1.0, 0.0, 0.0)[:dim])}
         sensed = {"turn": probes.Angle(hand, axis, FRAME)}
-        system = eliminate(assemble([arm(dim), wheel], [hinge(dim), on], [way], outputs=sensed, initial=spin))
+        system = eliminate(
+            assemble([arm(dim), wheel], [hinge(dim), on], [way], outputs=sensed, initial=spin)
+        )
         found.append(outputs(integrate(system, GeneralizedAlpha(5e-3), 0.5))["turn"])
     assert np.ptp(found[0]) > 0.5
     assert_allclose(found[1], found[0], atol=1e-9)
 
 
 def test_powers_are_what_changes_the_energy() -> None:
-    """Of a motor, a damped spring and a force, over time: the change of kinetic energy of a rod without gravity, with h^2."""
+    """Of a motor, a damped spring and a force, over time: the change of kinetic energy of a rod
+    without gravity, with h^2.
+    """
     errors = []
     for h in (4e-3, 2e-3):
         pushing = [
@@ -173,32 +226,56 @@ def test_the_power_of_a_driven_position() -> None:
 def shaft(cells: int) -> tuple[Body, float]:
     """A round bar of a metre along x, and its GJ."""
     section = Circular(0.02).of_beam(Material(1e9, 1000.0, 0.25))
-    return beam("bar", segment(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), section), float(section.stiffness[3, 3])
+    return beam("bar", segment(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), section), float(
+        section.stiffness[3, 3]
+    )
 
 
 def test_the_angle_between_the_ends_of_a_beam_that_is_twisted_twice() -> None:
     """T L / GJ = 4 pi, counted on the way, and as much back."""
     part, GJ = shaft(24)
     ends, axis = (At("bar", "right"), At("bar", "left")), (1.0, 0.0, 0.0)
-    sensed = {"on": probes.Angle(ends[0], axis, ends[1]), "back": probes.Angle(ends[1], axis, ends[0])}
+    sensed = {
+        "on": probes.Angle(ends[0], axis, ends[1]),
+        "back": probes.Angle(ends[1], axis, ends[0]),
+    }
     twist = loads.Moment("T", ends[0], (4.0 * np.pi * GJ, 0.0, 0.0))
-    found = outputs(solve_statics(eliminate(assemble([part], [joints.Clamp("root", ends[1])], [twist], outputs=sensed)), 10))
+    found = outputs(
+        solve_statics(
+            eliminate(assemble([part], [joints.Clamp("root", ends[1])], [twist], outputs=sensed)),
+            10,
+        )
+    )
     assert_allclose(found["on"], 4.0 * np.pi * np.linspace(0.0, 1.0, 11), rtol=2e-3, atol=1e-9)
     assert_allclose(found["back"], -found["on"], atol=1e-9)
 
 
 def test_sections_of_a_beam_have_an_angular_velocity() -> None:
     part, _ = shaft(4)
-    sensed = {f"w{axis}": probes.AngularVelocity(At("bar", 0.3), tuple(np.eye(3)[k])) for k, axis in enumerate("xyz")}
+    sensed = {
+        f"w{axis}": probes.AngularVelocity(At("bar", 0.3), tuple(np.eye(3)[k]))
+        for k, axis in enumerate("xyz")
+    }
     start = {"bar": Motion((0.0, 0.0, 0.0), (7.0, 0.0, 0.0), (0.5, 0.0, 0.0))}
-    found = outputs(integrate(eliminate(assemble([part], initial=start, outputs=sensed)), GeneralizedAlpha(2e-4), 0.02))
-    assert_allclose([found[f"w{axis}"] for axis in "xyz"], np.outer([7.0, 0.0, 0.0], np.ones(101)), atol=2e-4)
+    found = outputs(
+        integrate(
+            eliminate(assemble([part], initial=start, outputs=sensed)), GeneralizedAlpha(2e-4), 0.02
+        )
+    )
+    assert_allclose(
+        [found[f"w{axis}"] for axis in "xyz"], np.outer([7.0, 0.0, 0.0], np.ones(101)), atol=2e-4
+    )
 
 
 def test_what_has_no_power_is_refused() -> None:
     for name in ("hinge", "weight", "nothing"):
         with pytest.raises(InputError, match="loads at places, or of the driven joints"):
-            assemble([arm(2)], [hinge(2)], [loads.Gravity((0.0, -9.81), "weight")], outputs={"P": Power(name)})
+            assemble(
+                [arm(2)],
+                [hinge(2)],
+                [loads.Gravity((0.0, -9.81), "weight")],
+                outputs={"P": Power(name)},
+            )
 
 
 def test_a_point_has_no_axes() -> None:
@@ -243,5 +320,14 @@ def test_reduced_models_read_them_too(tmp_path: Path) -> None:
     assert full["t [s]"][-1] == pytest.approx(small["t [s]"][-1], abs=1e-4)
     assert full["t [s]"][-1] < 0.39
     assert full["felt_e1 [m/s^2]"][-1] == pytest.approx(-6.0, abs=1e-6)
-    for column in ("a_y [m/s^2]", "felt_e2 [m/s^2]", "bend [rad]", "bend_rate [rad/s]", "P [W]", "Q [W]"):
-        assert np.abs(small[column][:-1] - full[column][: len(small["t [s]"]) - 1]).max() < 0.02 * np.ptp(full[column]), column
+    for column in (
+        "a_y [m/s^2]",
+        "felt_e2 [m/s^2]",
+        "bend [rad]",
+        "bend_rate [rad/s]",
+        "P [W]",
+        "Q [W]",
+    ):
+        assert np.abs(
+            small[column][:-1] - full[column][: len(small["t [s]"]) - 1]
+        ).max() < 0.02 * np.ptp(full[column]), column

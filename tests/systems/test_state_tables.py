@@ -1,4 +1,6 @@
-"""Tables of the state: a force by a table of a stretch, a torque by one of an angle or a rate; exact motions, ends."""
+"""Tables of the state: a force by a table of a stretch, a torque by one of an angle or a rate;
+exact motions, ends.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,15 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.core.values.tables import Table
-from fmbs_skfem.dynamics import GeneralizedAlpha, LiveRun, Newton, integrate, outputs, solve_statics, start
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    LiveRun,
+    Newton,
+    integrate,
+    outputs,
+    solve_statics,
+    start,
+)
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate
 from fmbs_skfem.systems.connections import joints
@@ -55,20 +65,32 @@ def scene(tmp_path: Path, text: str = SCENE) -> System:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_derivatives(dim: int, smooth: bool) -> None:
     """Of lines and of a smooth curve, against differences, within the points and beyond them."""
-    table = Table("law", "N", (-2.0, -0.3, 0.1, 0.4, 3.0), (-2.0, -1.0, 0.5, 4.0, 4.5), smooth, of="m", hold=True)
+    table = Table(
+        "law",
+        "N",
+        (-2.0, -0.3, 0.1, 0.4, 3.0),
+        (-2.0, -1.0, 0.5, 4.0, 4.5),
+        smooth,
+        of="m",
+        hold=True,
+    )
     force = of_state("k * law(stretch) + law(2 * rate * t) * law(9)", "", {"k": 3.0})
     check_system(assemble(beams(dim), loads=[Actuator("a", B1, BOB, force, 0.3)], inputs=[table]))
 
 
 def test_a_spring_of_two_stiffnesses(tmp_path: Path) -> None:
-    """Half a period pi sqrt(m / k) on either side; events read the table, also beside the force of the load."""
+    """Half a period pi sqrt(m / k) on either side; events read the table, also beside the force of
+    the load.
+    """
     motion = integrate(scene(tmp_path), GeneralizedAlpha(5e-3), 6.0, TIGHT)
     stiff, soft = np.pi * np.sqrt(2.0 / 8.0), np.pi * np.sqrt(2.0 / 2.0)
     assert [one.name for one in motion.events] == ["far", "low", "far"]
     far, low, again = (one.time for one in motion.events)
     assert low == pytest.approx(stiff, abs=5e-5)
     assert again - far == pytest.approx(stiff + soft, abs=2e-4)
-    assert far == pytest.approx(0.5 * np.arcsin(1.2 / 8.0 / 0.2), abs=5e-5)  # x = v / w sin(w t), w = 2 rad/s
+    assert far == pytest.approx(
+        0.5 * np.arcsin(1.2 / 8.0 / 0.2), abs=5e-5
+    )  # x = v / w sin(w t), w = 2 rad/s
     assert outputs(motion)["ball_x"].max() - 1 == pytest.approx(0.2, abs=1e-5)
     assert 1 - outputs(motion)["ball_x"].min() == pytest.approx(0.4, abs=1e-4)
 
@@ -82,7 +104,8 @@ def test_what_is_beyond_a_table_is_told(tmp_path: Path) -> None:
     """Its ends hold, with a warning of how far, unless that is meant."""
     text = SCENE.replace("[0.4, 0]", "[1.2, 0]")
     with pytest.warns(
-        Notice, match=r"table 'pull' was read up to 0\.\d+ \(SI units\) outside of its range, .*; extend it, or say 'hold: true'"
+        Notice,
+        match=r"table 'pull' was read up to 0\.\d+ \(SI units\) outside of its range, .*; extend it, or say 'hold: true'",
     ) as told:
         motion = integrate(scene(tmp_path, text), GeneralizedAlpha(5e-3), 2.0, TIGHT)
     stretch = outputs(motion)["ball_x"] - 1
@@ -96,7 +119,12 @@ def test_what_is_beyond_a_table_is_told(tmp_path: Path) -> None:
     assert sum("table 'pull'" in str(one.message) for one in told) == 1
     with warnings.catch_warnings():
         warnings.filterwarnings("error", ".*table 'pull'")
-        integrate(scene(tmp_path, text.replace("of: m", "of: m, hold: true")), GeneralizedAlpha(5e-3), 2.0, TIGHT)
+        integrate(
+            scene(tmp_path, text.replace("of: m", "of: m, hold: true")),
+            GeneralizedAlpha(5e-3),
+            2.0,
+            TIGHT,
+        )
 
 
 def test_equilibria() -> None:
@@ -115,7 +143,9 @@ def test_equilibria() -> None:
 
 
 def test_a_motor_by_its_curve() -> None:
-    """w' = T(w) / J: a constant torque up to 4 rad/s, falling to zero at 8; over a table of the angle it is a spring."""
+    """w' = T(w) / J: a constant torque up to 4 rad/s, falling to zero at 8; over a table of the
+    angle it is a spring.
+    """
     at = At("disc", "frame")
     curve = Table("motor", "N m", (0.0, 4.0, 8.0), (0.1, 0.1, 0.0), of="rad/s")
     spring = Table("coil", "N m", (-40.0, 40.0), (40.0, -40.0), of="rad")
@@ -134,7 +164,11 @@ def test_a_motor_by_its_curve() -> None:
 
     motion = integrate(disc("motor(rate)", 0.0), GeneralizedAlpha(1e-3), 2.0, TIGHT)
     t = motion.times
-    assert_allclose(outputs(motion)["spin"], np.where(t < 0.4, 10 * t, 8 - 4 * np.exp(-2.5 * (t - 0.4))), atol=1e-4)
+    assert_allclose(
+        outputs(motion)["spin"],
+        np.where(t < 0.4, 10 * t, 8 - 4 * np.exp(-2.5 * (t - 0.4))),
+        atol=1e-4,
+    )
     motion = integrate(disc("0.01 * coil(hinge)", 10.0), GeneralizedAlpha(1e-3), 3.0, TIGHT)
     assert_allclose(outputs(motion)["hinge"], 10.0 * np.sin(motion.times), atol=5e-4)
 
@@ -146,7 +180,10 @@ def test_reduced_hyper_reduced_and_saved_models(tmp_path: Path) -> None:
     raw = assemble(
         [beam],
         [joints.Pin("hinge", root)],
-        [ControlTorque("drive", root, torque=of_state("hold(hinge.angle) - 2 * hinge.rate")), loads.Gravity((0.0, -1.0))],
+        [
+            ControlTorque("drive", root, torque=of_state("hold(hinge.angle) - 2 * hinge.rate")),
+            loads.Gravity((0.0, -1.0)),
+        ],
         outputs={"hinge": probes.Angle(root), "tip": probes.Position(tip)},
         inputs=[table],
     )
@@ -160,14 +197,26 @@ def test_reduced_hyper_reduced_and_saved_models(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "old, new, message",
     [
-        ("force: pull(stretch)", "force: pull(rate)", r"loads.spring.force: expected a length \[m\] in pull\(...\), got velocity"),
-        ("force: pull(stretch)", "force: pull(t)", r"loads.spring.force: expected one of .* got 'pull\(t\)'"),
+        (
+            "force: pull(stretch)",
+            "force: pull(rate)",
+            r"loads.spring.force: expected a length \[m\] in pull\(...\), got velocity",
+        ),
+        (
+            "force: pull(stretch)",
+            "force: pull(t)",
+            r"loads.spring.force: expected one of .* got 'pull\(t\)'",
+        ),
         (
             "force: pull(stretch)",
             "force: pul(stretch)",
             r"expected one of the functions and tables .*, got 'pul'; did you mean 'pull'",
         ),
-        ("force: pull(stretch)", "force: 1 m * pull(stretch)", r"loads.spring.force: expected a force \[N\]"),
+        (
+            "force: pull(stretch)",
+            "force: 1 m * pull(stretch)",
+            r"loads.spring.force: expected a force \[N\]",
+        ),
         ("force: pull(stretch)", "force: pull(stretch, 2 m)", r"expected '\)'"),
         ("of: m}", "of: s}", r"tables.pull: .*expected a time \[s\], got '1 mm'"),
         ("- 1.2 N", "- 1.2 m", r"of one dimension, got force and length"),

@@ -1,4 +1,6 @@
-"""Systems keep their contract in every form; eliminations and changes of coordinates transform them exactly."""
+"""Systems keep their contract in every form; eliminations and changes of coordinates transform them
+exactly.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,9 @@ TIME = 0.37
 
 
 def everything(dim: int, **options: Any) -> System:
-    """A frame of three beams and a mass with linear, quadratic and driven joints, every load, damping and outputs."""
+    """A frame of three beams and a mass with linear, quadratic and driven joints, every load,
+    damping and outputs.
+    """
     held: list[joints.Joint] = [
         joints.Pin("pin", A0),
         joints.Weld("weld", A1, B0),
@@ -52,7 +56,9 @@ def everything(dim: int, **options: Any) -> System:
         joints.DrivenPosition("drive", B1, (np.sin, *(lambda t: 0.0 * t,) * (dim - 1))),
     ]
     damping = Rayleigh(mass=0.3, stiffness=2e-3)
-    return assemble(beams(dim, **options), held, every_load(dim, np.cos), damping, {"tip": probes.Position(C1)})
+    return assemble(
+        beams(dim, **options), held, every_load(dim, np.cos), damping, {"tip": probes.Position(C1)}
+    )
 
 
 def energy(system: System, x: np.ndarray) -> float:
@@ -63,7 +69,9 @@ def forces(system: System, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     return compiled.forces(compile_system(system), x, v, TIME)
 
 
-@pytest.mark.parametrize("space", [{"ancf": True}, {"degree": 2}, {"degree": 3}, {"degree": 4, "continuity": 3}])
+@pytest.mark.parametrize(
+    "space", [{"ancf": True}, {"degree": 2}, {"degree": 3}, {"degree": 4, "continuity": 3}]
+)
 @pytest.mark.parametrize("law", CABLES)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_contract(dim: int, law: Law, space: dict[str, Any]) -> None:
@@ -95,7 +103,9 @@ def driven(system: System) -> System:
 
 
 def one_sided(system: System) -> System:
-    """A spring that pulls x_0 when x_5 moves, and not the other way round: no energy has such forces."""
+    """A spring that pulls x_0 when x_5 moves, and not the other way round: no energy has such
+    forces.
+    """
     return replace(system, stiffness=csr_array(([10.0], ([0], [5])), shape=system.mass.shape))
 
 
@@ -130,7 +140,10 @@ def test_faults_of_the_tangent_are_named(part: str, monkeypatch: pytest.MonkeyPa
 def test_the_order_of_the_band_does_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same forces, gap and tangent from banded storage in another order as from dense storage."""
     ring = [joints.RigidLink("link", A0, C1)]
-    system, rng = assemble(beams(3, cells=20), ring, every_load(3), Rayleigh(0.1, 1e-3)), np.random.default_rng(4)
+    system, rng = (
+        assemble(beams(3, cells=20), ring, every_load(3), Rayleigh(0.1, 1e-3)),
+        np.random.default_rng(4),
+    )
     banded = compile_system(system)
     monkeypatch.setattr("fmbs_skfem.systems.layouts.DENSE", 10**6)
     dense = compile_system(system)
@@ -156,7 +169,9 @@ def transformed(system: System, V: Any, d: np.ndarray, seed: int = 0) -> System:
 
 
 def compare(system: System, new: System, V: Any, d: np.ndarray, seed: int) -> None:
-    """Forces, gap, tangent, energy, mass, sensors of a system in z, x = V z + d, and of the original."""
+    """Forces, gap, tangent, energy, mass, sensors of a system in z, x = V z + d, and of the
+    original.
+    """
     rng = np.random.default_rng(seed)
     z, w = new.x0 + 1e-3 * rng.normal(size=new.size), rng.normal(size=new.size)
     x, v, multipliers = V @ z + d, V @ w, rng.normal(size=len(system.constraints.names))
@@ -169,7 +184,11 @@ def compare(system: System, new: System, V: Any, d: np.ndarray, seed: int) -> No
     assert_allclose(gap, phi, atol=1e-12)
     assert_allclose(slope, J @ dense, atol=1e-12)
     K = dense.T @ (compiled.tangent(old, x, multipliers, TIME, 5.0) @ dense)
-    assert_allclose(compiled.tangent(model, z, multipliers, TIME, 5.0).toarray(), K, atol=1e-11 * np.abs(K).max())
+    assert_allclose(
+        compiled.tangent(model, z, multipliers, TIME, 5.0).toarray(),
+        K,
+        atol=1e-11 * np.abs(K).max(),
+    )
     M = dense.T @ (system.mass @ dense)
     assert_allclose(as_dense(new.mass), M, atol=1e-14)
     assert_allclose(new.sensors(z), system.sensors(x), atol=1e-12)
@@ -201,8 +220,14 @@ def test_dense_change_of_coordinates(dim: int) -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sparse_change_of_coordinates(dim: int) -> None:
     system = everything(dim)
-    new = transformed(system, sparse_map(system.size, system.size - 9), 1e-2 * np.random.default_rng(8).normal(size=system.size))
-    assert new.elastic is system.elastic or not any(isinstance(part.gather, Sampled) for part in new.elastic)
+    new = transformed(
+        system,
+        sparse_map(system.size, system.size - 9),
+        1e-2 * np.random.default_rng(8).normal(size=system.size),
+    )
+    assert new.elastic is system.elastic or not any(
+        isinstance(part.gather, Sampled) for part in new.elastic
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -212,14 +237,21 @@ def test_a_full_orthogonal_basis_keeps_everything(dim: int) -> None:
     V, d = basis(system, system.size)
     new = transformed(system, V, d)
     assert_allclose(V @ new.x0 + d, system.x0, atol=1e-12)
-    assert np.linalg.norm(forces(new, new.x0, new.v0)) == pytest.approx(np.linalg.norm(forces(system, system.x0, system.v0)))
+    assert np.linalg.norm(forces(new, new.x0, new.v0)) == pytest.approx(
+        np.linalg.norm(forces(system, system.x0, system.v0))
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_changes_of_coordinates_follow_each_other(dim: int) -> None:
-    """Sparse then dense, dense then sparse, dense then dense: the last two act on a lift, or on points, that are dense already."""
+    """Sparse then dense, dense then sparse, dense then dense: the last two act on a lift, or on
+    points, that are dense already.
+    """
     system = everything(dim)
-    sparse, shift = sparse_map(system.size, system.size - 9), 1e-2 * np.random.default_rng(8).normal(size=system.size)
+    sparse, shift = (
+        sparse_map(system.size, system.size - 9),
+        1e-2 * np.random.default_rng(8).normal(size=system.size),
+    )
     first = change_coordinates(system, sparse, shift)
     transformed(first, *basis(first, 15))
     V, d = basis(system, 19)
@@ -235,7 +267,11 @@ def test_components_touch_only_their_own_columns() -> None:
     rng, sizes = np.random.default_rng(3), [last - first for _, first, last in system.coordinates]
     V = block_diag(*(np.linalg.qr(rng.normal(size=(size, min(size, 4))))[0] for size in sizes))
     new = multiply_out(transformed(system, V, system.x0))
-    assert [(part.gather.columns.start, part.gather.columns.stop) for part in new.elastic if isinstance(part.gather, Sampled)] == [
+    assert [
+        (part.gather.columns.start, part.gather.columns.stop)
+        for part in new.elastic
+        if isinstance(part.gather, Sampled)
+    ] == [
         (0, 4),
         (4, 8),
         (8, 12),
@@ -244,7 +280,9 @@ def test_components_touch_only_their_own_columns() -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_elimination_solves_the_linear_constraints(dim: int) -> None:
-    """x = T y + d satisfies every linear row for every y; T^T (f + Phi_x^T lambda) needs no multiplier of theirs."""
+    """x = T y + d satisfies every linear row for every y; T^T (f + Phi_x^T lambda) needs no
+    multiplier of theirs.
+    """
     system = everything(dim)
     new = eliminate(system)
     linear = 3 * dim + dim
@@ -263,7 +301,9 @@ def test_elimination_solves_the_linear_constraints(dim: int) -> None:
     assert_allclose(phi[kept], rest, atol=1e-13)
     multipliers = rng.normal(size=len(phi))
     total = new.lift.matrix.T @ (forces(system, x, v) + J.T @ multipliers)
-    assert_allclose(forces(new, y, w) + slope.T @ multipliers[kept], total, atol=1e-11 * np.abs(total).max())
+    assert_allclose(
+        forces(new, y, w) + slope.T @ multipliers[kept], total, atol=1e-11 * np.abs(total).max()
+    )
 
 
 def test_elimination_without_linear_joints_keeps_the_system() -> None:
@@ -275,7 +315,9 @@ def test_elimination_without_linear_joints_keeps_the_system() -> None:
 
 def test_mass_of_a_system_is_that_of_its_bodies() -> None:
     """Three beams of 1 m and 0.5 kg/m and a point mass of 0.7 kg move as one: T = 2.2 kg |v|^2 / 2."""
-    system = assemble(beams(3), initial={part.name: Motion(velocity=(1.0, 2.0, -2.0)) for part in beams(3)})
+    system = assemble(
+        beams(3), initial={part.name: Motion(velocity=(1.0, 2.0, -2.0)) for part in beams(3)}
+    )
     assert 0.5 * system.v0 @ (system.mass @ system.v0) == pytest.approx(0.5 * 2.2 * 9.0, rel=1e-12)
     assert_allclose((system.mass @ system.v0)[-3:], 0.7 * np.array([1.0, 2.0, -2.0]))
 
@@ -285,9 +327,15 @@ def test_initial_motion_is_a_rigid_velocity_field(dim: int) -> None:
     """v = v0 + omega x r at every point of the bodies that move, zero elsewhere."""
     velocity, omega = np.array([1.0, 2.0, 3.0])[:dim], np.array([0.3, -0.4, 2.0])
     motion = Motion(tuple(velocity), 2.0 if dim == 2 else tuple(omega))
-    seen = {name: probes.Position(at) for name, at in (("tip", C1), ("inside", At("c", 0.3)), ("mass", BOB), ("rest", A1))}
+    seen = {
+        name: probes.Position(at)
+        for name, at in (("tip", C1), ("inside", At("c", 0.3)), ("mass", BOB), ("rest", A1))
+    }
     system = assemble(beams(dim), outputs=seen, initial={"c": motion, "bob": motion})
-    v, r = (values.reshape(4, dim) for values in (system.sensors.matrix @ system.v0, system.sensors(system.x0)))
+    v, r = (
+        values.reshape(4, dim)
+        for values in (system.sensors.matrix @ system.v0, system.sensors(system.x0))
+    )
     spin = np.array([[0.0, -2.0], [2.0, 0.0]]) if dim == 2 else np.cross(omega, np.eye(3)).T
     assert_allclose(v[:3], velocity + r[:3] @ spin.T, atol=1e-13)
     assert_allclose(v[3], 0.0)
@@ -295,8 +343,15 @@ def test_initial_motion_is_a_rigid_velocity_field(dim: int) -> None:
 
 def test_outputs_read_the_reference() -> None:
     """Columns and sensor rows: positions, slopes of unit length."""
-    wanted = {"B": probes.Position(C1), "s": probes.Slope(C1), "v": probes.Velocity(BOB), "E": probes.Energy()}
-    system = assemble(beams(3), [joints.Pin("hinge", A0)], outputs={**wanted, "R": probes.Reaction("hinge")})
+    wanted = {
+        "B": probes.Position(C1),
+        "s": probes.Slope(C1),
+        "v": probes.Velocity(BOB),
+        "E": probes.Energy(),
+    }
+    system = assemble(
+        beams(3), [joints.Pin("hinge", A0)], outputs={**wanted, "R": probes.Reaction("hinge")}
+    )
     y = system.sensors(system.x0)
     assert system.outputs["B"].columns == ("B_x", "B_y", "B_z")
     assert system.outputs["R"].columns == ("R_x", "R_y", "R_z")
@@ -313,25 +368,48 @@ def first(dim: int) -> Body:
     "make, named",
     [
         (lambda: assemble([]), "bodies: expected at least one body, got none"),
-        (lambda: assemble([first(2), first(2)]), "bodies: expected different names, got 'a' more than once"),
+        (
+            lambda: assemble([first(2), first(2)]),
+            "bodies: expected different names, got 'a' more than once",
+        ),
         (
             lambda: assemble([first(2), point_mass("bob", 1.0, np.zeros(3))]),
             r"bodies: expected one dimension for all, got \[2, 3\]",
         ),
-        (lambda: assemble([first(2)], [joints.Pin("p", A0), joints.Pin("p", A1)]), "joints: expected different names, got 'p'"),
-        (lambda: assemble([first(2)], [joints.Pin("p", C0)]), "joint 'p': expected one of the bodies a, got 'c'"),
+        (
+            lambda: assemble([first(2)], [joints.Pin("p", A0), joints.Pin("p", A1)]),
+            "joints: expected different names, got 'p'",
+        ),
+        (
+            lambda: assemble([first(2)], [joints.Pin("p", C0)]),
+            "joint 'p': expected one of the bodies a, got 'c'",
+        ),
         (
             lambda: assemble([first(2)], loads=[loads.PointForce("f", C0, (0, 1))]),
             "load 'f': expected one of the bodies a, got 'c'",
         ),
-        (lambda: assemble([first(2)], outputs={"y": probes.Position(C0)}), "output 'y': expected one of the bodies a, got 'c'"),
         (
-            lambda: assemble([first(2)], [joints.Pin("hinge", A0)], outputs={"R": probes.Reaction("hing")}),
+            lambda: assemble([first(2)], outputs={"y": probes.Position(C0)}),
+            "output 'y': expected one of the bodies a, got 'c'",
+        ),
+        (
+            lambda: assemble(
+                [first(2)], [joints.Pin("hinge", A0)], outputs={"R": probes.Reaction("hing")}
+            ),
             "output 'R': expected one of the joints hinge, got 'hing'; did you mean 'hinge'",
         ),
-        (lambda: assemble([first(2)], outputs={"y": "position"}), "output 'y': expected a probe, got str"),
-        (lambda: assemble([first(2)], initial={"b": Motion()}), "initial: expected one of the bodies a, got 'b'"),
-        (lambda: assemble([first(3)], initial={"a": Motion((1.0, 2.0))}), "initial 'a': expected 3 finite numbers"),
+        (
+            lambda: assemble([first(2)], outputs={"y": "position"}),
+            "output 'y': expected a probe, got str",
+        ),
+        (
+            lambda: assemble([first(2)], initial={"b": Motion()}),
+            "initial: expected one of the bodies a, got 'b'",
+        ),
+        (
+            lambda: assemble([first(3)], initial={"a": Motion((1.0, 2.0))}),
+            "initial 'a': expected 3 finite numbers",
+        ),
         (
             lambda: assemble(beams(2), damping={"mass": 0.1}),  # type: ignore[arg-type]
             r"damping: expected a Rayleigh of systems, got a mapping; write systems.Rayleigh\(mass=...\)",

@@ -28,7 +28,9 @@ def test_a_turned_matrix_is_that_of_turned_vectors() -> None:
 
 
 @pytest.mark.parametrize("stretch", [(1.0, 0.6, 0.2), (2e-9, 1e-9, 0.0), (1e6, 3.0, 0.0)])
-def test_the_nearest_rotation_is_that_of_the_polar_decomposition(stretch: tuple[float, ...]) -> None:
+def test_the_nearest_rotation_is_that_of_the_polar_decomposition(
+    stretch: tuple[float, ...],
+) -> None:
     """Of a flat plate, too, whose third stretch is nothing."""
     Q = Rotation.from_rotvec([2.0, 1.0, -1.5]).as_matrix()
     axes = Rotation.from_rotvec([0.3, 0.2, 0.1]).as_matrix()
@@ -41,14 +43,21 @@ def test_the_nearest_rotation_is_that_of_the_polar_decomposition(stretch: tuple[
 
 
 def test_a_turn_of_a_deformed_body_gives_the_tangent_assembled_there() -> None:
-    """The tangent at a bent shape, turned, is the one assembled at the turned shape; without the turn it is not."""
+    """The tangent at a bent shape, turned, is the one assembled at the turned shape; without the
+    turn it is not.
+    """
     system = thrown_plate_part()
     model = compile_system(system)
-    lift, found = as_dense(system.lift.matrix), evaluation.Evaluation(compiled.space(model), model.arrays)
+    lift, found = (
+        as_dense(system.lift.matrix),
+        evaluation.Evaluation(compiled.space(model), model.arrays),
+    )
     bent = system.x0 + 0.02 * np.random.default_rng(1).normal(size=system.size)
     R = Rotation.from_rotvec([1.0, -0.5, 2.0]).as_matrix()
     fixed = system.lift.offset.reshape(-1, 3)  # of the corner that is held
-    turned = np.linalg.lstsq(lift, ((system.lift(bent).reshape(-1, 3) @ R.T) - fixed).ravel(), rcond=None)[0]
+    turned = np.linalg.lstsq(
+        lift, ((system.lift(bent).reshape(-1, 3) @ R.T) - fixed).ravel(), rcond=None
+    )[0]
     space, wanted = found.space, as_dense(compiled.tangent(model, turned, np.zeros(0)))
     space.x[:] = bent[model.order]
     evaluation.sum_tangents(table := packed(found))
@@ -59,11 +68,16 @@ def test_a_turn_of_a_deformed_body_gives_the_tangent_assembled_there() -> None:
     at = np.ix_(model.order, model.order)
     assert model.arrays.dense
     assert_allclose(space.W, wanted[at], atol=1e-11 * np.abs(wanted).max())
-    assert np.abs(wanted - as_dense(compiled.tangent(model, bent, np.zeros(0)))).max() > 0.1 * np.abs(wanted).max()
+    assert (
+        np.abs(wanted - as_dense(compiled.tangent(model, bent, np.zeros(0)))).max()
+        > 0.1 * np.abs(wanted).max()
+    )
 
 
 def test_runs_with_turned_tangents_move_alike() -> None:
-    """As the same body in dense coordinates, whose tangents are assembled, to the tolerance of the iteration."""
+    """As the same body in dense coordinates, whose tangents are assembled, to the tolerance of the
+    iteration.
+    """
     system, sharp = thrown_plate_part(), Newton(tolerance=1e-12)
     dense = change_coordinates(system, np.eye(system.size), np.zeros(system.size))
     assert compiled.space(compile_system(system)).turned.size > 0

@@ -16,7 +16,11 @@ def test_case(name: str) -> None:
     outcome = verification.run(CASES[name])
     assert outcome.error == ""
     assert outcome.quantities
-    off = [f"{q.name}: {q.value!r}, expected {q.reference!r} to {q.tolerance:g}" for q in outcome.quantities if not q.holds]
+    off = [
+        f"{q.name}: {q.value!r}, expected {q.reference!r} to {q.tolerance:g}"
+        for q in outcome.quantities
+        if not q.holds
+    ]
     assert off == []
 
 
@@ -27,9 +31,17 @@ def test_every_group_has_cases_and_every_case_a_source() -> None:
 
 @pytest.mark.parametrize(
     "reference,value,scale,difference",
-    [(2.0, 2.1, 0.0, 0.05), (0.0, 0.1, 4.0, 0.025), (0.0, 0.1, 0.0, 0.1), (-2.0, -1.0, 1.0, 0.5), (1.0, math.nan, 0.0, math.inf)],
+    [
+        (2.0, 2.1, 0.0, 0.05),
+        (0.0, 0.1, 4.0, 0.025),
+        (0.0, 0.1, 0.0, 0.1),
+        (-2.0, -1.0, 1.0, 0.5),
+        (1.0, math.nan, 0.0, math.inf),
+    ],
 )
-def test_difference_of_a_quantity(reference: float, value: float, scale: float, difference: float) -> None:
+def test_difference_of_a_quantity(
+    reference: float, value: float, scale: float, difference: float
+) -> None:
     found = CheckedNumber("q", reference, value, 0.04, scale=scale)
     assert found.difference == pytest.approx(difference)
     assert found.holds == (difference <= 0.04)

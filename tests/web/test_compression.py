@@ -1,4 +1,6 @@
-"""Motions in few numbers: what is rigid costs no mode, and what is stored stands for the points to what it says."""
+"""Motions in few numbers: what is rigid costs no mode, and what is stored stands for the points to
+what it says.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,11 @@ def rigid(count: int) -> np.ndarray:
     angle = np.linspace(0.0, 7.0, count)
     axis = np.array([1.0, 2.0, -2.0]) / 3.0
     cross = np.cross(np.eye(3), axis)
-    return np.eye(3) + np.sin(angle)[:, None, None] * cross + (1.0 - np.cos(angle))[:, None, None] * (cross @ cross)
+    return (
+        np.eye(3)
+        + np.sin(angle)[:, None, None] * cross
+        + (1.0 - np.cos(angle))[:, None, None] * (cross @ cross)
+    )
 
 
 def told(shape: compression.PageShape, reference: np.ndarray) -> np.ndarray:
@@ -23,7 +29,9 @@ def told(shape: compression.PageShape, reference: np.ndarray) -> np.ndarray:
     numbers = shape.coordinates.astype(np.float32).astype(float)
     affine = numbers[:, :12].reshape(-1, 3, 4)
     corner = np.column_stack([np.ones(len(reference)), reference.astype(np.float32)])
-    return np.einsum("sck,xk->sxc", affine, corner) + np.einsum("sm,mxc->sxc", numbers[:, 12:], shape.modes.astype(float))
+    return np.einsum("sck,xk->sxc", affine, corner) + np.einsum(
+        "sm,mxc->sxc", numbers[:, 12:], shape.modes.astype(float)
+    )
 
 
 @pytest.mark.parametrize("rank", [1, 2, 3])
@@ -39,7 +47,9 @@ def test_a_rigid_motion_takes_no_mode(rank: int) -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-6])
 def test_bent_motions_are_told_to_the_tolerance(tolerance: float) -> None:
-    """A rod of 1 m that turns and bends by 0.3 m: also far below the 2.4e-4 of half floats, in further rounds."""
+    """A rod of 1 m that turns and bends by 0.3 m: also far below the 2.4e-4 of half floats, in
+    further rounds.
+    """
     x = np.linspace(0.0, 1.0, 81)
     reference = np.column_stack([x, 0.0 * x, 0.0 * x])
     bent = reference + 0.0 * np.zeros((90, 1, 1))
@@ -62,7 +72,10 @@ def test_fields_are_told_to_the_tolerance() -> None:
 
 def test_what_does_not_move_takes_nothing() -> None:
     assert compression.of_values(np.zeros((5, 4)), 1e-3).modes.shape == (0, 4)
-    assert compression.of_points(np.zeros((3, 2, 3)), np.zeros((2, 3)), 1e-3).coordinates.shape == (3, 12)
+    assert compression.of_points(np.zeros((3, 2, 3)), np.zeros((2, 3)), 1e-3).coordinates.shape == (
+        3,
+        12,
+    )
 
 
 def test_texts_cannot_leave_their_element() -> None:

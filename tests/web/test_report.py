@@ -1,4 +1,6 @@
-"""Reports of folders in a real browser: every kind of study, tables that sort, commands that repeat, texts that are no HTML."""
+"""Reports of folders in a real browser: every kind of study, tables that sort, commands that
+repeat, texts that are no HTML.
+"""
 
 from __future__ import annotations
 
@@ -41,9 +43,23 @@ outputs: {{tip: {{type: position, at: arm.right}}}}
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run at a changed parameter, whose report has a warning of tags."""
     base = tmp_path_factory.mktemp("results")
-    text = SCENE.replace("bodies:", "parameters: {m: 50 MPa}\nbodies:").replace("young_modulus: 50 MPa", "young_modulus: m")
-    (base / "rod's.yaml").write_text(text.replace("duration: 0.5", "duration: 0.05"), encoding="utf-8")
-    done = fmbs("run", base / "rod's.yaml", "--set", "m=60 MPa", "--duration", "0.1", "--out", base / "out", "--allow-outside")
+    text = SCENE.replace("bodies:", "parameters: {m: 50 MPa}\nbodies:").replace(
+        "young_modulus: 50 MPa", "young_modulus: m"
+    )
+    (base / "rod's.yaml").write_text(
+        text.replace("duration: 0.5", "duration: 0.05"), encoding="utf-8"
+    )
+    done = fmbs(
+        "run",
+        base / "rod's.yaml",
+        "--set",
+        "m=60 MPa",
+        "--duration",
+        "0.1",
+        "--out",
+        base / "out",
+        "--allow-outside",
+    )
     assert done.code == 0, done.err
     path = base / "out" / "report.json"
     found = json.loads(path.read_text(encoding="utf-8"))
@@ -53,22 +69,34 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @in_browser
-def test_a_report_of_a_run_is_whole(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_report_of_a_run_is_whole(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     page = tmp_path / "report.html"
     done = fmbs("report", folder, "--html", page, "--json")
     assert done.code == 0, done.err
-    assert "bodies are not shown" in done.json["notices"][0]  # their mesh lies outside of the folder, which `report` does not allow
+    assert (
+        "bodies are not shown" in done.json["notices"][0]
+    )  # their mesh lies outside of the folder, which `report` does not allow
     with browser(tmp_path / "profile", DRAWS) as tab:
         opened(tab, page)
         assert tab.run("document.querySelector('.notices li').textContent") == NASTY
         headings = tab.run("[...document.querySelectorAll('h2')].map((one) => one.textContent)")
-        assert headings == ["Warnings", "How to repeat it", "What was solved", "Pictures", "Provenance of report.json"]
+        assert headings == [
+            "Warnings",
+            "How to repeat it",
+            "What was solved",
+            "Pictures",
+            "Provenance of report.json",
+        ]
         assert tab.run("document.querySelectorAll('#plots polyline').length") == 3
         assert tab.run("document.querySelector('img').naturalWidth") > 300
         call = tab.run("document.querySelector('code').textContent")
         column = "[...document.querySelectorAll('table.sorts')[0].tBodies[0].rows].map((row) => Number(row.cells[2].dataset.value))"
         for _, order in ((0, 1), (1, -1)):
-            tab.run("document.querySelectorAll('table.sorts')[0].querySelectorAll('th button')[2].click()")
+            tab.run(
+                "document.querySelectorAll('table.sorts')[0].querySelectorAll('th button')[2].click()"
+            )
             found = tab.run(column)
             assert found == sorted(found, reverse=order < 0)
         assert len(set(found)) > 1
@@ -89,19 +117,33 @@ def test_reports_of_sweeps_checks_models_and_verification(tmp_path: Path) -> Non
     scene = tmp_path / "family.yaml"
     scene.write_text(FAMILY, encoding="utf-8")
     calls = {
-        "sweep": ("sweep", scene, "--samples", "3", "--design", "grid", "--workers", "1", "--no-plots"),
+        "sweep": (
+            "sweep",
+            scene,
+            "--samples",
+            "3",
+            "--design",
+            "grid",
+            "--workers",
+            "1",
+            "--no-plots",
+        ),
         "check": ("check", scene),
         "verify": ("verify", "--case", "catenary-equations"),
     }
     wanted = {"sweep": "sweep.csv", "check": "check.json", "verify": "verification.json"}
     with browser(tmp_path / "profile", DRAWS) as tab:
         for name, call in calls.items():
-            done = fmbs(*call, *([] if name == "verify" else ["--allow-outside"]), "--out", tmp_path / name)
+            done = fmbs(
+                *call, *([] if name == "verify" else ["--allow-outside"]), "--out", tmp_path / name
+            )
             assert done.code == 0, done.err
             shown = fmbs("report", tmp_path / name)
             assert shown.code == 0, shown.err
             opened(tab, tmp_path / name / "report.html", 800, 900)
-            assert wanted[name] in tab.run("[...document.querySelectorAll('h2')].map((one) => one.textContent)")
+            assert wanted[name] in tab.run(
+                "[...document.querySelectorAll('h2')].map((one) => one.textContent)"
+            )
             assert tab.run("document.getElementById('stage').hidden")
             assert tab.run("document.documentElement.scrollWidth") <= 800
             assert tab.wrong == []
@@ -110,11 +152,24 @@ def test_reports_of_sweeps_checks_models_and_verification(tmp_path: Path) -> Non
 
 @in_browser
 def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
-    """Its page runs the model at Young's moduli of the reader's choice; its report and that of a reduction have tables."""
+    """Its page runs the model at Young's moduli of the reader's choice; its report and that of a
+    reduction have tables.
+    """
     scene = tmp_path / "family.yaml"
-    training = "reduction: {snapshots: 5 ms}\ntraining: {candidates: 4, iterations: 2, holdout: 2}\n"
+    training = (
+        "reduction: {snapshots: 5 ms}\ntraining: {candidates: 4, iterations: 2, holdout: 2}\n"
+    )
     scene.write_text(FAMILY + training, encoding="utf-8")
-    done = fmbs("train", scene, "--html", "--allow-outside", "--no-plots", "--out", tmp_path / "trained", "--json")
+    done = fmbs(
+        "train",
+        scene,
+        "--html",
+        "--allow-outside",
+        "--no-plots",
+        "--out",
+        tmp_path / "trained",
+        "--json",
+    )
     assert done.code == 0, done.err
     assert str(tmp_path / "trained" / "page.html") in done.json["files"]
     assert fmbs("reduce", scene, "--allow-outside", "--out", tmp_path / "reduced").code == 0
@@ -125,16 +180,22 @@ def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
         assert f"{high:.2g} of their ranges" in about
         assert "At most, anywhere in its ranges: " in about
         assert f" to {high:.2g}." in about
-        tab.run("loadModel(fmbs.content.live).then((model) => { fmbs.attach(model); fmbs.state.model = model; })")
+        tab.run(
+            "loadModel(fmbs.content.live).then((model) => { fmbs.attach(model); fmbs.state.model = model; })"
+        )
         ends = []
         for value in (0.8e9, 1.2e9):
             move = f"bar.value = {value}; bar.dispatchEvent(new Event('input'));"
             tab.run(f"((bar) => {{ {move} }})(document.querySelector('#sliders input'))")
-            tab.run("(() => { for (let k = 0; k < 10; k++) fmbs.state.live.advance(0.005); fmbs.draw(); })()")
+            tab.run(
+                "(() => { for (let k = 0; k < 10; k++) fmbs.state.live.advance(0.005); fmbs.draw(); })()"
+            )
             at, found = tab.run("[fmbs.state.live.time, [...fmbs.state.model.outputs()]]")
             run = studies.run_model(tmp_path / "trained" / "model.h5", parameters={"E": value})
             assert at == pytest.approx(0.05)
-            assert found == pytest.approx([run.outputs[f"tip_{axis}"][-1] for axis in "xy"], abs=1e-7)
+            assert found == pytest.approx(
+                [run.outputs[f"tip_{axis}"][-1] for axis in "xy"], abs=1e-7
+            )
             ends.append(found)
         assert abs(ends[0][1] - ends[1][1]) > 1e-6
         assert tab.wrong == []
@@ -158,7 +219,9 @@ def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
 
 
 def test_a_report_is_for_others_to_read(tmp_path: Path) -> None:
-    """Parameters are in the units of their scene, and files are named from the folder of the page, also in warnings."""
+    """Parameters are in the units of their scene, and files are named from the folder of the page,
+    also in warnings.
+    """
     scene, out = tmp_path / "family.yaml", tmp_path / "out"
     scene.write_text(FAMILY, encoding="utf-8")
     done = fmbs("check", scene, "--set", "E=1.1 GPa", "--allow-outside", "--out", out, "--json")
@@ -197,12 +260,20 @@ def results(folder: Path, **changes: object) -> Path:
 def test_results_that_are_not_as_they_were_written_make_no_page(tmp_path: Path) -> None:
     """`report` and `view` read what `check` calls damaged as little as it does."""
     assert fmbs("report", results(tmp_path)).code == 0
-    for name, content in (("outputs.csv", "t,tip\n0,0\n1,2\n"), ("outputs.units.json", "{"), ("report.json", "[" * 100_000)):
+    for name, content in (
+        ("outputs.csv", "t,tip\n0,0\n1,2\n"),
+        ("outputs.units.json", "{"),
+        ("report.json", "[" * 100_000),
+    ):
         results(tmp_path)
         (tmp_path / name).write_text(content)
         for command in ("check", "report", "view"):
             done = fmbs(command, tmp_path, *(["--force"] if command != "check" else []))
-            assert (done.code, f"{tmp_path / name}: expected " in done.err) == (8, True), (command, name, done.err)
+            assert (done.code, f"{tmp_path / name}: expected " in done.err) == (8, True), (
+                command,
+                name,
+                done.err,
+            )
 
 
 WRONG = {
@@ -218,11 +289,15 @@ WRONG = {
 
 @pytest.mark.parametrize("key", WRONG)
 @pytest.mark.parametrize("command", ["report", "view"])
-def test_records_with_values_of_another_kind_are_corrupt(command: str, key: str, tmp_path: Path) -> None:
+def test_records_with_values_of_another_kind_are_corrupt(
+    command: str, key: str, tmp_path: Path
+) -> None:
     done = fmbs(command, results(tmp_path, **{key: WRONG[key]}), "--force")
-    assert (done.code, f"{tmp_path / 'report.json'}: expected a " in done.err, f" as {key}" in done.err) == (8, True, True), (
-        done.err
-    )
+    assert (
+        done.code,
+        f"{tmp_path / 'report.json'}: expected a " in done.err,
+        f" as {key}" in done.err,
+    ) == (8, True, True), done.err
 
 
 def test_a_table_of_somebody_else_is_named_where_it_is_no_text(tmp_path: Path) -> None:
@@ -240,9 +315,13 @@ def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
 
 def test_texts_are_escaped_wherever_they_stand() -> None:
     pieces = (
-        report.section(NASTY, report.notices([NASTY]), report.code(NASTY), report.hidden(NASTY, NASTY)),
+        report.section(
+            NASTY, report.notices([NASTY]), report.code(NASTY), report.hidden(NASTY, NASTY)
+        ),
         report.table(NASTY, [NASTY], [[NASTY], [{NASTY: NASTY}], [[NASTY]]]),
-        report.facts(NASTY, {NASTY: NASTY, "many": [{NASTY: NASTY}], "named": {NASTY: {NASTY: NASTY}}}),
+        report.facts(
+            NASTY, {NASTY: NASTY, "many": [{NASTY: NASTY}], "named": {NASTY: {NASTY: NASTY}}}
+        ),
         report.picture(NASTY, ".png", b"1"),
     )
     for text in pieces:
@@ -253,7 +332,9 @@ def test_texts_are_escaped_wherever_they_stand() -> None:
 
 
 def test_nested_values_become_tables() -> None:
-    text = report.facts("", {"plain": 1.5, "list": [1, 2], "rows": [{"a": 1, "b": None}, {"a": 2, "c": True}]})
+    text = report.facts(
+        "", {"plain": 1.5, "list": [1, 2], "rows": [{"a": 1, "b": None}, {"a": 2, "c": True}]}
+    )
     assert text.count("<table") == 2
     assert "<td>1; 2</td>" in text
     assert '<td class=number data-value="2">2</td>' in text
@@ -261,8 +342,13 @@ def test_nested_values_become_tables() -> None:
 
 
 def test_tables_within_tables_stand_behind_them() -> None:
-    """Errors of outputs by model: a row a model, and what is nested opens below, by the name of its row."""
-    models = [{"name": name, "cpu_s": 1.0, "outputs": {"tip": {"error": 1e-3, "unit": "m"}}} for name in ("full", "reduced")]
+    """Errors of outputs by model: a row a model, and what is nested opens below, by the name of its
+    row.
+    """
+    models = [
+        {"name": name, "cpu_s": 1.0, "outputs": {"tip": {"error": 1e-3, "unit": "m"}}}
+        for name in ("full", "reduced")
+    ]
     text = report.facts("", {"models": models})
     assert text.count("<table") == 3
     assert "<summary>models: outputs</summary>" in text
@@ -277,4 +363,7 @@ def test_a_comparison_is_repeated_as_it_was_made() -> None:
         "provenance": {"file": "my scene.yaml"},
         "parameters": {"E": 2e9},
     }
-    assert folder_report.repeat("compare.json", told) == "fmbs compare 'my scene.yaml' --quick --true --set E=2000000000.0"
+    assert (
+        folder_report.repeat("compare.json", told)
+        == "fmbs compare 'my scene.yaml' --quick --true --set E=2000000000.0"
+    )

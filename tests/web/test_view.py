@@ -1,4 +1,6 @@
-"""`fmbs view` opens its page where there are a terminal, a display and a browser; elsewhere it says where the page lies."""
+"""`fmbs view` opens its page where there are a terminal, a display and a browser; elsewhere it says
+where the page lies.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ Seen = Callable[..., tuple[str, str]]
 
 @pytest.fixture
 def view(tmp_path: Path) -> Seen:
-    """A call of `fmbs view` on a terminal with a browser that notes what it shows: what was printed, and what was shown."""
+    """A call of `fmbs view` on a terminal with a browser that notes what it shows: what was
+    printed, and what was shown.
+    """
     (tmp_path / "rotor.yaml").write_text(SCENE.format(more=""), encoding="utf-8")
     shown, browser = tmp_path / "shown.txt", tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\nprintf %s "$1" > {shlex.quote(str(shown))}\n')
@@ -28,10 +32,23 @@ def view(tmp_path: Path) -> Seen:
 
     def call(*options: str, display: str = ":0") -> tuple[str, str]:
         shown.unlink(missing_ok=True)
-        ours = {"BROWSER": str(browser), "DISPLAY": display, "WAYLAND_DISPLAY": "", "TERM": "xterm", "COLUMNS": "200"}
+        ours = {
+            "BROWSER": str(browser),
+            "DISPLAY": display,
+            "WAYLAND_DISPLAY": "",
+            "TERM": "xterm",
+            "COLUMNS": "200",
+        }
         command = [sys.executable, "-m", "fmbs_skfem", "view", "rotor.yaml", *options]
         here, there = pty.openpty()
-        with subprocess.Popen(command, cwd=tmp_path, env={**os.environ, **ours}, stdin=there, stdout=there, stderr=there) as one:
+        with subprocess.Popen(
+            command,
+            cwd=tmp_path,
+            env={**os.environ, **ours},
+            stdin=there,
+            stdout=there,
+            stderr=there,
+        ) as one:
             os.close(there)
             text = b""
             try:

@@ -1,4 +1,6 @@
-"""Bodies and their laws: cables, plates and shells (`plate.plate`), rigid bodies (`rigid.rigid`), mass points; stress fields."""
+"""Bodies and their laws: cables, plates and shells (`plate.plate`), rigid bodies (`rigid.rigid`),
+mass points; stress fields.
+"""
 
 from . import own_laws, plate, rigid
 from . import stress_recovery as fields

@@ -1,10 +1,12 @@
-r"""The contract of a strain energy W(u) of gradients u = (r,1 ... r,k): the laws of cable, membrane and shell, or a user's own.
+r"""The contract of a strain energy W(u) of gradients u = (r,1 ... r,k): the laws of cable, membrane
+and shell, or a user's own.
 
     S = dW/du,   D = d2W/du2 = D^T,   W(R u) = W(u),   S(R u) = R S(u)                 for rotations R
     W = 0 and S = 0                                                                    where u = R u0
     S_d(u, v) = S(u, v, beta) - S(u, 0, 0) = (D(u, beta) - D(u, 0)) v,   v . S_d >= 0,   S_d = 0 for v = omega x u
 
-with gradients u and rates v (k c, p, e), stresses S (k c, p, e) and moduli D (k c, k c, p, e) as in `laws`.
+with gradients u and rates v (k c, p, e), stresses S (k c, p, e) and moduli D (k c, k c, p, e) as in
+`laws`.
 """
 
 from __future__ import annotations
@@ -27,15 +29,30 @@ ROUND = 4 * float(np.finfo(np.float64).eps)  #: of a stress
 
 
 class Rules(Protocol):
-    """Energy, stress, modulus and dissipation of gradients u (k c, p, e) with the section data (i, p, e) of a law; see `laws`."""
+    """Energy, stress, modulus and dissipation of gradients u (k c, p, e) with the section data (i,
+    p, e) of a law; see `laws`.
+    """
 
     def energy(self, law: Law, u: np.ndarray, section: np.ndarray, /) -> float: ...
 
-    def stress(self, law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray, /) -> None: ...
+    def stress(
+        self,
+        law: Law,
+        u: np.ndarray,
+        rate: np.ndarray,
+        beta: float,
+        section: np.ndarray,
+        S: np.ndarray,
+        /,
+    ) -> None: ...
 
-    def modulus(self, law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray, /) -> None: ...
+    def modulus(
+        self, law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray, /
+    ) -> None: ...
 
-    def dissipation(self, law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray, /) -> float: ...
+    def dissipation(
+        self, law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray, /
+    ) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -59,7 +76,9 @@ class LawCase:
         """[J] of gradients u (k c, p, e), summed over all points."""
         return self.rules.energy(self.law, u, self.section)
 
-    def stress(self, u: np.ndarray, rate: np.ndarray | None = None, beta: float = 0.0) -> np.ndarray:
+    def stress(
+        self, u: np.ndarray, rate: np.ndarray | None = None, beta: float = 0.0
+    ) -> np.ndarray:
         """S (k c, p, e) of gradients u (k c, p, e) and their rates, with the damping time beta [s]."""
         S = np.zeros_like(u)
         self.rules.stress(self.law, u, u if rate is None else rate, beta, self.section, S)
@@ -72,16 +91,21 @@ class LawCase:
         return D
 
 
-def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, seed: int = 0) -> None:
-    """The contract of a law in 2 or 3 dimensions (`dim`); raises an InputError that names what fails.
+def check_law(
+    law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, seed: int = 0
+) -> None:
+    """The contract of a law in 2 or 3 dimensions (`dim`); raises an InputError that names what
+    fails.
 
         S = dW/du,   D = d2W/du2 = D^T,   W(R u) = W(u),   S(R u) = R S(u),   v . S_d >= 0
 
-    `rules` replace those of `laws`. Tested are straight and curved references (straight ones only for the quadratic curvature and
-    the membrane) at random gradients. Stiffnesses and weights are of order one, so that no part of the energy hides behind another.
-    Errors are relative, up to the `tolerance`. InputError, too, where the law does not serve the dimension.
+    `rules` replace those of `laws`. Tested are straight and curved references (straight ones only
+    for the quadratic curvature and the membrane) at random gradients. Stiffnesses and weights are
+    of order one, so that no part of the energy hides behind another. Errors are relative, up to the
+    `tolerance`. InputError, too, where the law does not serve the dimension.
     """
-    where, random = f"check_law({law.name}, dimension {dim})", np.random.default_rng(seed)
+    where = f"check_law({law.name}, dimension {dim})"
+    random = np.random.default_rng(seed)
     if dim not in law.dims:
         raise InputError(say(where, f"dimension {law.dims[0]} for this law", dim))
     for bent in (False,) if law in (Law.QUADRATIC, Law.MEMBRANE) else (False, True):
@@ -93,25 +117,39 @@ def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, 
         check_dissipation(case, random)
 
 
-def samples(law: Law, dim: int, bent: bool, random: Generator) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Random sections (i, p, e) of a law, reference gradients, where they are known, and deformed ones (k c, p, e).
+def samples(
+    law: Law, dim: int, bent: bool, random: Generator
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """Random sections (i, p, e) of a law, reference gradients, where they are known, and deformed
+    ones (k c, p, e).
 
     `bent` ones have curvatures in the reference.
     """
     if law in (Law.MEMBRANE, Law.SHELL):
         section = surface_sections(random, law, bent)
-        return section, surface_reference(random, section, dim), surface_gradients(random, law.vectors, dim)
+        return (
+            section,
+            surface_reference(random, section, dim),
+            surface_gradients(random, law.vectors, dim),
+        )
     if law is Law.BEAM:
         return *beam_samples(random), surface_gradients(random, law.vectors, dim)
     if law.bends:
         section = cable_sections(random, dim, bent)
         return section, cable_reference(section, dim), cable_gradients(random, dim)
-    return random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS)), None, surface_gradients(random, law.vectors, dim)
+    return (
+        random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS)),
+        None,
+        surface_gradients(random, law.vectors, dim),
+    )
 
 
 def beam_samples(random: Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Sections (i, p, e) of beams with coupled strains, and their random reference gradients (24, p, e), curved and sheared."""
-    reference, section = random.normal(size=(24, POINTS, CELLS)), random.uniform(0.5, 2.0, (Law.BEAM.rows, POINTS, CELLS))
+    """Sections (i, p, e) of beams with coupled strains, and their random reference gradients (24,
+    p, e), curved and sheared.
+    """
+    reference = random.normal(size=(24, POINTS, CELLS))
+    section = random.uniform(0.5, 2.0, (Law.BEAM.rows, POINTS, CELLS))
     A = random.normal(size=(6, 6, POINTS, CELLS))
     section[:21] = np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(6)]
     first = Law.BEAM.section.index("gamma1")
@@ -142,7 +180,9 @@ def cable_gradients(random: Generator, dim: int) -> np.ndarray:
 
 
 def surface_sections(random: Generator, law: Law, bent: bool) -> np.ndarray:
-    """A, nu, weight (3, p, e) of a membrane; A, B, nu, b0_11, b0_22, b0_12, weight (7, p, e) of a shell."""
+    """A, nu, weight (3, p, e) of a membrane; A, B, nu, b0_11, b0_22, b0_12, weight (7, p, e) of a
+    shell.
+    """
     section = random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS))
     section[1 if law is Law.MEMBRANE else 2] = random.uniform(0.0, 0.45, (POINTS, CELLS))
     if law is Law.SHELL:
@@ -151,7 +191,9 @@ def surface_sections(random: Generator, law: Law, bent: bool) -> np.ndarray:
 
 
 def surface_reference(random: Generator, section: np.ndarray, dim: int) -> np.ndarray:
-    """r0,1 = e_x, r0,2 = e_y, and r0,ij with the normal parts b0_ij and any tangential parts, (k c, p, e)."""
+    """r0,1 = e_x, r0,2 = e_y, and r0,ij with the normal parts b0_ij and any tangential parts, (k c,
+    p, e).
+    """
     tangents = np.zeros((2, dim, *section.shape[1:]))
     tangents[0, 0], tangents[1, 1] = 1.0, 1.0
     if dim == 2:
@@ -169,14 +211,20 @@ def surface_gradients(random: Generator, vectors: int, dim: int) -> np.ndarray:
 
 
 def check_derivatives(case: LawCase, random: Generator) -> None:
-    """S . w and D w against fourth-order differences of W and S along random directions w; D symmetric."""
+    """S . w and D w against fourth-order differences of W and S along random directions w; D
+    symmetric.
+    """
     u = case.gradients
-    S, D = case.stress(u), case.modulus(u)
+    S = case.stress(u)
+    D = case.modulus(u)
     for w in random.normal(size=(4, *u.shape)):
         ahead = {k: u + k * STEP * w for k in (-2, -1, 1, 2)}
         W = {k: case.energy(v) for k, v in ahead.items()}
         slope = (8 * (W[1] - W[-1]) - (W[2] - W[-2])) / (12 * STEP)
-        case.require("stress against the energy", abs(float(np.sum(S * w)) - slope) / float(np.abs(S * w).sum()))
+        case.require(
+            "stress against the energy",
+            abs(float(np.sum(S * w)) - slope) / float(np.abs(S * w).sum()),
+        )
         T = {k: case.stress(v) for k, v in ahead.items()}
         change = (8 * (T[1] - T[-1]) - (T[2] - T[-2])) / (12 * STEP)
         error = np.abs(np.einsum("ijpe,jpe->ipe", D, w) - change).max() / np.abs(change).max()
@@ -185,14 +233,19 @@ def check_derivatives(case: LawCase, random: Generator) -> None:
 
 
 def check_rotation(case: LawCase, random: Generator) -> None:
-    """A rotation of the reference costs no energy and gives no stress; a rotation of any gradients turns their stress."""
+    """A rotation of the reference costs no energy and gives no stress; a rotation of any gradients
+    turns their stress.
+    """
     R = turn(random, case.dim)
     if case.reference is not None:
         rigid = rotate(R, case.reference)
         case.require("energy of a rigid rotation", abs(case.energy(rigid)))
         case.require("stress of a rigid rotation", float(np.abs(case.stress(rigid)).max()))
-    turned, S = rotate(R, case.gradients), case.stress(case.gradients)
-    case.require("energy of rotated gradients", abs(case.energy(turned) / case.energy(case.gradients) - 1.0))
+    turned = rotate(R, case.gradients)
+    S = case.stress(case.gradients)
+    case.require(
+        "energy of rotated gradients", abs(case.energy(turned) / case.energy(case.gradients) - 1.0)
+    )
     error = np.abs(case.stress(turned) - rotate(R, S)).max() / np.abs(S).max()
     case.require("stress of rotated gradients", float(error))
 
@@ -214,9 +267,12 @@ def rotate(R: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 def check_damping(case: LawCase, random: Generator) -> None:
-    """Damping stress: linear in the rate with its modulus, dissipates, vanishes (cable in space: is bounded) for rigid rates."""
+    """Damping stress: linear in the rate with its modulus, dissipates, vanishes (cable in space: is
+    bounded) for rigid rates.
+    """
     u = case.gradients
-    rates, S = random.normal(size=(4, *u.shape)), case.stress(u)
+    rates = random.normal(size=(4, *u.shape))
+    S = case.stress(u)
     C = case.modulus(u, BETA) - case.modulus(u)
     if not C.any() and not (case.stress(u, rates[0], BETA) - S).any():
         return  # a law without damping
@@ -225,22 +281,40 @@ def check_damping(case: LawCase, random: Generator) -> None:
         error = np.abs(damped - np.einsum("ijpe,jpe->ipe", C, rate)).max() / np.abs(damped).max()
         case.require("damping stress against its modulus", float(error))
         power = np.sum(damped * rate, axis=0)
-        case.require("damping dissipates (largest gain of energy)", float(-power.min() / np.abs(power).max()))
+        case.require(
+            "damping dissipates (largest gain of energy)", float(-power.min() / np.abs(power).max())
+        )
     spin = random.normal(size=(case.dim, case.dim))
     turning = rotate(spin - spin.T, u)
     still = case.stress(u, turning, BETA) - S
     if not case.law.bends or (case.dim == 2 and case.law is not Law.QUADRATIC):
         case.require("damping of a rigid rotation", float(np.abs(still).max() / np.abs(S).max()))
         return
-    bound = BETA * case.section[0] * case.section[3] * STRAIGHT * float(np.sum((spin - spin.T) ** 2)) / 2.0
-    rounding = ROUND * np.sum(np.abs(S * turning), axis=0)  # of the stress without damping, from which little is left
+    bound = (
+        BETA
+        * case.section[0]
+        * case.section[3]
+        * STRAIGHT
+        * float(np.sum((spin - spin.T) ** 2))
+        / 2.0
+    )
+    rounding = ROUND * np.sum(
+        np.abs(S * turning), axis=0
+    )  # of the stress without damping, from which little is left
     excess = (np.sum(still * turning, axis=0) - rounding) / bound - 1.0
-    case.require("power of the damping in a rigid rotation over its bound beta EI s^2 omega^2", float(excess.max()))
+    case.require(
+        "power of the damping in a rigid rotation over its bound beta EI s^2 omega^2",
+        float(excess.max()),
+    )
 
 
 def check_dissipation(case: LawCase, random: Generator) -> None:
     """The dissipation is the power of the damping stress."""
-    u, rate = case.gradients, random.normal(size=case.gradients.shape)
+    u = case.gradients
+    rate = random.normal(size=case.gradients.shape)
     power = float(np.sum((case.stress(u, rate, BETA) - case.stress(u)) * rate))
     heat = BETA * case.rules.dissipation(case.law, u, rate, case.section)
-    case.require("dissipation against the power of the damping stress", abs(heat - power) / (abs(power) or 1.0))
+    case.require(
+        "dissipation against the power of the damping stress",
+        abs(heat - power) / (abs(power) or 1.0),
+    )

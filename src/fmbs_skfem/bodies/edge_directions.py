@@ -1,12 +1,15 @@
-r"""What an edge holds at its nodes, decided by directions: the line of the edge, its normal, or everything at a corner.
+r"""What an edge holds at its nodes, decided by directions: the line of the edge, its normal, or
+everything at a corner.
 
     u = 0 along a side           u = 0,  u,d = 0  [, u,dd = 0]  at its ends,      d along the side
     u,n = 0 along a side         u,n = 0 [, u,nd = 0]           at its ends,      n across it    [, u,n = 0 in its middle]
 
-for interpolations whose nodes have u and its derivatives (`derivatives`): those say what u and u,n are along a side. Sides that
-meet at a node in one line to ANGLE, or to what the digits of their coordinates can state, have one direction there, the mean;
-directions at right angles to so much are at right angles. Any other pair of directions is a corner. So a straight edge that the
-digits of a file bend stays one line, whatever its direction, and edges held by several joints say the same where they meet.
+for interpolations whose nodes have u and its derivatives (`derivatives`): those say what u and u,n
+are along a side. Sides that meet at a node in one line to ANGLE, or to what the digits of their
+coordinates can state, have one direction there, the mean; directions at right angles to so much are
+at right angles. Any other pair of directions is a corner. So a straight edge that the digits of a
+file bend stays one line, whatever its direction, and edges held by several joints say the same
+where they meet.
 """
 
 from __future__ import annotations
@@ -24,15 +27,18 @@ from ..shapes import surface as surfaces
 from ..shapes.surface import Parent, Surface
 from ..shapes.table import Floats, Ints
 
-#: angle of sides that are one line [rad]: 6 digits bend sides of a 32nd by 3e-5. A hinged square whose sides are bent at every
-#: node by half of it, with alternating signs, deflects by less than 1e-6 of the exact deflection differently
+#: angle of sides that are one line [rad]: 6 digits bend sides of a 32nd by 3e-5. A hinged square
+#: whose sides are bent at every node by half of it, with alternating signs, deflects by less than
+#: 1e-6 of the exact deflection differently
 ANGLE = 1e-4
 COARSE = 1e-2  #: angle [rad] that is a corner whatever the digits
 UPRIGHT = 0.05  #: cosine of the angle between lines at the end of an edge below which they meet at a right angle
 
 #: fractions of a side, whose values say the slopes (2, 6) at its ends: polynomials up to degree 5
 PLACES = np.linspace(0.0, 1.0, 6)
-RATES = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], np.arange(6.0)]) @ np.linalg.inv(np.vander(PLACES, increasing=True))
+RATES = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], np.arange(6.0)]) @ np.linalg.inv(
+    np.vander(PLACES, increasing=True)
+)
 
 FIRST = np.array([(0, 0), (1, 0), (0, 1)])  #: r and its slopes
 MIXED = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
@@ -56,9 +62,11 @@ class NodeLines(NamedTuple):
 
 @singledispatch
 def derivatives(space: Any) -> Ints | None:
-    """Orders (k, 2) of the derivatives of r that every node has, r first; None for other interpolations.
+    """Orders (k, 2) of the derivatives of r that every node has, r first; None for other
+    interpolations.
 
-    Functions of cells are numbered node by node, and behind them one slope across every side, in its middle, where there are any.
+    Functions of cells are numbered node by node, and behind them one slope across every side, in
+    its middle, where there are any.
     """
     return None
 
@@ -75,21 +83,26 @@ def _(space: skfem_surface.Global) -> Ints:
 
 
 # ------------------------------------------------------------------------------------------------------------------ what is held
-def determined(shape: Surface, sides: Ints, position: bool, slope: bool) -> tuple[Ints, Ints, csr_array]:
-    """Functions that u = 0 (`position`), u,n = 0 (`slope`) along sides (i, 2) determine: q[first] + X q[second] = 0.
+def determined(
+    shape: Surface, sides: Ints, position: bool, slope: bool
+) -> tuple[Ints, Ints, csr_array]:
+    """Functions that u = 0 (`position`), u,n = 0 (`slope`) along sides (i, 2) determine: q[first] +
+    X q[second] = 0.
 
     first (i,), second (j,), X (i, j); sides are pairs of a cell and a number of its side.
     """
     orders = derivatives(shape.space)
     assert orders is not None
-    found, size = [], len(orders)
+    found = []
+    size = len(orders)
     for functions, mine, node in nodes_of(shape, sides):
         rows = conditions(orders, node, mine, position, slope)
         found += [(functions[i], functions[j], x) for i, j, x in solved(rows)]
     if slope and shape.nodes.shape[1] > size * int(shape.parent):
         cell, side = sides.T
         found += [
-            (middle, np.zeros(0, np.int64), np.zeros(0)) for middle in distinct(shape.nodes[cell, size * int(shape.parent) + side])
+            (middle, np.zeros(0, np.int64), np.zeros(0))
+            for middle in distinct(shape.nodes[cell, size * int(shape.parent) + side])
         ]
     found.sort(key=lambda row: int(row[0]))
     first = np.array([row for row, _, _ in found], dtype=np.int64)
@@ -97,7 +110,13 @@ def determined(shape: Surface, sides: Ints, position: bool, slope: bool) -> tupl
     second = distinct(columns)
     values = np.concatenate([np.zeros(0), *(x for _, _, x in found)])
     indptr = np.append(0, np.cumsum([len(x) for _, _, x in found]))
-    return first, second, csr_array((values, np.searchsorted(second, columns), indptr), shape=(len(first), len(second)))
+    return (
+        first,
+        second,
+        csr_array(
+            (values, np.searchsorted(second, columns), indptr), shape=(len(first), len(second))
+        ),
+    )
 
 
 def corners(shape: Surface, sides: Ints) -> tuple[int, int]:
@@ -107,7 +126,8 @@ def corners(shape: Surface, sides: Ints) -> tuple[int, int]:
 
 
 def conditions(orders: Ints, node: NodeLines, mine: Ints, position: bool, slope: bool) -> Floats:
-    """Rows (i, k) on the functions of a node that vanish where u, u,n do along its lines `mine` (j,), each of which may end there.
+    """Rows (i, k) on the functions of a node that vanish where u, u,n do along its lines `mine`
+    (j,), each of which may end there.
 
     A number in `mine` below zero, ~k, is line k that ends there.
     """
@@ -115,15 +135,26 @@ def conditions(orders: Ints, node: NodeLines, mine: Ints, position: bool, slope:
     for k in mine:
         d = node.lines[max(k, ~k)]
         n = across(node, d, k < 0)
-        rows += [derivative(orders, on_slopes(node, d)), derivative(orders, *[on_slopes(node, d)] * 2)] if position else []
         rows += (
-            [derivative(orders, on_slopes(node, n)), derivative(orders, on_slopes(node, n), on_slopes(node, d))] if slope else []
+            [derivative(orders, on_slopes(node, d)), derivative(orders, *[on_slopes(node, d)] * 2)]
+            if position
+            else []
+        )
+        rows += (
+            [
+                derivative(orders, on_slopes(node, n)),
+                derivative(orders, on_slopes(node, n), on_slopes(node, d)),
+            ]
+            if slope
+            else []
         )
     return np.array(rows)
 
 
 def across(node: NodeLines, d: Floats, ends: bool) -> Floats:
-    """The direction L^T n across a line L^T d; where the line ends, another line that is upright on it says which."""
+    """The direction L^T n across a line L^T d; where the line ends, another line that is upright on
+    it says which.
+    """
     n = np.array([-d[1], d[0]])
     cosine = np.abs(node.lines @ d)
     best = int(np.argmin(cosine))
@@ -161,12 +192,16 @@ def solved(rows: Floats) -> list[tuple[int, Ints, Floats]]:
     first = np.sort(order[:count])
     rest = np.setdiff1d(np.flatnonzero(rows.any(axis=0)), first)
     X = np.linalg.lstsq(rows[:, first], rows[:, rest])[0]
-    return [(int(i), rest[kept := np.abs(x) > ranks.EXACT], x[kept]) for i, x in zip(first, X, strict=True)]
+    return [
+        (int(i), rest[kept := np.abs(x) > ranks.EXACT], x[kept])
+        for i, x in zip(first, X, strict=True)
+    ]
 
 
 # -------------------------------------------------------------------------------------------------------------------- directions
 def nodes_of(shape: Surface, sides: Ints) -> list[tuple[Ints, Ints, NodeLines]]:
-    """Functions (k,) of every node on sides (i, 2), the numbers (j,) of its lines that sides have, and all of its lines.
+    """Functions (k,) of every node on sides (i, 2), the numbers (j,) of its lines that sides have,
+    and all of its lines.
 
     A line that one side alone has ends at the node; its number is ~k.
     """
@@ -215,7 +250,8 @@ def ends_of(shape: Surface, sides: Ints) -> SideEnds:
     cell, side = np.repeat(sides, 2, axis=0).T
     vertex = (side + np.tile([0, 1], len(sides))) % count
     functions = functions_of(shape)
-    # by values along the side: derivatives in a corner are those of one of the parts of a cell, which differ in the parent
+    # by values along the side: derivatives in a corner are those of one of the parts of a cell,
+    # which differ in the parent
     at = np.repeat(sides, len(PLACES), axis=0).T
     xi = surfaces.side_points(shape.parent, at[1], np.tile(PLACES, len(sides)))
     values = surfaces.basis(shape.space, at[0], xi)[:, 0].reshape(len(sides), len(PLACES), -1)
@@ -225,7 +261,8 @@ def ends_of(shape: Surface, sides: Ints) -> SideEnds:
 
 
 def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[NodeLines, Ints]:
-    """The lines of a node whose slopes are (2, c) in the reference, of the ends of sides (x, 2) there; and the line (x,) of each.
+    """The lines of a node whose slopes are (2, c) in the reference, of the ends of sides (x, 2)
+    there; and the line (x,) of each.
 
     `resolution` is that of the coordinates [m].
     """
@@ -247,7 +284,11 @@ def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[NodeLines
             sums.append(d)
     lines: list[Floats] = []
     for total in sums:
-        others = [*lines, *(np.array([-d[1], d[0]]) for d in lines), *(turn.T / np.linalg.norm(turn.T, axis=1)[:, None])]
+        others = [
+            *lines,
+            *(np.array([-d[1], d[0]]) for d in lines),
+            *(turn.T / np.linalg.norm(turn.T, axis=1)[:, None]),
+        ]
         same = [one for one in others if abs(sine(total, one)) <= angle]
         lines.append(same[0] if same else total / np.linalg.norm(total))
     return NodeLines(turn, np.asarray(lines), angle), label

@@ -18,7 +18,8 @@ from .body import Body, ShapePoints
 def knows_more(part: Body) -> bool:
     """Whether a body is a part that knows shapes beside its own, and is to be held against them.
 
-    That is so of reduced bodies whose training has kept such shapes (`MissingShapes`), unless they say `checked` False.
+    That is so of reduced bodies whose training has kept such shapes (`MissingShapes`), unless they
+    say `checked` False.
     """
     return part.shapes is not None and part.shapes.checked and knows_shapes(part.shapes)
 
@@ -29,10 +30,12 @@ def knows_shapes(points: ShapePoints) -> bool:
 
 
 def finer(part: Body) -> Body:
-    """The part with the functions F = [S, T] (b + t) of its training; any other body, or one that knows no T, as it is.
+    """The part with the functions F = [S, T] (b + t) of its training; any other body, or one that
+    knows no T, as it is.
 
-    Coordinates of T are zero in the reference, so that a state of the part is one of the finer body; mass, spread and frames grow
-    by the blocks of T, and the energy is that of all quadrature points.
+    Coordinates of T are zero in the reference, so that a state of the part is one of the finer
+    body; mass, spread and frames grow by the blocks of T, and the energy is that of all quadrature
+    points.
     """
     if not knows_more(part):
         return part
@@ -41,8 +44,11 @@ def finer(part: Body) -> Body:
     assert part.spread is not None
     missing = points.missing
     assert missing is not None
-    b, f, n = len(part.reference), missing.functions.shape[2], part.spread.shape[0]
-    none, total = np.zeros((f - b, part.dim)), part.total_mass
+    b = len(part.reference)
+    f = missing.functions.shape[2]
+    n = part.spread.shape[0]
+    none = np.zeros((f - b, part.dim))
+    total = part.total_mass
     beside, inertia = total * missing.mass[b:], total * missing.inertia
     mass = np.block([[part.mass.toarray(), beside.T], [beside, inertia]])
     every = ShapePoints(
@@ -60,7 +66,9 @@ def finer(part: Body) -> Body:
         constant=np.append(part.constant, none[:, 0]),
         mass=csr_array(mass),
         spread=csr_array(hstack([part.spread, csr_array(missing.over_space[:n])])),
-        directors=None if part.directors is None else csr_array(hstack([part.directors, csr_array(missing.over_space[n:])])),
+        directors=None
+        if part.directors is None
+        else csr_array(hstack([part.directors, csr_array(missing.over_space[n:])])),
         axes=None if part.axes is None else csr_array(hstack([part.axes, csr_array(missing.axes)])),
         shapes=every,
     )

@@ -1,4 +1,5 @@
-r"""Laws of what happens at a point, behind one door: an energy W(u) of gradients u (k c, p, e), derivatives of the position.
+r"""Laws of what happens at a point, behind one door: an energy W(u) of gradients u (k c, p, e),
+derivatives of the position.
 
     S = dW/du,   D = d2W/du2,   u = (r,1, ... r,k)
 
@@ -9,8 +10,9 @@ r"""Laws of what happens at a point, behind one door: an energy W(u) of gradient
     BEAM                           r d_i r' d_i'              C_ij (i <= j), E, e0_k, weight               `strain_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
-The last two are loads that follow a surface, not elastic. `own_laws.define` makes a law of an energy in symbols. Laws are called by
-address, so that a model compiles only its own; `checks.check_law` tests any law.
+The last two are loads that follow a surface, not elastic. `own_laws.define` makes a law of an
+energy in symbols. Laws are called by address, so that a model compiles only its own;
+`checks.check_law` tests any law.
 """
 
 from __future__ import annotations
@@ -27,16 +29,24 @@ from ..core.compiling.jit import jit
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.container import ENUMS, Arrays, encode
 
-KINDS = ("energy", "stress", "modulus", "damped_stress", "viscosity", "dissipation")  #: functions of a law
+KINDS = (
+    "energy",
+    "stress",
+    "modulus",
+    "damped_stress",
+    "viscosity",
+    "dissipation",
+)  #: functions of a law
 ENERGY, STRESS, MODULUS, VISCOSITY, DISSIPATION, OPTION, DIM = range(7)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 
 
 class Law:
-    """A law W(u) of gradients u (k c, p, e), known by its name; `find` gives it back, and copies and pickles are made by it.
+    """A law W(u) of gradients u (k c, p, e), known by its name; `find` gives it back, and copies
+    and pickles are made by it.
 
-    `entry(dim, kind)` is the address of its compiled function of a kind (`KINDS`) in `dim` components. InputError where another law
-    has that name.
+    `entry(dim, kind)` is the address of its compiled function of a kind (`KINDS`) in `dim`
+    components. InputError where another law has that name.
     """
 
     QUADRATIC: ClassVar[Law]
@@ -90,37 +100,66 @@ class Law:
 
     @property
     def bends(self) -> bool:
-        """Whether it is that of a cable, whose bending depends on the size of the curvature in space."""
+        """Whether it is that of a cable, whose bending depends on the size of the curvature in
+        space.
+        """
         return self.section == CABLE
 
 
 def find(name: str) -> Law:
     """The law of this name; InputError where none has been defined, with the nearest known name."""
     if name not in KNOWN:
-        raise InputError(say("law", f"one of {listed(KNOWN, name)}", f"'{name}'", "define it first") + closest(name, KNOWN))
+        raise InputError(
+            say("law", f"one of {listed(KNOWN, name)}", f"'{name}'", "define it first")
+            + closest(name, KNOWN)
+        )
     return KNOWN[name]
 
 
 def compiled(module: str, name: str = "") -> Callable[[int, str], int]:
-    """Addresses of the FUNCTIONS of a module, `name` and kind (one for both stresses); the modulus has the viscosity in it."""
+    """Addresses of the FUNCTIONS of a module, `name` and kind (one for both stresses); the modulus
+    has the viscosity in it.
+    """
 
     def entry(dim: int, kind: str) -> int:
-        functions, name_of = import_module(module, __package__).FUNCTIONS, f"{name}{kind}".format(dim)
-        return 0 if kind == "viscosity" else int((functions.get(name_of) or functions[name_of.replace("damped_", "")])())
+        functions = import_module(module, __package__).FUNCTIONS
+        name_of = f"{name}{kind}".format(dim)
+        return (
+            0
+            if kind == "viscosity"
+            else int((functions.get(name_of) or functions[name_of.replace("damped_", "")])())
+        )
 
     return entry
 
 
 CABLE = ("EA", "EI", "kappa0", "weight")
 PRESSED = ("p", "v0", "weight")
-Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), compiled(".cable_law", "quadratic_{}_"), holds=True)
-Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=2, holds=True)
-Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=3, holds=True)
+Law.QUADRATIC = Law(
+    "QUADRATIC", 2, CABLE, (2, 3), compiled(".cable_law", "quadratic_{}_"), holds=True
+)
+Law.MATERIAL = Law(
+    "MATERIAL", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=2, holds=True
+)
+Law.EXACT = Law(
+    "EXACT", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=3, holds=True
+)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
-Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), compiled(".membrane_law"), holds=True)
-Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), compiled(".shell_law"), holds=True)
+Law.MEMBRANE = Law(
+    "MEMBRANE", 2, ("A", "nu", "weight"), (2,), compiled(".membrane_law"), holds=True
+)
+Law.SHELL = Law(
+    "SHELL",
+    5,
+    ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"),
+    (3,),
+    compiled(".shell_law"),
+    holds=True,
+)
 Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), compiled(".pressure_law"), follows=True)
-Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), compiled(".pressure_law", "edge_"), follows=True)
+Law.EDGE_PRESSURE = Law(
+    "EDGE_PRESSURE", 2, PRESSED, (2,), compiled(".pressure_law", "edge_"), follows=True
+)
 STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a beam
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
 BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
@@ -155,13 +194,19 @@ ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[
 
 
 def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
-    """Where the functions of a law in `dim` components are, as one row of integers (7,): see the columns ENERGY to DIM.
+    """Where the functions of a law in `dim` components are, as one row of integers (7,): see the
+    columns ENERGY to DIM.
 
         energy, stress, modulus, viscosity, dissipation, option, dim
 
-    With `damped` the stress takes any damping time; without, none alone, and there is no viscosity and dissipation (0).
+    With `damped` the stress takes any damping time; without, none alone, and there is no viscosity
+    and dissipation (0).
     """
-    kinds = ("energy", "damped_stress", "modulus", "viscosity", "dissipation") if damped else ("energy", "stress", "modulus")
+    kinds = (
+        ("energy", "damped_stress", "modulus", "viscosity", "dissipation")
+        if damped
+        else ("energy", "stress", "modulus")
+    )
     found = [*(law.entry(dim, kind) for kind in kinds), 0, 0][:OPTION]
     return np.array([*found, law.option, dim], dtype=np.int64)
 
@@ -184,7 +229,14 @@ def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
 
 
 @jit
-def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
+def call_stress(
+    calls: np.ndarray,
+    u: np.ndarray,
+    rate: np.ndarray,
+    beta: float,
+    section: np.ndarray,
+    S: np.ndarray,
+) -> None:
     """S = weight dW/du (+ damping) in compiled code, as `stress`, with the `addresses` of the law.
 
     u, `rate` and S (k c, p, e), section (i, p, e), all contiguous; beta [s]. S is overwritten.
@@ -193,27 +245,45 @@ def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float,
 
 
 @jit
-def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section: np.ndarray, room: np.ndarray) -> float:
-    """Heat [W] of a damping time of 1 s in compiled code, as `dissipation`, with the `addresses` of a law that is damped.
+def call_dissipation(
+    calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section: np.ndarray, room: np.ndarray
+) -> float:
+    """Heat [W] of a damping time of 1 s in compiled code, as `dissipation`, with the `addresses` of
+    a law that is damped.
 
     u and `rate` (k c, p, e), section (i, p, e), `room` for one number a point, (p e,) or more.
     """
-    call(calls[DISSIPATION], (u, rate, section, room), (0, u.shape[1], u.shape[2], calls[OPTION]), 0.0)
+    call(
+        calls[DISSIPATION],
+        (u, rate, section, room),
+        (0, u.shape[1], u.shape[2], calls[OPTION]),
+        0.0,
+    )
     total = 0.0
-    for q in range(u.shape[1] * u.shape[2]):  # apart from the law, whose loop becomes vector instructions so
+    for q in range(
+        u.shape[1] * u.shape[2]
+    ):  # apart from the law, whose loop becomes vector instructions so
         total += room[q]
     return total
 
 
 @jit
 def call_modulus(
-    calls: np.ndarray, u: np.ndarray, held: np.ndarray, way: int, beta: float, section: np.ndarray, D: np.ndarray
+    calls: np.ndarray,
+    u: np.ndarray,
+    held: np.ndarray,
+    way: int,
+    beta: float,
+    section: np.ndarray,
+    D: np.ndarray,
 ) -> None:
-    """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the law.
+    """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the
+    law.
 
-    Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether AXIAL forces (and those of shells),
-    those of strains that are LINEAR from there to u, e(held) + de/du (u - held), or ALL. u and `held` (k c, p, e), section
-    (i, p, e), D (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
+    Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether
+    AXIAL forces (and those of shells), those of strains that are LINEAR from there to u, e(held) +
+    de/du (u - held), or ALL. u and `held` (k c, p, e), section (i, p, e), D (k c, k c, p, e), all
+    contiguous; `beta` [-]. D is overwritten.
     """
     call(calls[MODULUS], (u, held, section, D), (way, u.shape[1], u.shape[2], calls[OPTION]), beta)
     if calls[VISCOSITY] != 0 and beta > 0.0:
@@ -221,18 +291,22 @@ def call_modulus(
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
-    """Strain energy [J] summed over all points: sum_pe weight W(u), of gradients u (k c, p, e) and section (i, p, e).
+    """Strain energy [J] summed over all points: sum_pe weight W(u), of gradients u (k c, p, e) and
+    section (i, p, e).
 
     A pressure that follows gives -p (V - V0), see `pressure_law`.
     """
     return float(call_energy(addresses(law, len(u) // law.vectors, False), u, section))
 
 
-def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p, e).
+def stress(
+    law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray
+) -> None:
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p,
+    e).
 
-    S is written in place; section (i, p, e), its last row the weight. Where beta is 0 the rates have no effect. TypeError for an S
-    that is not contiguous.
+    S is written in place; section (i, p, e), its last row the weight. Where beta is 0 the rates
+    have no effect. TypeError for an S that is not contiguous.
     """
     calls = addresses(law, len(u) // law.vectors, beta > 0.0)
     given = (np.ascontiguousarray(part, np.float64) for part in (u, rate, section))
@@ -240,17 +314,24 @@ def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.n
 
 
 def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) -> float:
-    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates, summed over all points.
+    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates,
+    summed over all points.
 
-    It is v . dR/dv of the gradient rates v, R half of it: with a damping time beta the power is beta times that. Section (i, p, e).
+    It is v . dR/dv of the gradient rates v, R half of it: with a damping time beta the power is
+    beta times that. Section (i, p, e).
     """
-    return float(call_dissipation(addresses(law, len(u) // law.vectors, True), u, rate, section, np.zeros(u[0].size)))
+    return float(
+        call_dissipation(
+            addresses(law, len(u) // law.vectors, True), u, rate, section, np.zeros(u[0].size)
+        )
+    )
 
 
 def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """D = weight d2W/du2 + beta d2R/dv2, shape (k c, k c, p, e), symmetric; `beta` [-]: damping time times gh.
+    """D = weight d2W/du2 + beta d2R/dv2, shape (k c, k c, p, e), symmetric; `beta` [-]: damping
+    time times gh.
 
-    gh [1/s] is the factor of derivatives by rates in the iteration matrix, see `systems.evaluation`. D is written in place; u
-    (k c, p, e), section (i, p, e).
+    gh [1/s] is the factor of derivatives by rates in the iteration matrix, see
+    `systems.evaluation`. D is written in place; u (k c, p, e), section (i, p, e).
     """
     call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, u, 0, beta, section, D)

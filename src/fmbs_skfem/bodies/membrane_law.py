@@ -4,17 +4,20 @@ Energy per reference area of a surface r(s1, s2) whose reference tangents r0,1 r
 
     W = A/2 (E11^2 + E22^2 + 2 nu E11 E22 + 2 (1 - nu) E12^2),   E_ab = (r,a.r,b - delta_ab)/2,   A = E t/(1 - nu^2)
 
-Forces N_ab per length, N11 = A (E11 + nu E22), N22 = A (E22 + nu E11), N12 = A (1 - nu) E12, act on the tangents,
+Forces N_ab per length, N11 = A (E11 + nu E22), N22 = A (E22 + nu E11), N12 = A (1 - nu) E12, act on
+the tangents,
 
     dW/dr,a = N_ab r,b.
 
-Stiffness-proportional damping is of Kelvin-Voigt type: N belongs to E + beta dE/dt, so that rigid motions are not damped.
+Stiffness-proportional damping is of Kelvin-Voigt type: N belongs to E + beta dE/dt, so that rigid
+motions are not damped.
 
-Arrays: gradients `u` (4, p, e) hold r,1 (2 rows) and r,2 (2 rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
-(4, 4, p, e); `section` (3, p, e) holds A [N/m], nu [-] and the weight [m2] of each point.
+Arrays: gradients `u` (4, p, e) hold r,1 (2 rows) and r,2 (2 rows) at point p of cell e, `S` = dW/du
+the same, `D` = d2W/du2 (4, 4, p, e); `section` (3, p, e) holds A [N/m], nu [-] and the weight [m2]
+of each point.
 
-Source (the membrane part of): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods Appl. Mech. Engrg. 198 (2009) 3902-3914,
-doi 10.1016/j.cma.2009.08.013.
+Source (the membrane part of): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods Appl. Mech.
+Engrg. 198 (2009) 3902-3914, doi 10.1016/j.cma.2009.08.013.
 """
 
 from __future__ import annotations
@@ -33,7 +36,8 @@ ROWS = 4  #: of gradients
 
 @inlined
 def hooke(A: float, nu: float, e11: float, e22: float, e12: float) -> tuple[float, float, float]:
-    """Plane stress: the forces (or moments) 11, 22, 12 of strains (or curvatures) with e12 = e21, A C:e.
+    """Plane stress: the forces (or moments) 11, 22, 12 of strains (or curvatures) with e12 = e21, A
+    C:e.
 
         A (e11 + nu e22),   A (e22 + nu e11),   A (1 - nu) e12
 
@@ -55,8 +59,13 @@ def quadratic(A: float, nu: float, e11: float, e22: float, e12: float) -> float:
 
 @inlined
 def stretches(way: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
-    """E11, E22, E12 of tangents c and d that are held for a and b, see `held_product`, or of a and b where they are the same."""
-    e11, e22 = 0.5 * (held_product(way, a, a, c, c) - 1.0), 0.5 * (held_product(way, b, b, d, d) - 1.0)
+    """E11, E22, E12 of tangents c and d that are held for a and b, see `held_product`, or of a and
+    b where they are the same.
+    """
+    e11, e22 = (
+        0.5 * (held_product(way, a, a, c, c) - 1.0),
+        0.5 * (held_product(way, b, b, d, d) - 1.0),
+    )
     return e11, e22, 0.5 * held_product(way, a, b, c, d)
 
 
@@ -73,9 +82,12 @@ def tangents(u: np.ndarray, q: int) -> tuple[Vector, Vector]:
 
 
 @entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def energy_at(
+    u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """Strain energy [J] summed over all points: W[0]."""
-    count, total = points * cells, 0.0
+    count = points * cells
+    total = 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         a, b = tangents(u, q)
@@ -85,10 +97,26 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells
 
 
 @entry
-def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`, C : dE/dt : dE/du), shapes (4, p, e)."""
+def stress_at(
+    u: Any,
+    rate: Any,
+    section: Any,
+    S: Any,
+    way: int,
+    points: int,
+    cells: int,
+    law: int,
+    beta: float,
+) -> None:
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`, C : dE/dt :
+    dE/du), shapes (4, p, e).
+    """
     count = points * cells
-    u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
+    u, section, S = (
+        carray(u, (ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(S, (ROWS, count)),
+    )
     rate = carray(rate, (ROWS, count))
     for q in range(count):
         a, b = tangents(u, q)
@@ -102,10 +130,27 @@ def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, ce
 
 
 @entry
-def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
-    """W (p, e) = weight dE/dt : C : dE/dt of gradient rates, what a damping time of 1 s turns into heat [W]."""
+def dissipation_at(
+    u: Any,
+    rate: Any,
+    section: Any,
+    W: Any,
+    way: int,
+    points: int,
+    cells: int,
+    law: int,
+    beta: float,
+) -> None:
+    """W (p, e) = weight dE/dt : C : dE/dt of gradient rates, what a damping time of 1 s turns into
+    heat [W].
+    """
     count = points * cells
-    u, rate, section, W = carray(u, (ROWS, count)), carray(rate, (ROWS, count)), carray(section, (LINES, count)), carray(W, count)
+    u, rate, section, W = (
+        carray(u, (ROWS, count)),
+        carray(rate, (ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(W, count),
+    )
     for q in range(count):
         (a, b), (v, w) = tangents(u, q), tangents(rate, q)
         E = strain_rates(a, b, v, w)
@@ -113,17 +158,34 @@ def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: in
 
 
 @entry
-def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (4, 4, p, e), symmetric; `beta` [-]: damping time times gh.
+def modulus_at(
+    u: Any,
+    held: Any,
+    section: Any,
+    D: Any,
+    way: int,
+    points: int,
+    cells: int,
+    law: int,
+    beta: float,
+) -> None:
+    """D = weight d2W/du2 + beta (material part), shape (4, 4, p, e), symmetric; `beta` [-]: damping
+    time times gh.
 
-    D11 = N11 I + A r,1 r,1 + G r,2 r,2,  D12 = N12 I + A nu r,1 r,2 + G r,2 r,1,  D22 like D11,  G = A (1 - nu)/2.
+    D11 = N11 I + A r,1 r,1 + G r,2 r,2,  D12 = N12 I + A nu r,1 r,2 + G r,2 r,1,  D22 like D11,  G
+    = A (1 - nu)/2.
     """
     count = points * cells
     # steps in the plane gain nothing from stresses of the state before, and end with a larger rest
-    u, before, D = carray(u, (ROWS, count)), carray(u if way == AXIAL else held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
+    u, before, D = (
+        carray(u, (ROWS, count)),
+        carray(u if way == AXIAL else held, (ROWS, count)),
+        carray(D, (ROWS, ROWS, count)),
+    )
     section = carray(section, (LINES, count))
     for q in range(count):
-        A, nu = section[2, q] * section[0, q], section[1, q]
+        A = section[2, q] * section[0, q]
+        nu = section[1, q]
         (a, b), (c, d) = tangents(u, q), tangents(before, q)
         E = stretches(way, a, b, c, d)
         N11, N22, N12 = hooke(A, nu, E[0], E[1], E[2])
@@ -131,10 +193,21 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
         G, C = 0.5 * A * (1.0 - nu), A * nu
         for i in range(2):
             for j in range(i + 1):
-                D[i, j, q] = D[j, i, q] = (N11 if i == j else 0.0) + A * a[i] * a[j] + G * b[i] * b[j]
-                D[2 + i, 2 + j, q] = D[2 + j, 2 + i, q] = (N22 if i == j else 0.0) + A * b[i] * b[j] + G * a[i] * a[j]
+                D[i, j, q] = D[j, i, q] = (
+                    (N11 if i == j else 0.0) + A * a[i] * a[j] + G * b[i] * b[j]
+                )
+                D[2 + i, 2 + j, q] = D[2 + j, 2 + i, q] = (
+                    (N22 if i == j else 0.0) + A * b[i] * b[j] + G * a[i] * a[j]
+                )
             for j in range(2):
-                D[i, 2 + j, q] = D[2 + j, i, q] = (N12 if i == j else 0.0) + C * a[i] * b[j] + G * b[i] * a[j]
+                D[i, 2 + j, q] = D[2 + j, i, q] = (
+                    (N12 if i == j else 0.0) + C * a[i] * b[j] + G * b[i] * a[j]
+                )
 
 
-FUNCTIONS = {"energy": energy_at, "stress": stress_at, "dissipation": dissipation_at, "modulus": modulus_at}
+FUNCTIONS = {
+    "energy": energy_at,
+    "stress": stress_at,
+    "dissipation": dissipation_at,
+    "modulus": modulus_at,
+}

@@ -7,8 +7,8 @@
     stiffening = own_laws.define("stiffening", 2, ("EA", "EI", "kappa0"), energy)
     rod = bodies.cable("rod", mesh, section, law=stiffening)
 
-Its loops are written once into the cache folder, and compiled when a model uses them. Whoever loads a model with such a law, or
-runs it in another process, defines the law first.
+Its loops are written once into the cache folder, and compiled when a model uses them. Whoever loads
+a model with such a law, or runs it in another process, defines the law first.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from .laws import Law, find
 if TYPE_CHECKING:
     from .symbolic import LawSymbols
 
-ENERGIES: dict[str, tuple[Any, Any]] = {}  #: energies and dissipations of the laws that were defined, by name
+ENERGIES: dict[
+    str, tuple[Any, Any]
+] = {}  #: energies and dissipations of the laws that were defined, by name
 
 
 def define(
@@ -37,23 +39,30 @@ def define(
     dissipation: Callable[..., Any] | None = None,
     dims: Sequence[int] = (2, 3),
 ) -> Law:
-    """The law `name` with the energy W(r, *section) per reference length or area [J/m, J/m2] of r = (r,1 ... r,k), k = `vectors`.
+    """The law `name` with the energy W(r, *section) per reference length or area [J/m, J/m2] of r =
+    (r,1 ... r,k), k = `vectors`.
 
-    `dissipation` R(r, rates, *section) makes it damped: half the power that a damping time of 1 s turns into heat. `section` names
-    its numbers but the quadrature weight; `dims` are the numbers of components c that it serves. Nothing is compiled before a model
-    uses it. `check_law` tests it; see `symbolic` for W and R. InputError for a name that is no word or that another law has, for
-    `vectors` below 1, for names of the section that are no texts, and for an energy that is no function.
+    `dissipation` R(r, rates, *section) makes it damped: half the power that a damping time of 1 s
+    turns into heat. `section` names its numbers but the quadrature weight; `dims` are the numbers
+    of components c that it serves. Nothing is compiled before a model uses it. `check_law` tests
+    it; see `symbolic` for W and R. InputError for a name that is no word or that another law has,
+    for `vectors` below 1, for names of the section that are no texts, and for an energy that is no
+    function.
     """
     name = own_words.free(laws.KNOWN, name, getattr(energy, "__module__", ""), module_of)
     if not name.isidentifier():
-        raise InputError(say("own_laws.define: name", "a word of letters, digits and _", f"'{name}'"))
+        raise InputError(
+            say("own_laws.define: name", "a word of letters, digits and _", f"'{name}'")
+        )
     place = f"own_laws.define: law '{name}'"
     if not isinstance(vectors, int) or vectors < 1:
         raise InputError(say(place, "a number of vectors of 1 or more", repr(vectors)))
     if not all(isinstance(one, str) for one in section):
         raise InputError(say(place, "a section of names", repr(section)))
     if not callable(energy) or not (dissipation is None or callable(dissipation)):
-        raise InputError(say(place, "functions for energy and dissipation", f"{energy!r} and {dissipation!r}"))
+        raise InputError(
+            say(place, "functions for energy and dissipation", f"{energy!r} and {dissipation!r}")
+        )
 
     @cache
     def loops() -> ModuleType:

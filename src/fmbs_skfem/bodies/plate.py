@@ -1,15 +1,19 @@
-r"""Thin plates and shells: an interpolated surface with the membrane law in the plane, the Kirchhoff-Love law in space.
+r"""Thin plates and shells: an interpolated surface with the membrane law in the plane, the
+Kirchhoff-Love law in space.
 
-At every quadrature point the derivatives of the basis are turned into local coordinates s in which the reference tangents are
+At every quadrature point the derivatives of the basis are turned into local coordinates s in which
+the reference tangents are
 orthonormal,  N,i = (A^-1)_ia N,a,   N,ij = (A^-1)_ia (A^-1)_jb N,ab,   A_ai = r0,a . t_i,  so that the laws see a unit metric (the
-term of A's own derivative is tangential and drops out of n . r,ij). The mass m_ij = int rho t N_i N_j dA is constant.
+term of A's own derivative is tangential and drops out of n . r,ij). The mass m_ij = int rho t N_i
+N_j dA is constant.
 
-A rim is slaved to a rigid frame (c, e1, e2 [, e3]): positions along named edges follow r = c + X e1 + Y e2 [+ Z e3] exactly, and
-so does the derivative across the edge if that is asked for. The slaved functions are q = spread @ (free functions, frames): no
-multiplier is needed.
+A rim is slaved to a rigid frame (c, e1, e2 [, e3]): positions along named edges follow r = c + X e1
++ Y e2 [+ Z e3] exactly, and so does the derivative across the edge if that is asked for. The slaved
+functions are q = spread @ (free functions, frames): no multiplier is needed.
 
-NURBS patches with a common edge share its functions, and a patch may be continuous only across an inner knot. In space slopes are
-tied there, exactly where that is possible (`smoothing.tied`), else by constant springs (`interfaces.penalty_stiffness`).
+NURBS patches with a common edge share its functions, and a patch may be continuous only across an
+inner knot. In space slopes are tied there, exactly where that is possible (`smoothing.tied`), else
+by constant springs (`interfaces.penalty_stiffness`).
 """
 
 from __future__ import annotations
@@ -44,10 +48,11 @@ UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that cou
 @dataclass(frozen=True)
 @checked
 class Rim:
-    """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a circle, or the middle) [m].
+    """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a
+    circle, or the middle) [m].
 
-    With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it. Without, it is hinged there,
-    with a notice in space unless that is said (False).
+    With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it.
+    Without, it is hinged there, with a notice in space unless that is said (False).
     """
 
     edges: Names
@@ -68,10 +73,11 @@ def plate(
 ) -> Body:
     """Plate or shell of a surface; planar (dim 2) ones carry membrane forces only.
 
-    `thickness` [m] is one number or one a cell (e,); `rims` makes rigid frames of named edges; `origin` (c,) [m] and `rotation`
-    (c, c) place the reference shape, x -> origin + rotation x. InputError where a thickness is not positive, a rim has the name of
-    a point of the mesh or an edge that the surface does not have, edges of two rims share a side, patches are in several pieces, or
-    points of a planar body are out of the plane.
+    `thickness` [m] is one number or one a cell (e,); `rims` makes rigid frames of named edges;
+    `origin` (c,) [m] and `rotation` (c, c) place the reference shape, x -> origin + rotation x.
+    InputError where a thickness is not positive, a rim has the name of a point of the mesh or an
+    edge that the surface does not have, edges of two rims share a side, patches are in several
+    pieces, or points of a planar body are out of the plane.
     """
     where = f"body '{name}'"
     positive(where, thickness=float(np.min(thickness)))
@@ -81,16 +87,25 @@ def plate(
     patches.tell_closed(where, shape)
     if dim == 3:
         tell_hinged(where, rims or {})
-    shape = smoothing.tie_slopes(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
+    shape = (
+        smoothing.tie_slopes(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
+    )
     shape, seams = patches.tie(shape)
-    turned = place(where, shape.reference, dim, None, rotation)  # about the shape's own origin: far from it digits are lost
-    reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
+    turned = place(
+        where, shape.reference, dim, None, rotation
+    )  # about the shape's own origin: far from it digits are lost
+    reference = (
+        turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
+    )
     spread, free, centers = tie_rims(where, shape, reference, rims or {}, seams)
     patches.check_one_piece(where, shape, spread)
-    own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
+    own_reference = np.concatenate(
+        [reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)]
+    )
     zero = np.zeros((dim + 1) * len(centers))
     zero[:: dim + 1] = 1.0
-    # derivatives of positions far from the origin of a file would have lost their digits: strains of nothing
+    # derivatives of positions far from the origin of a file would have lost their digits: strains
+    # of nothing
     near = turned - np.outer(shape.unit, turned[np.argmax(shape.unit)])
     mass = mass_matrix(shape, near, thickness, material.density)
     springs = patches.fold_springs(where, shape, thickness, material) if dim == 3 else None
@@ -114,23 +129,32 @@ def plate(
 def tell_hinged(where: str, rims: Mapping[str, Rim]) -> None:
     """A notice of rims in space about which the plate turns without having been asked to."""
     if names := [name for name, rim in rims.items() if rim.slopes is None]:
-        text = "the plate is hinged to its frame, not clamped: nothing holds its slope across the edge"
+        text = (
+            "the plate is hinged to its frame, not clamped: nothing holds its slope across the edge"
+        )
         remedy = "say {edges: ..., slopes: true} to clamp it, 'slopes: false' if that is meant"
         notify(f"{where}, {'rims' if names[1:] else 'rim'} {listed(names)}: {text}; {remedy}")
 
 
-def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives 1, 2, 11, 22, 12 in local coordinates (e, p, 5, b), area weights (e, p) [m2], and n . r0,ij (e, p, 3) [1/m].
+def local_table(
+    values: np.ndarray, weights: np.ndarray, reference: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives 1, 2, 11, 22, 12 in local coordinates (e, p, 5, b), area weights (e, p) [m2], and
+    n . r0,ij (e, p, 3) [1/m].
 
         N,i = (A^-1)_ia N,a,   N,ij = (A^-1)_ia (A^-1)_jb N,ab,   A_ai = r0,a . t_i,   dA = |det A| dxi
 
-    Of a table (e, p, 6, b) of values and derivatives 1, 2, 11, 22, 12 by parent coordinates, its weights (e, p), and reference
-    coordinates (e, b, c) of the cells [m]; t_i are orthonormal tangents, n is the unit normal. In the plane n . r0,ij is zero.
+    Of a table (e, p, 6, b) of values and derivatives 1, 2, 11, 22, 12 by parent coordinates, its
+    weights (e, p), and reference coordinates (e, b, c) of the cells [m]; t_i are orthonormal
+    tangents, n is the unit normal. In the plane n . r0,ij is zero.
     """
     first, area, inverse, normal = local_first(values, weights, reference)
     second = values[:, :, [3, 5, 5, 4]].reshape(*values.shape[:2], 2, 2, -1)
     second = np.einsum("epia,epjd,epadb->epijb", inverse, inverse, second)
-    local = np.concatenate([first, np.stack([second[:, :, 0, 0], second[:, :, 1, 1], second[:, :, 0, 1]], axis=2)], axis=2)
+    local = np.concatenate(
+        [first, np.stack([second[:, :, 0, 0], second[:, :, 1, 1], second[:, :, 0, 1]], axis=2)],
+        axis=2,
+    )
     if reference.shape[2] == 2:
         return local, area, np.zeros((*weights.shape, 3))
     return local, area, np.einsum("epkc,epc->epk", on_nodes(local[:, :, 2:], reference), normal)
@@ -139,10 +163,11 @@ def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) 
 def local_first(
     values: np.ndarray, weights: np.ndarray, reference: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives 1, 2 in local coordinates (e, p, 2, b), area weights (e, p) [m2], A^-1 (e, p, 2, 2), normals (e, p, c).
+    """Derivatives 1, 2 in local coordinates (e, p, 2, b), area weights (e, p) [m2], A^-1 (e, p, 2,
+    2), normals (e, p, c).
 
-    Of a table (e, p, 3 or more, b) as in `local_table`, of which values and first derivatives are read, its weights (e, p), and
-    reference coordinates (e, b, c) [m].
+    Of a table (e, p, 3 or more, b) as in `local_table`, of which values and first derivatives are
+    read, its weights (e, p), and reference coordinates (e, b, c) [m].
     """
     tangents = on_nodes(values[:, :, 1:3], reference)
     axes, normal = surfaces.local_axes(tangents)
@@ -158,35 +183,46 @@ def on_nodes(rows: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
     By one product of matrices a cell.
     """
     cells, points, count, basis = rows.shape
-    return np.asarray((rows.reshape(cells, points * count, basis) @ coordinates).reshape(cells, points, count, -1))
+    return np.asarray(
+        (rows.reshape(cells, points * count, basis) @ coordinates).reshape(cells, points, count, -1)
+    )
 
 
-def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material) -> Cells:
-    """Cells of the membrane (two components) or shell law, with numbers that are made when they are needed.
+def cells(
+    shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material
+) -> Cells:
+    """Cells of the membrane (two components) or shell law, with numbers that are made when they are
+    needed.
 
-    `reference` (j, c) are the coordinates of the functions of the surface [m], `thickness` is that of all cells or of every one
-    (e,) [m].
+    `reference` (j, c) are the coordinates of the functions of the surface [m], `thickness` is that
+    of all cells or of every one (e,) [m].
     """
-    dim, points = reference.shape[1], len(surfaces.quadrature(shape.space, shape.parent, shape.order)[1])
+    dim = reference.shape[1]
+    points = len(surfaces.quadrature(shape.space, shape.parent, shape.order)[1])
     numbers = partial(numbers_of, shape, reference, thickness, material)
-    return Cells.later(Law.MEMBRANE if dim == 2 else Law.SHELL, np.ascontiguousarray(shape.nodes.T * dim), dim, points, numbers)
+    return Cells.later(
+        Law.MEMBRANE if dim == 2 else Law.SHELL,
+        np.ascontiguousarray(shape.nodes.T * dim),
+        dim,
+        points,
+        numbers,
+    )
 
 
 def numbers_of(
     shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (k, p, b, e) and section (i, p, e) of the cells of a plate or shell with the reference (j, c) [m].
+    """Table (k, p, b, e) and section (i, p, e) of the cells of a plate or shell with the reference
+    (j, c) [m].
 
         k = 2, section A, nu, weight in the plane;    k = 5, section A, B, nu, b0_11, b0_22, b0_12, weight in space
         A = E t / (1 - nu^2) [N/m],    B = A t^2 / 12 [N m],    b0_ij = n . r0,ij [1/m],    weight [m2]
 
     `thickness` t [m] is a number or one a cell (e,).
     """
-    (count, basis), dim, points = (
-        shape.nodes.shape,
-        reference.shape[1],
-        len(surfaces.quadrature(shape.space, shape.parent, shape.order)[1]),
-    )
+    (count, basis) = shape.nodes.shape
+    dim = reference.shape[1]
+    points = len(surfaces.quadrature(shape.space, shape.parent, shape.order)[1])
     table = np.empty((2 if dim == 2 else 5, points, basis, count))
     area, curved = np.empty((points, count)), np.empty((3, points, count))
     for part in surfaces.parts(shape):
@@ -204,11 +240,14 @@ def numbers_of(
     return table, np.stack(rows)
 
 
-def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float) -> csr_array:
-    """m_ij = int rho t N_i N_j dA (b, b) [kg] over the functions of a surface with the reference (b, c) [m].
+def mass_matrix(
+    shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float
+) -> csr_array:
+    """m_ij = int rho t N_i N_j dA (b, b) [kg] over the functions of a surface with the reference
+    (b, c) [m].
 
-    `thickness` t [m] is a number or one a cell (e,), `density` rho [kg/m3]. The quadrature is of one order more than that of the
-    stiffness.
+    `thickness` t [m] is a number or one a cell (e,), `density` rho [kg/m3]. The quadrature is of
+    one order more than that of the stiffness.
     """
     count, basis = shape.nodes.shape
     blocks = np.empty((count, basis, basis))
@@ -224,15 +263,23 @@ def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.nda
 def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
     """Cells and sides (i, 2) of a named edge or several.
 
-    `where` is the place in messages. InputError for a name that is no edge, with the nearest known one, and for an edge that was
-    joined to another one although `join` was not said: it is a line inside the surface.
+    `where` is the place in messages. InputError for a name that is no edge, with the nearest known
+    one, and for an edge that was joined to another one although `join` was not said: it is a line
+    inside the surface.
     """
     sides = []
     for name in (names,) if isinstance(names, str) else names:
         if name not in shape.edges:
             expected = f"one of its edges ({listed(sorted(shape.edges), name, 'none')})"
             if any(point.partition("[")[0] == name for point in shape.points):
-                raise InputError(say(where, expected, f"the points '{name}'", "an edge is a group of lines in the file"))
+                raise InputError(
+                    say(
+                        where,
+                        expected,
+                        f"the points '{name}'",
+                        "an edge is a group of lines in the file",
+                    )
+                )
             raise InputError(say(where, expected, f"'{name}'") + closest(name, shape.edges))
         sides.append(shape.edges[name])
     found = np.concatenate(sides)
@@ -248,10 +295,11 @@ def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
 
 
 def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
-    """Values of the basis at points along sides (and, if asked, its derivatives across them times a length), (x, n).
+    """Values of the basis at points along sides (and, if asked, its derivatives across them times a
+    length), (x, n).
 
-    The length is that of a side, so that both parts count alike whatever the unit; what is round-off beside the values of a
-    function in the cells is zero.
+    The length is that of a side, so that both parts count alike whatever the unit; what is
+    round-off beside the values of a function in the cells is zero.
     """
     s = 0.5 - 0.5 * np.cos(np.pi * np.arange(SAMPLES) / (SAMPLES - 1))
     cell, side = np.repeat(sides, SAMPLES, axis=0).T
@@ -263,7 +311,9 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
     tangents = np.stack([part @ shape.reference for part in parts], axis=1)
     along = np.diff(surfaces.VERTICES[shape.parent][[*range(int(shape.parent)), 0]], axis=0)[side]
     gram = np.einsum("xac,xbc->xab", tangents, tangents)
-    if shape.parent is surfaces.Parent.SQUARE:  # lines that digits of a file turn cross the edge at right angles all the same
+    if (
+        shape.parent is surfaces.Parent.SQUARE
+    ):  # lines that digits of a file turn cross the edge at right angles all the same
         upright = np.abs(gram[:, 0, 1]) <= ranks.STATED * np.sqrt(gram[:, 0, 0] * gram[:, 1, 1])
         gram[upright, [[0], [1]], [[1], [0]]] = 0.0
     covariant = np.einsum("xab,xb->xa", gram, along)
@@ -271,12 +321,17 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
     size = np.sqrt(np.einsum("xa,xab,xb->x", across, gram, across))
     length = np.sqrt(np.einsum("xa,xa->x", covariant, along)).mean()
     weights = (across / size[:, None] * length).T
-    return seen(vstack([rows, diags_array(weights[0]) @ parts[0] + diags_array(weights[1]) @ parts[1]]), shape, sides)
+    return seen(
+        vstack([rows, diags_array(weights[0]) @ parts[0] + diags_array(weights[1]) @ parts[1]]),
+        shape,
+        sides,
+    )
 
 
 def seen(rows: csr_array, shape: Surface, sides: np.ndarray) -> csr_array:
     """Rows (x, n) of functions beside sides without what is round-off of these."""
-    cells, corners = distinct(sides[:, 0]), surfaces.VERTICES[shape.parent]
+    cells = distinct(sides[:, 0])
+    corners = surfaces.VERTICES[shape.parent]
     places = np.concatenate([0.5 * (corners + corners.mean(axis=0)), corners.mean(axis=0)[None]])
     values = np.abs(surfaces.basis_in_cells(shape.space, cells, places)[:, :, 0]).max(axis=1)
     sizes = np.zeros(shape.count)
@@ -304,20 +359,25 @@ def middle(ends: np.ndarray) -> np.ndarray:
 def side_ends(shape: Surface, sides: np.ndarray) -> csr_array:
     """Rows (2 i, n) of both ends of sides (i, 2), one side after the other."""
     cell, side = np.repeat(sides, 2, axis=0).T
-    return surfaces.sample(shape, cell, surfaces.side_points(shape.parent, side, np.tile([0.0, 1.0], len(sides))))
+    return surfaces.sample(
+        shape, cell, surfaces.side_points(shape.parent, side, np.tile([0.0, 1.0], len(sides)))
+    )
 
 
 def tie_rims(
     where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim], seams: csr_array
 ) -> tuple[csr_array, np.ndarray, list[np.ndarray]]:
-    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres (c,) of the frames [m].
+    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,),
+    centres (c,) of the frames [m].
 
         q = spread @ (free functions, frames),    r = c + X e1 + Y e2 [+ Z e3] along the edges of a rim
 
-    `seams` (n, n) are those that follow from others along seams, whose columns are zero, see `patches.tie`. InputError for edges
-    that do not exist, or share a cell side with those of another rim.
+    `seams` (n, n) are those that follow from others along seams, whose columns are zero, see
+    `patches.tie`. InputError for edges that do not exist, or share a cell side with those of
+    another rim.
     """
-    dim, n = reference.shape[1], shape.count
+    dim = reference.shape[1]
+    n = shape.count
     taken = seams.diagonal() == 0.0
     follow, links, centers = [], [], []
     for name, rim in rims.items():
@@ -325,10 +385,17 @@ def tie_rims(
         if edge_directions.derivatives(shape.space) is not None:
             first, second, X = edge_directions.determined(shape, sides, True, bool(rim.slopes))
         else:
-            first, second, X = ranks.determined(csr_array(trace(shape, sides, bool(rim.slopes)) @ seams))
+            first, second, X = ranks.determined(
+                csr_array(trace(shape, sides, bool(rim.slopes)) @ seams)
+            )
         if taken[first].any() or taken[second].any():
             raise InputError(
-                say(f"{where}, rim '{name}'", "edges apart from those of other rims", "a shared cell side", "refine between them")
+                say(
+                    f"{where}, rim '{name}'",
+                    "edges apart from those of other rims",
+                    "a shared cell side",
+                    "refine between them",
+                )
             )
         taken[first] = True
         ends = np.asarray(side_ends(shape, sides) @ reference).reshape(-1, 2, dim)

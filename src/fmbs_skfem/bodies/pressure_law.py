@@ -1,24 +1,29 @@
-r"""Pressure that follows a surface in space, or an edge in the plane: a force along the normal of the deformed configuration.
+r"""Pressure that follows a surface in space, or an edge in the plane: a force along the normal of
+the deformed configuration.
 
     surface   f = p r,1 x r,2          edge   f = p J^T r,1,   J^T (x, y) = (y, -x)          force per reference area or length
 
-The force acts on r alone, S = -weight (f, 0, 0). Its moduli are the symmetric part of -weight df/du,
+The force acts on r alone, S = -weight (f, 0, 0). Its moduli are the symmetric part of -weight
+df/du,
 
     D(r r,1) = weight p/2 [r,2 x],   D(r r,2) = -weight p/2 [r,1 x]                     edge   D(r r,1) = -weight p/2 J^T
 
-What is left out of the tangent is an integral along the rim alone: it vanishes where the surface is closed or the rim is held, and
-the matrix is exact there. So does the work that is not the change of -p V,
+What is left out of the tangent is an integral along the rim alone: it vanishes where the surface is
+closed or the rim is held, and the matrix is exact there. So does the work that is not the change of
+-p V,
 
     V = 1/3 int r . (r,1 x r,2) dA         edge   V = 1/2 int r . J^T r,1 ds
 
-which is counted from its value v0 in the reference. At a rim that is free to move the force is exact as well, Newton's iteration
-converges linearly, and -p V depends on the origin: energies of systems have the work of the force in its place (`systems.work`).
+which is counted from its value v0 in the reference. At a rim that is free to move the force is
+exact as well, Newton's iteration converges linearly, and -p V depends on the origin: energies of
+systems have the work of the force in its place (`systems.work`).
 
-Arrays: gradients `u` (9, p, e) hold r, r,1, r,2 (3 rows each), those of an edge (4, p, e) r and r,1 (2 rows each); `S` the same,
-`D` with one more axis; `section` (3, p, e) holds p [Pa] (of an edge [N/m]), v0 (integrand of 3 V, 2 V) and the weight of each
-point.
+Arrays: gradients `u` (9, p, e) hold r, r,1, r,2 (3 rows each), those of an edge (4, p, e) r and r,1
+(2 rows each); `S` the same, `D` with one more axis; `section` (3, p, e) holds p [Pa] (of an edge
+[N/m]), v0 (integrand of 3 V, 2 V) and the weight of each point.
 
-Source of the load stiffness: Abaqus Theory Manual 6.6, section 6.5.1, Pressure load stiffness (Dassault Systemes).
+Source of the load stiffness: Abaqus Theory Manual 6.6, section 6.5.1, Pressure load stiffness
+(Dassault Systemes).
 """
 
 from __future__ import annotations
@@ -35,9 +40,12 @@ ROWS, EDGE_ROWS = 9, 4  #: of gradients
 
 
 @entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def energy_at(
+    u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """-p (V - V0) [J] summed over all points: W[0]."""
-    count, total = points * cells, 0.0
+    count = points * cells
+    total = 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         volume = dot(vector(u, 0, q), cross(1.0, vector(u, 1, q), vector(u, 2, q)))
@@ -46,26 +54,41 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells
 
 
 @entry
-def stress_at(u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def stress_at(
+    u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """S = -weight (p r,1 x r,2, 0, 0), shapes (9, p, e)."""
     count = points * cells
-    u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
+    u, section, S = (
+        carray(u, (ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(S, (ROWS, count)),
+    )
     S[3:] = 0.0
     for q in range(count):
-        S[0, q], S[1, q], S[2, q] = cross(-section[2, q] * section[0, q], vector(u, 1, q), vector(u, 2, q))
+        S[0, q], S[1, q], S[2, q] = cross(
+            -section[2, q] * section[0, q], vector(u, 1, q), vector(u, 2, q)
+        )
 
 
 @entry
-def modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def modulus_at(
+    u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """D = weight sym(-df/du), shape (9, 9, p, e)."""
     count = points * cells
-    u, section, D = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(D, (ROWS, ROWS, count))
+    u, section, D = (
+        carray(u, (ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(D, (ROWS, ROWS, count)),
+    )
     D[:] = 0.0
     for q in range(count):
         half = 0.5 * section[2, q] * section[0, q]
         for k in range(2):
             sign = half if k == 0 else -half
-            a, row = vector(u, 2 - k, q), 3 + 3 * k
+            a = vector(u, 2 - k, q)
+            row = 3 + 3 * k
             for i in range(3):
                 j, l = (i + 1) % 3, (i + 2) % 3
                 D[i, row + j, q] = D[row + j, i, q] = -sign * a[l]
@@ -73,9 +96,12 @@ def modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int, cell
 
 
 @entry
-def edge_energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def edge_energy_at(
+    u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """-p (V - V0) [J] summed over all points, V the area beside the edge: W[0]."""
-    count, total = points * cells, 0.0
+    count = points * cells
+    total = 0.0
     u, section = carray(u, (EDGE_ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         area = u[0, q] * u[3, q] - u[1, q] * u[2, q]
@@ -84,10 +110,16 @@ def edge_energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, 
 
 
 @entry
-def edge_stress_at(u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def edge_stress_at(
+    u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """S = -weight (p J^T r,1, 0), shapes (4, p, e)."""
     count = points * cells
-    u, section, S = carray(u, (EDGE_ROWS, count)), carray(section, (LINES, count)), carray(S, (EDGE_ROWS, count))
+    u, section, S = (
+        carray(u, (EDGE_ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(S, (EDGE_ROWS, count)),
+    )
     S[2:] = 0.0
     for q in range(count):
         load = section[2, q] * section[0, q]
@@ -95,7 +127,9 @@ def edge_stress_at(u: Any, _: Any, section: Any, S: Any, way: int, points: int, 
 
 
 @entry
-def edge_modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def edge_modulus_at(
+    u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """D = weight sym(-df/du), shape (4, 4, p, e)."""
     count = points * cells
     section, D = carray(section, (LINES, count)), carray(D, (EDGE_ROWS, EDGE_ROWS, count))
@@ -107,4 +141,8 @@ def edge_modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int,
 
 
 FUNCTIONS = {"energy": energy_at, "stress": stress_at, "modulus": modulus_at}
-FUNCTIONS |= {"edge_energy": edge_energy_at, "edge_stress": edge_stress_at, "edge_modulus": edge_modulus_at}
+FUNCTIONS |= {
+    "edge_energy": edge_energy_at,
+    "edge_stress": edge_stress_at,
+    "edge_modulus": edge_modulus_at,
+}

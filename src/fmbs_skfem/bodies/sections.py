@@ -1,4 +1,5 @@
-"""Sections and materials of slender bodies: axial stiffness EA [N], bending stiffness EI [N m2], mass per length rhoA [kg/m].
+"""Sections and materials of slender bodies: axial stiffness EA [N], bending stiffness EI [N m2],
+mass per length rhoA [kg/m].
 
 A beam with torsion and shear takes all of a section, see `BeamSection`.
 """
@@ -21,14 +22,18 @@ from ..core.values.fields import Density, Length, quantity
 if TYPE_CHECKING:
     from .beams.section_shapes import Outline
 
-Offset: TypeAlias = Literal["centroid", "shear_centre"] | tuple[float, float] | None  #: where a beam's line passes, (y, z) [m]
+Offset: TypeAlias = (
+    Literal["centroid", "shear_centre"] | tuple[float, float] | None
+)  #: where a beam's line passes, (y, z) [m]
 BEAMS_NEED = "a section whose shape is known, or matrices of stiffness and mass (shape: matrices)"
 Pieces: TypeAlias = tuple[tuple[int, ...], ...]
 DEFINITE = 1e-12  #: least eigenvalue of a matrix with ones in its diagonal
 
 
 def positive(where: str, **values: float) -> None:
-    """Refuse values that are not finite and positive: InputError with the place `where` and the name of the value."""
+    """Refuse values that are not finite and positive: InputError with the place `where` and the
+    name of the value.
+    """
     for name, value in values.items():
         if not (math.isfinite(value) and value > 0):
             raise InputError(say(f"{where}.{name}", "a positive and finite number", value))
@@ -46,24 +51,42 @@ class Material:
     def __post_init__(self) -> None:
         positive("material", young_modulus=self.young_modulus, density=self.density)
         if not -1.0 < self.poisson_ratio <= 0.5:
-            raise InputError(say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio))
+            raise InputError(
+                say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio)
+            )
 
 
 @dataclass(frozen=True)
 class BeamSection:
-    """What a section gives a beam with torsion and shear, in the axes of its directors: x along the beam, y and z across."""
+    """What a section gives a beam with torsion and shear, in the axes of its directors: x along the
+    beam, y and z across.
+    """
 
     stiffness: np.ndarray  #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
-    mass: np.ndarray  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
+    mass: (
+        np.ndarray
+    )  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
     radius: float = 0.01  #: of the round beam that it is to others, see `section_shapes` [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
-    unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))  #: (3, 6, n) at all its points, see `profiles`
+    unit_stresses: np.ndarray = field(
+        default_factory=lambda: np.zeros((3, 6, 0))
+    )  #: (3, 6, n) at all its points, see `profiles`
     material: Material | None = None  #: of a section with a contour
 
     def __post_init__(self) -> None:
         if not (_symmetric(self.stiffness, 6) and _least(self.stiffness) > DEFINITE):
-            raise InputError(say("section.stiffness", "a symmetric 6 x 6 matrix that is positive", self.stiffness.tolist()))
-        if not ((_symmetric(self.mass, 3) or _symmetric(self.mass, 4)) and self.mass[0, 0] > 0.0 and _least(self.mass) > -DEFINITE):
+            raise InputError(
+                say(
+                    "section.stiffness",
+                    "a symmetric 6 x 6 matrix that is positive",
+                    self.stiffness.tolist(),
+                )
+            )
+        if not (
+            (_symmetric(self.mass, 3) or _symmetric(self.mass, 4))
+            and self.mass[0, 0] > 0.0
+            and _least(self.mass) > -DEFINITE
+        ):
             expected = "a symmetric 3 x 3 or 4 x 4 matrix, a positive mass first, without negative directions"
             raise InputError(say("section.mass", expected, self.mass.tolist()))
 
@@ -76,7 +99,9 @@ def _symmetric(matrix: np.ndarray, size: int) -> bool:
 
 
 def _least(matrix: np.ndarray) -> float:
-    """The least eigenvalue with rows and columns scaled to ones in the diagonal, so that no unit counts; zero rows give 0."""
+    """The least eigenvalue with rows and columns scaled to ones in the diagonal, so that no unit
+    counts; zero rows give 0.
+    """
     size = np.sqrt(np.abs(np.diag(matrix)))
     if ((size == 0.0) & matrix.any(axis=1)).any():
         return -math.inf
@@ -85,19 +110,24 @@ def _least(matrix: np.ndarray) -> float:
 
 
 class Section(Declared, ABC):
-    """A section of a slender body, see `core.declared`: it gives the stiffnesses and the mass per length.
+    """A section of a slender body, see `core.declared`: it gives the stiffnesses and the mass per
+    length.
 
     `bends_alike` says whether a cable in space may have it.
     """
 
     tag: ClassVar[str] = "shape"
-    needs_material: ClassVar[bool] = True  #: whether it is a shape, which has no stiffness without one
+    needs_material: ClassVar[bool] = (
+        True  #: whether it is a shape, which has no stiffness without one
+    )
     serves_cables: ClassVar[bool] = True  #: whether cables may have it
     serves_beams: ClassVar[bool] = True  #: whether beams with torsion and shear may
 
     @property
     def stations(self) -> tuple[float, ...]:
-        """Fractions of the length, from 0 to 1, between which it changes smoothly; none of a section that does not change."""
+        """Fractions of the length, from 0 to 1, between which it changes smoothly; none of a
+        section that does not change.
+        """
         return ()
 
     def at(self, fraction: float) -> Section:
@@ -106,7 +136,9 @@ class Section(Declared, ABC):
 
     @abstractmethod
     def of_cable(self, material: Material | None) -> Given:
-        """EA [N], EI [N m2] and rhoA [kg/m] of the section made of a material; InputError where it needs one and has none."""
+        """EA [N], EI [N m2] and rhoA [kg/m] of the section made of a material; InputError where it
+        needs one and has none.
+        """
 
     @property
     def bends_alike(self) -> bool:
@@ -117,10 +149,14 @@ class Section(Declared, ABC):
         """Its contour with axes y and z; None where nobody knows it."""
         return None
 
-    def of_beam(self, material: Material | None, offset: Offset = None, pieces: Pieces = ()) -> BeamSection:
-        """All that a beam with torsion and shear needs, its line at the centroid or elsewhere; InputError where it is not known.
+    def of_beam(
+        self, material: Material | None, offset: Offset = None, pieces: Pieces = ()
+    ) -> BeamSection:
+        """All that a beam with torsion and shear needs, its line at the centroid or elsewhere;
+        InputError where it is not known.
 
-        A point (y, z) is one of the drawing of the outline [m]; a polygon has `pieces` in its contour, see `section_shapes`.
+        A point (y, z) is one of the drawing of the outline [m]; a polygon has `pieces` in its
+        contour, see `section_shapes`.
         """
         from .beams import section_constants
 
@@ -130,7 +166,14 @@ class Section(Declared, ABC):
         if outline is None:
             raise InputError(say("section", BEAMS_NEED, f"{self}"))
         if material is None:
-            raise InputError(say("material", "a Material for a solid section", "nothing", "or give matrices of stiffness and mass"))
+            raise InputError(
+                say(
+                    "material",
+                    "a Material for a solid section",
+                    "nothing",
+                    "or give matrices of stiffness and mass",
+                )
+            )
         origin = offset if isinstance(offset, tuple) else None
         found = section_constants.constants(outline, material.poisson_ratio, origin)
         if offset == "shear_centre":
@@ -138,7 +181,9 @@ class Section(Declared, ABC):
             found = section_constants.constants(outline, material.poisson_ratio, drawn.shear_centre)
         stiffness = section_constants.stiffness(found, material.young_modulus)
         mass = section_constants.mass(found, material.density)
-        return BeamSection(stiffness, mass, outline.round_as, found.outline, found.unit_stresses, material)
+        return BeamSection(
+            stiffness, mass, outline.round_as, found.outline, found.unit_stresses, material
+        )
 
 
 @dataclass(frozen=True)
@@ -155,7 +200,9 @@ class Circular(Section):
         positive("section", diameter=self.diameter)
 
     def of_cable(self, material: Material | None) -> Given:
-        area = math.pi / 4 * self.diameter * self.diameter  # a product of floats becomes infinite, a power of one raises
+        area = (
+            math.pi / 4 * self.diameter * self.diameter
+        )  # a product of floats becomes infinite, a power of one raises
         inertia = area * self.diameter * self.diameter / 16
         return solid(area, inertia, self.diameter / 2, material)
 
@@ -170,7 +217,8 @@ class Circular(Section):
 class Rectangular(Section):
     """Solid rectangular section (square, flat, strip). A = w h, I = w h^3/12.
 
-    Of a cable the `height` is in the plane of bending; of a beam it is along z, and the `width` along y.
+    Of a cable the `height` is in the plane of bending; of a beam it is along z, and the `width`
+    along y.
 
     {shape: rectangular, width: 20 mm, height: 3 mm}
     """
@@ -220,7 +268,16 @@ class Given(Section):
 
 
 def solid(area: float, inertia: float, radius: float, material: Material | None) -> Given:
-    """EA, EI and rhoA of an area [m2] with a second moment [m4], made of a material; InputError without one."""
+    """EA, EI and rhoA of an area [m2] with a second moment [m4], made of a material; InputError
+    without one.
+    """
     if material is None:
-        raise InputError(say("material", "a Material for a solid section", "nothing", "or give EA, EI and rhoA"))
-    return Given(material.young_modulus * area, material.young_modulus * inertia, material.density * area, radius)
+        raise InputError(
+            say("material", "a Material for a solid section", "nothing", "or give EA, EI and rhoA")
+        )
+    return Given(
+        material.young_modulus * area,
+        material.young_modulus * inertia,
+        material.density * area,
+        radius,
+    )

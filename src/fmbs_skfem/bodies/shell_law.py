@@ -1,6 +1,8 @@
-r"""Kirchhoff-Love shell or thin plate, flat or curved: St. Venant-Kirchhoff in plane stress, bending from the exact unit normal.
+r"""Kirchhoff-Love shell or thin plate, flat or curved: St. Venant-Kirchhoff in plane stress,
+bending from the exact unit normal.
 
-Energy per reference area of a surface r(s1, s2) whose reference tangents r0,1 r0,2 are orthonormal at the point:
+Energy per reference area of a surface r(s1, s2) whose reference tangents r0,1 r0,2 are orthonormal
+at the point:
 
     W = A/2 E:C:E + B/2 k:C:k,   e:C:e = e11^2 + e22^2 + 2 nu e11 e22 + 2 (1 - nu) e12^2
     E_ab = (r,a.r,b - delta_ab)/2,   k_ab = -(b_ab - b0_ab),   b_ab = n.r,ab,   n = r,1 x r,2 / |r,1 x r,2|
@@ -14,14 +16,15 @@ so that db_i = n.(dr,i - G_i^a dr,a) with i = 11, 22, 12 and G_i^a = r,i.r^a, an
 
     d2 b_i = G_i^a [(r^b.dr,a)(n.dr,b) + (n.dr,b)(r^b.dr,a)] - b_i (r^a.r^b)(n.dr,a)(n.dr,b) - 2 (n.dr,a)(r^a.dr,i).
 
-Stiffness-proportional damping is of Kelvin-Voigt type: forces and moments belong to E + beta dE/dt and k + beta dk/dt, so that
-rigid motions are not damped.
+Stiffness-proportional damping is of Kelvin-Voigt type: forces and moments belong to E + beta dE/dt
+and k + beta dk/dt, so that rigid motions are not damped.
 
-Arrays: gradients `u` (15, p, e) hold r,1 r,2 r,11 r,22 r,12 (3 rows each) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
-(15, 15, p, e); `section` (7, p, e) holds A [N/m], B [N m], nu [-], b0_11, b0_22, b0_12 [1/m] and the weight [m2] of each point.
+Arrays: gradients `u` (15, p, e) hold r,1 r,2 r,11 r,22 r,12 (3 rows each) at point p of cell e, `S`
+= dW/du the same, `D` = d2W/du2 (15, 15, p, e); `section` (7, p, e) holds A [N/m], B [N m], nu [-],
+b0_11, b0_22, b0_12 [1/m] and the weight [m2] of each point.
 
-Source (the energy): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods Appl. Mech. Engrg. 198 (2009) 3902-3914, doi
-10.1016/j.cma.2009.08.013.
+Source (the energy): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods Appl. Mech. Engrg.
+198 (2009) 3902-3914, doi 10.1016/j.cma.2009.08.013.
 """
 
 from __future__ import annotations
@@ -39,12 +42,16 @@ from .vectors import ALL, AXIAL, Vector, combine, cross, dot
 LINES = 7  #: rows of a section
 ROWS = 15  #: of gradients
 
-Frame = tuple[Vector, Vector, Vector, Vector, Vector]  #: r,1 r,2, their duals r^1 r^2, and the unit normal n
+Frame = tuple[
+    Vector, Vector, Vector, Vector, Vector
+]  #: r,1 r,2, their duals r^1 r^2, and the unit normal n
 
 
 @inlined
 def vector(u: np.ndarray, k: int, q: int) -> Vector:
-    """Vector k of point q: the rows 3 k, 3 k + 1 and 3 k + 2 of gradients u (i, p e), in compiled code."""
+    """Vector k of point q: the rows 3 k, 3 k + 1 and 3 k + 2 of gradients u (i, p e), in compiled
+    code.
+    """
     return u[3 * k, q], u[3 * k + 1, q], u[3 * k + 2, q]
 
 
@@ -62,7 +69,11 @@ def strains(u: np.ndarray, section: np.ndarray, q: int, frame: Frame) -> tuple[V
     """E11, E22, E12, and b_i - b0_i, i = 11, 22, 12: minus the curvatures [1/m]."""
     a1, a2, _, _, n = frame
     b1, b2, b3 = dot(n, vector(u, 2, q)), dot(n, vector(u, 3, q)), dot(n, vector(u, 4, q))
-    return stretches(AXIAL, a1, a2, a1, a2), (b1 - section[3, q], b2 - section[4, q], b3 - section[5, q])
+    return stretches(AXIAL, a1, a2, a1, a2), (
+        b1 - section[3, q],
+        b2 - section[4, q],
+        b3 - section[5, q],
+    )
 
 
 @inlined
@@ -75,7 +86,10 @@ def projections(u: np.ndarray, q: int, dual: Vector) -> Vector:
 def rates(u: np.ndarray, v: np.ndarray, q: int, frame: Frame) -> tuple[Vector, Vector]:
     """dE/dt and db_i/dt = n.(v,i - G_i^a v,a) of gradient rates v."""
     a1, a2, c1, c2, n = frame
-    v1, v2, G1, G2 = vector(v, 0, q), vector(v, 1, q), projections(u, q, c1), projections(u, q, c2)
+    v1 = vector(v, 0, q)
+    v2 = vector(v, 1, q)
+    G1 = projections(u, q, c1)
+    G2 = projections(u, q, c2)
     w1, w2 = dot(n, v1), dot(n, v2)
     k1 = dot(n, vector(v, 2, q)) - G1[0] * w1 - G2[0] * w2
     k2 = dot(n, vector(v, 3, q)) - G1[1] * w1 - G2[1] * w2
@@ -98,9 +112,12 @@ def quadratics(section: np.ndarray, q: int, E: Vector, k: Vector) -> float:
 
 
 @entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def energy_at(
+    u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
+) -> None:
     """Strain energy [J] summed over all points: W[0]."""
-    count, total = points * cells, 0.0
+    count = points * cells
+    total = 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         frame = frame_of(u, q)
@@ -110,10 +127,25 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells
 
 
 @entry
-def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
+def dissipation_at(
+    u: Any,
+    rate: Any,
+    section: Any,
+    W: Any,
+    way: int,
+    points: int,
+    cells: int,
+    law: int,
+    beta: float,
+) -> None:
     """W (p, e) = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt) of gradient rates [W]."""
     count = points * cells
-    u, v, section, W = carray(u, (ROWS, count)), carray(rate, (ROWS, count)), carray(section, (LINES, count)), carray(W, count)
+    u, v, section, W = (
+        carray(u, (ROWS, count)),
+        carray(rate, (ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(W, count),
+    )
     for q in range(count):
         frame = frame_of(u, q)
         E, k = rates(u, v, q, frame)
@@ -121,10 +153,26 @@ def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: in
 
 
 @entry
-def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p, e)."""
+def stress_at(
+    u: Any,
+    rate: Any,
+    section: Any,
+    S: Any,
+    way: int,
+    points: int,
+    cells: int,
+    law: int,
+    beta: float,
+) -> None:
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p,
+    e).
+    """
     count = points * cells
-    u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
+    u, section, S = (
+        carray(u, (ROWS, count)),
+        carray(section, (LINES, count)),
+        carray(S, (ROWS, count)),
+    )
     v = carray(rate, (ROWS, count))
     for q in range(count):
         frame = frame_of(u, q)
@@ -137,10 +185,13 @@ def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, ce
 
 @inlined
 def balance(u: Any, section: Any, q: int, frame: Frame, E: Vector, k: Vector, S: Any) -> None:
-    """dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12), of strains and curvatures."""
+    """dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12), of strains
+    and curvatures.
+    """
     a1, a2, c1, c2, n = frame
     weight, nu = section[6, q], section[2, q]
-    N, m = hooke(weight * section[0, q], nu, E[0], E[1], E[2]), moments(weight * section[1, q], nu, k)
+    N = hooke(weight * section[0, q], nu, E[0], E[1], E[2])
+    m = moments(weight * section[1, q], nu, k)
     g1, g2 = dot(m, projections(u, q, c1)), dot(m, projections(u, q, c2))
     first, second = combine(N[0], a1, N[2], a2), combine(N[2], a1, N[1], a2)
     # component by component: a loop over them keeps the loop over points from vector instructions
@@ -158,14 +209,26 @@ def put(T: np.ndarray, k: int, i: int, j: int, value: float) -> None:
 
 
 @entry
-def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]: damping time times gh.
+def modulus_at(
+    u: Any,
+    held: Any,
+    section: Any,
+    D: Any,
+    way: int,
+    points: int,
+    cells: int,
+    law: int,
+    beta: float,
+) -> None:
+    """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]:
+    damping time times gh.
 
     (r,a r,b):  N_ab I + A C:r,c r,d + f n n + g^a r^b n + g^b n r^a,  g^a = m_i G_i^a,
                 f = C_ij G_i^a G_j^b - m_i b_i (r^a.r^b),  C_ij the moduli of bending
     (r,i r,a):  -(C_ij G_j^a n + m_i r^a) n        (r,i r,j):  C_ij n n
     """
-    count, T = points * cells, np.zeros((ROWS * (ROWS + 1) // 2, LANES))
+    count = points * cells
+    T = np.zeros((ROWS * (ROWS + 1) // 2, LANES))
     u, w, D = carray(u, (ROWS, count)), carray(held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
     section = carray(section, (LINES, count))
     for start in range(0, count, LANES):
@@ -176,21 +239,49 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
             _, k = strains(u, section, q, frame)
             _, bent = strains(w, section, q, frame_of(w, q)) if way == ALL else (k, k)
             E = stretches(way, a1, a2, vector(w, 0, q), vector(w, 1, q))
-            A, B, nu = section[6, q] * section[0, q], section[6, q] * section[1, q], section[2, q]
-            N, m = hooke(A, nu, E[0], E[1], E[2]), moments(B, nu, bent)
+            A = section[6, q] * section[0, q]
+            B = section[6, q] * section[1, q]
+            nu = section[2, q]
+            N = hooke(A, nu, E[0], E[1], E[2])
+            m = moments(B, nu, bent)
             A, B = (1.0 + beta) * A, (1.0 + beta) * B
-            half, G1, G2 = 0.5 * A * (1.0 - nu), projections(u, q, c1), projections(u, q, c2)
-            h1, h2, g1, g2 = moments(B, nu, G1), moments(B, nu, G2), dot(m, G1), dot(m, G2)
+            half = 0.5 * A * (1.0 - nu)
+            G1 = projections(u, q, c1)
+            G2 = projections(u, q, c2)
+            h1 = moments(B, nu, G1)
+            h2 = moments(B, nu, G2)
+            g1 = dot(m, G1)
+            g2 = dot(m, G2)
             mb = dot(m, (k[0] + section[3, q], k[1] + section[4, q], k[2] + section[5, q]))
-            f11, f21, f22 = dot(h1, G1) - mb * dot(c1, c1), dot(h2, G1) - mb * dot(c2, c1), dot(h2, G2) - mb * dot(c2, c2)
+            f11, f21, f22 = (
+                dot(h1, G1) - mb * dot(c1, c1),
+                dot(h2, G1) - mb * dot(c2, c1),
+                dot(h2, G2) - mb * dot(c2, c2),
+            )
             for i in range(3):
                 for j in range(i + 1):
-                    own = g1 * (c1[i] * n[j] + n[i] * c1[j]) + f11 * n[i] * n[j] + A * a1[i] * a1[j] + half * a2[i] * a2[j]
+                    own = (
+                        g1 * (c1[i] * n[j] + n[i] * c1[j])
+                        + f11 * n[i] * n[j]
+                        + A * a1[i] * a1[j]
+                        + half * a2[i] * a2[j]
+                    )
                     put(T, lane, i, j, own + N[0] if i == j else own)
-                    own = g2 * (c2[i] * n[j] + n[i] * c2[j]) + f22 * n[i] * n[j] + A * a2[i] * a2[j] + half * a1[i] * a1[j]
+                    own = (
+                        g2 * (c2[i] * n[j] + n[i] * c2[j])
+                        + f22 * n[i] * n[j]
+                        + A * a2[i] * a2[j]
+                        + half * a1[i] * a1[j]
+                    )
                     put(T, lane, 3 + i, 3 + j, own + N[1] if i == j else own)
                 for j in range(3):
-                    own = g2 * c1[i] * n[j] + g1 * n[i] * c2[j] + f21 * n[i] * n[j] + A * nu * a2[i] * a1[j] + half * a1[i] * a2[j]
+                    own = (
+                        g2 * c1[i] * n[j]
+                        + g1 * n[i] * c2[j]
+                        + f21 * n[i] * n[j]
+                        + A * nu * a2[i] * a1[j]
+                        + half * a1[i] * a2[j]
+                    )
                     put(T, lane, 3 + i, j, own + N[2] if i == j else own)
                     for of in range(3):
                         put(T, lane, 6 + 3 * of + i, j, -(h1[of] * n[i] + m[of] * c1[i]) * n[j])
@@ -203,4 +294,9 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
         unfold(T, start, D, False)
 
 
-FUNCTIONS = {"energy": energy_at, "stress": stress_at, "dissipation": dissipation_at, "modulus": modulus_at}
+FUNCTIONS = {
+    "energy": energy_at,
+    "stress": stress_at,
+    "dissipation": dissipation_at,
+    "modulus": modulus_at,
+}

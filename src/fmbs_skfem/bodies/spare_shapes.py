@@ -1,8 +1,10 @@
-"""What the training of a reduced part showed beyond its shape functions, by which a run sees what the part cannot do.
+"""What the training of a reduced part showed beyond its shape functions, by which a run sees what
+the part cannot do.
 
     F = [S, T],   T^T W S = 0,   T^T W T = 1
 
-S are the shape functions of the part, T the next ones of its training, W is the mass over that of the body.
+S are the shape functions of the part, T the next ones of its training, W is the mass over that of
+the body.
 """
 
 from __future__ import annotations
@@ -25,21 +27,38 @@ def nothing() -> np.ndarray:
 @storable
 @dataclass(frozen=True)
 class MissingShapes:
-    """The functions F = [S, T] (f) of a part, S (b) its shape functions, at all quadrature points (g) of its body.
+    """The functions F = [S, T] (f) of a part, S (b) its shape functions, at all quadrature points
+    (g) of its body.
 
-    T are the next functions of its training, orthonormal in the mass over that of the body and orthogonal to S.
+    T are the next functions of its training, orthonormal in the mass over that of the body and
+    orthogonal to S.
     """
 
-    functions: Annotated[np.ndarray, Reals("k g f")]  #: derivatives of F that the law reads [1/m, 1/m2]
+    functions: Annotated[
+        np.ndarray, Reals("k g f")
+    ]  #: derivatives of F that the law reads [1/m, 1/m2]
     positions: Annotated[np.ndarray, Reals("g c")]  #: of the points in the reference [m]
-    section: Annotated[np.ndarray, Reals("i 1 g")]  #: rows of the law, the last one the weight of a point
+    section: Annotated[
+        np.ndarray, Reals("i 1 g")
+    ]  #: rows of the law, the last one the weight of a point
     mass: Annotated[np.ndarray, Reals("f b")]  #: F^T M S over the mass of the body
     metric: Annotated[np.ndarray, Reals("f f")]  #: F^T W F
     rows: Annotated[np.ndarray, Reals("j f")]  #: positions, slopes and axes at places
     place: Annotated[np.ndarray, Indices("j")]  #: number of the place of every row
-    left_out: Annotated[float, Number(0.0)]  #: largest root mean square of what S leaves out of a state of the training [m]
-    #: numbers of places with directions on which no moment acted in the training; none where its record does not say
-    unbent: Annotated[np.ndarray, Indices("*")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    over_space: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (w, t) T as of `body.over_space`
-    inertia: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (t, t) T^T M T over the mass of the body
-    axes: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (i, t) T of the functions that frames count
+    left_out: Annotated[
+        float, Number(0.0)
+    ]  #: largest root mean square of what S leaves out of a state of the training [m]
+    #: numbers of places with directions on which no moment acted in the training; none where its
+    #: record does not say
+    unbent: Annotated[np.ndarray, Indices("*")] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
+    over_space: Annotated[np.ndarray, Reals("* *")] = field(
+        default_factory=nothing
+    )  #: (w, t) T as of `body.over_space`
+    inertia: Annotated[np.ndarray, Reals("* *")] = field(
+        default_factory=nothing
+    )  #: (t, t) T^T M T over the mass of the body
+    axes: Annotated[np.ndarray, Reals("* *")] = field(
+        default_factory=nothing
+    )  #: (i, t) T of the functions that frames count

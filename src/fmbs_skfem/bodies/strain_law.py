@@ -2,25 +2,29 @@ r"""Laws of strains that are quadratic in vectors, as those of a beam with three
 
     e_k = sum_t f_t u_i(t) . u_j(t) - e0_k,    W = 1/2 sum_kl C_kl e_k e_l + 1/2 E sum_m p_m e_m^2
 
-of gradients u = (u_0, ... u_n), vectors in space: strains k, l with any stiffness C between them, and m that hold lengths and
-angles between vectors by the stiffness E. With g_k = de_k/du = A_k u, A_k constant,
+of gradients u = (u_0, ... u_n), vectors in space: strains k, l with any stiffness C between them,
+and m that hold lengths and angles between vectors by the stiffness E. With g_k = de_k/du = A_k u,
+A_k constant,
 
     S = sum_k s_k g_k,   s = C e,        D = sum_k s_k A_k + sum_kl C_kl g_k g_l^T
 
-Stiffness-proportional damping is of Kelvin-Voigt type, s = C (e + beta de/dt): rigid motions are not damped.
+Stiffness-proportional damping is of Kelvin-Voigt type, s = C (e + beta de/dt): rigid motions are
+not damped.
 
 A beam has the centre line r and the directors d_1 along it, d_2 and d_3 in its section:
 
     Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic),    E_ij = d_i . d_j
 
-each less its value in the reference: axial and shear strains, torsion and curvatures about d_2 and d_3; E holds the section
-rigid. The modulus takes the strains of sum_k s_k A_k from gradients of its own, see `laws.call_modulus`.
+each less its value in the reference: axial and shear strains, torsion and curvatures about d_2 and
+d_3; E holds the section rigid. The modulus takes the strains of sum_k s_k A_k from gradients of its
+own, see `laws.call_modulus`.
 
-Arrays: gradients `u` (3 n, p, e), stresses `S` the same, moduli `D` (3 n, 3 n, p, e); `section` (i, p, e) holds the upper triangle
-of C row by row, E, the strains e0 and the weight.
+Arrays: gradients `u` (3 n, p, e), stresses `S` the same, moduli `D` (3 n, 3 n, p, e); `section` (i,
+p, e) holds the upper triangle of C row by row, E, the strains e0 and the weight.
 
-Source: S. S. Antman, Nonlinear Problems of Elasticity, 2nd ed., Springer 2005, doi:10.1007/0-387-27649-1, ch. 8 (the strains); P.
-Betsch and P. Steinmann, Int. J. Numer. Methods Eng. 54 (2002) 1775-1788, doi:10.1002/nme.487 (directors as coordinates).
+Source: S. S. Antman, Nonlinear Problems of Elasticity, 2nd ed., Springer 2005,
+doi:10.1007/0-387-27649-1, ch. 8 (the strains); P. Betsch and P. Steinmann, Int. J. Numer. Methods
+Eng. 54 (2002) 1775-1788, doi:10.1002/nme.487 (directors as coordinates).
 """
 
 from __future__ import annotations
@@ -46,17 +50,30 @@ def begin(first: int, c: np.ndarray, e: np.ndarray) -> None:
 
 
 @inlined
-def add_products(of: np.ndarray, factors: np.ndarray, share: float, u: np.ndarray, v: np.ndarray, e: np.ndarray) -> None:
-    """e_k += share f_t u_i . v_j over all terms t (strain k, vectors i and j in a row of `of`), u and v (3 n, q)."""
+def add_products(
+    of: np.ndarray, factors: np.ndarray, share: float, u: np.ndarray, v: np.ndarray, e: np.ndarray
+) -> None:
+    """e_k += share f_t u_i . v_j over all terms t (strain k, vectors i and j in a row of `of`), u
+    and v (3 n, q).
+    """
     for t in range(len(of)):
-        k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], share * factors[t]
+        k = of[t, 0]
+        i = 3 * of[t, 1]
+        j = 3 * of[t, 2]
+        f = share * factors[t]
         for q in range(e.shape[1]):
-            e[k, q] += f * (u[i, q] * v[j, q] + u[i + 1, q] * v[j + 1, q] + u[i + 2, q] * v[j + 2, q])
+            e[k, q] += f * (
+                u[i, q] * v[j, q] + u[i + 1, q] * v[j + 1, q] + u[i + 2, q] * v[j + 2, q]
+            )
 
 
 @inlined
-def add_forces(of: np.ndarray, parts: np.ndarray, c: np.ndarray, e: np.ndarray, s: np.ndarray) -> None:
-    """s_k += weight C_kl e_l over all pairs (k, l, row of C in the sections c (i, q)), of which that row has a part."""
+def add_forces(
+    of: np.ndarray, parts: np.ndarray, c: np.ndarray, e: np.ndarray, s: np.ndarray
+) -> None:
+    """s_k += weight C_kl e_l over all pairs (k, l, row of C in the sections c (i, q)), of which
+    that row has a part.
+    """
     weight = c[len(c) - 1]
     for t in range(len(of)):
         k, l, row = of[t]
@@ -67,24 +84,41 @@ def add_forces(of: np.ndarray, parts: np.ndarray, c: np.ndarray, e: np.ndarray, 
                 s[l, q] += weight[q] * parts[t] * c[row, q] * e[k, q]
 
 
-def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tuple[Terms, float]]) -> dict[str, Callable[[], int]]:
-    """Functions of the law of strains `free`, with any stiffness between them, and `held` ones, each with its part p of E."""
+def functions(
+    name: str, vectors: int, free: Sequence[Terms], held: Sequence[tuple[Terms, float]]
+) -> dict[str, Callable[[], int]]:
+    """Functions of the law of strains `free`, with any stiffness between them, and `held` ones,
+    each with its part p of E.
+    """
     strains = [*free, *(terms for terms, _ in held)]
-    many, coupled, rows = len(strains), len(free), 3 * vectors
+    many = len(strains)
+    coupled = len(free)
+    rows = 3 * vectors
     # term by term: strain, vectors, factor
     of = np.array([(k, i, j) for k, terms in enumerate(strains) for i, j, _ in terms])
     factors = np.array([f for terms in strains for *_, f in terms])
-    # A_k u by vectors: strain, vector that it belongs to, vector that it reads, factor; those of a strain behind each other
-    slopes = sorted((k, a, b, f) for k, terms in enumerate(strains) for i, j, f in terms for a, b in ((i, j), (j, i)))
+    # A_k u by vectors: strain, vector that it belongs to, vector that it reads, factor; those of a
+    # strain behind each other
+    slopes = sorted(
+        (k, a, b, f)
+        for k, terms in enumerate(strains)
+        for i, j, f in terms
+        for a, b in ((i, j), (j, i))
+    )
     merged: dict[tuple[int, int, int], float] = {}
     for k, a, b, f in slopes:
         merged[k, a, b] = merged.get((k, a, b), 0.0) + f
     of_slope, slope_factors = np.array(list(merged)), np.array(list(merged.values()))
     starts = np.searchsorted(of_slope[:, 0], np.arange(many + 1))
-    # pairs of strains with the row of their stiffness, and its part: any two free ones, and each that is held
+    # pairs of strains with the row of their stiffness, and its part: any two free ones, and each
+    # that is held
     free_pairs = [(k, l) for k in range(coupled) for l in range(k, coupled)]
-    stiff, first = len(free_pairs), len(free_pairs) + 1  # rows of E and of the first e0
-    pairs = np.array([(k, l, row) for row, (k, l) in enumerate(free_pairs)] + [(k, k, stiff) for k in range(coupled, many)])
+    stiff = len(free_pairs)
+    first = len(free_pairs) + 1  # rows of E and of the first e0
+    pairs = np.array(
+        [(k, l, row) for row, (k, l) in enumerate(free_pairs)]
+        + [(k, k, stiff) for k in range(coupled, many)]
+    )
     parts = np.array([1.0] * stiff + [part for _, part in held])
     lines = first + many + 1
     found: dict[str, Callable[[], int]] = {}
@@ -94,10 +128,22 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         found[function.__qualname__] = entry(function)
 
     @named
-    def energy(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
+    def energy(
+        u: Any,
+        _: Any,
+        section: Any,
+        W: Any,
+        way: int,
+        points: int,
+        cells: int,
+        option: int,
+        beta: float,
+    ) -> None:
         count = points * cells
         u, c = carray(u, (rows, count)), carray(section, (lines, count))
-        e, s, total = np.empty((many, count)), np.zeros((many, count)), 0.0
+        e = np.empty((many, count))
+        s = np.zeros((many, count))
+        total = 0.0
         begin(first, c, e)
         add_products(of, factors, 1.0, u, u, e)
         add_forces(pairs, parts, c, e, s)
@@ -107,7 +153,17 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         carray(W, 1)[0] = total
 
     @named
-    def stress(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
+    def stress(
+        u: Any,
+        rate: Any,
+        section: Any,
+        S: Any,
+        way: int,
+        points: int,
+        cells: int,
+        option: int,
+        beta: float,
+    ) -> None:
         count = points * cells
         u, v, c, S = (
             carray(u, (rows, count)),
@@ -115,7 +171,8 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
             carray(section, (lines, count)),
             carray(S, (rows, count)),
         )
-        e, s = np.empty((many, count)), np.zeros((many, count))
+        e = np.empty((many, count))
+        s = np.zeros((many, count))
         begin(first, c, e)
         add_products(of, factors, 1.0, u, u, e)
         if beta > 0.0:
@@ -124,16 +181,34 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         add_forces(pairs, parts, c, e, s)
         S[:] = 0.0
         for t in range(len(of_slope)):
-            k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
+            k = of_slope[t, 0]
+            i = 3 * of_slope[t, 1]
+            j = 3 * of_slope[t, 2]
+            f = slope_factors[t]
             for q in range(count):
                 S[i, q] += f * s[k, q] * u[j, q]
                 S[i + 1, q] += f * s[k, q] * u[j + 1, q]
                 S[i + 2, q] += f * s[k, q] * u[j + 2, q]
 
     @named
-    def dissipation(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
+    def dissipation(
+        u: Any,
+        rate: Any,
+        section: Any,
+        W: Any,
+        way: int,
+        points: int,
+        cells: int,
+        option: int,
+        beta: float,
+    ) -> None:
         count = points * cells
-        u, v, c, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (lines, count)), carray(W, count)
+        u, v, c, W = (
+            carray(u, (rows, count)),
+            carray(rate, (rows, count)),
+            carray(section, (lines, count)),
+            carray(W, count),
+        )
         e, s = np.zeros((many, count)), np.zeros((many, count))
         add_products(of, factors, 1.0, u, v, e)
         add_products(of, factors, 1.0, v, u, e)
@@ -144,7 +219,17 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                 W[q] += e[k, q] * s[k, q]
 
     @named
-    def modulus(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
+    def modulus(
+        u: Any,
+        held: Any,
+        section: Any,
+        D: Any,
+        way: int,
+        points: int,
+        cells: int,
+        option: int,
+        beta: float,
+    ) -> None:
         u, c = carray(u, (rows, points, cells)), carray(section, (lines, points, cells))
         w = carray(held, (rows, points, cells))
         D = carray(D, (rows, rows, points, cells))
@@ -165,13 +250,16 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                     for q in range(cells):
                         D[a, b, p, q] = 0.0
             for t in range(len(of_slope)):
-                j, f = 3 * of_slope[t, 2], slope_factors[t]
+                j = 3 * of_slope[t, 2]
+                f = slope_factors[t]
                 for d in range(3):
                     for q in range(cells):
                         g[t, d, q] = f * u[j + d, p, q]
-            # sums over pairs of strains that are coupled here: at points of a reduced rule most of them are not
+            # sums over pairs of strains that are coupled here: at points of a reduced rule most of
+            # them are not
             for pair in range(len(pairs)):
-                (k, l, row), largest = pairs[pair], 0.0
+                (k, l, row) = pairs[pair]
+                largest = 0.0
                 for q in range(cells):
                     C[q] = (1.0 + beta) * c[lines - 1, p, q] * parts[pair] * c[row, p, q]
                     largest = max(largest, abs(C[q]))
@@ -188,7 +276,10 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                                     for q in range(cells):
                                         target[q] += twice * C[q] * g[x, d, q] * g[y, h, q]
             for t in range(len(of_slope)):
-                k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
+                k = of_slope[t, 0]
+                i = 3 * of_slope[t, 1]
+                j = 3 * of_slope[t, 2]
+                f = slope_factors[t]
                 if i >= j:
                     for d in range(3):
                         for q in range(cells):
@@ -204,14 +295,25 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
 CROSS = ((1, 2), (2, 0), (0, 1))  #: j and k beside i = 0, 1, 2
 DIRECTOR, SLOPE, TURN = 1, 4, 5  #: numbers of d_1, r' and d_1' among the vectors of a beam
 STRETCHES = tuple(((SLOPE, DIRECTOR + i, 1.0),) for i in range(3))
-CURVATURES = tuple(((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5)) for j, k in CROSS)
+CURVATURES = tuple(
+    ((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5)) for j, k in CROSS
+)
 HELD = tuple((((DIRECTOR + i, DIRECTOR + i, 1.0),), 0.25) for i in range(3))
 HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for j, k in CROSS)
 FREE = (*STRETCHES, *CURVATURES)
-FIRST = len(FREE) * (len(FREE) + 1) // 2 + 1  #: row of the section with the first strain of the reference
+FIRST = (
+    len(FREE) * (len(FREE) + 1) // 2 + 1
+)  #: row of the section with the first strain of the reference
 FUNCTIONS = functions("beam", 8, FREE, HELD)
 
 
 def strains(u: np.ndarray) -> np.ndarray:
-    """Gamma, kappa and E (12, ...) of a beam at gradients (8, 3, ...), without those of the reference."""
-    return np.stack([sum(f * (u[i] * u[j]).sum(axis=0) for i, j, f in terms) for terms in (*FREE, *(terms for terms, _ in HELD))])
+    """Gamma, kappa and E (12, ...) of a beam at gradients (8, 3, ...), without those of the
+    reference.
+    """
+    return np.stack(
+        [
+            sum(f * (u[i] * u[j]).sum(axis=0) for i, j, f in terms)
+            for terms in (*FREE, *(terms for terms, _ in HELD))
+        ]
+    )

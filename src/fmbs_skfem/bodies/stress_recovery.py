@@ -3,11 +3,12 @@ r"""Strain, curvature and stress fields of membranes and shells, from gradients 
     E_ab = (r,a.r,b - delta_ab)/2,   k_ab = -(n.r,ab - b0_ab),   E(z) = E + z k,   z in [-t/2, t/2] along n
     N = A C:E,   M = B C:k,   S(z) = N/t + 12 z M/t^3,   sigma_v^2 = S11^2 - S11 S22 + S22^2 + 3 S12^2
 
-S is the second Piola-Kirchhoff stress in the orthonormal reference tangents of the point; sigma_v is the von Mises stress of plane
-stress, which is that of the Cauchy stress where strains are small. Tensors are stored by their components 11, 22, 12.
+S is the second Piola-Kirchhoff stress in the orthonormal reference tangents of the point; sigma_v
+is the von Mises stress of plane stress, which is that of the Cauchy stress where strains are small.
+Tensors are stored by their components 11, 22, 12.
 
-Arrays: gradients `u` (4 or 15, ...) of `laws.Law.MEMBRANE` or `SHELL`, `section` (3 or 7, ...) with the same points, in any
-shape, behind.
+Arrays: gradients `u` (4 or 15, ...) of `laws.Law.MEMBRANE` or `SHELL`, `section` (3 or 7, ...) with
+the same points, in any shape, behind.
 """
 
 from __future__ import annotations
@@ -26,33 +27,44 @@ NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's
 
 @dataclass(frozen=True)
 class RecoveredFields:
-    """RecoveredFields of a membrane or shell at points of any shape (...), the last axes of all arrays.
+    """RecoveredFields of a membrane or shell at points of any shape (...), the last axes of all
+    arrays.
 
     Components of tensors are 11, 22, 12 in the orthonormal reference tangents of the point.
     """
 
     strain: np.ndarray  #: (3, ...) Green-Lagrange strain of the middle surface [-]
     curvature: np.ndarray  #: (3, ...) change of curvature [1/m]; zero for a membrane
-    stress: np.ndarray  #: (3, 3, ...) second Piola-Kirchhoff stress [Pa]: level z = -t/2, 0, t/2, then component
+    stress: (
+        np.ndarray
+    )  #: (3, 3, ...) second Piola-Kirchhoff stress [Pa]: level z = -t/2, 0, t/2, then component
     von_mises: np.ndarray  #: (2, ...) von Mises stress [Pa] on the faces z = -t/2 and t/2
 
 
-def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> RecoveredFields:
-    """All fields (.., ...) at points of any shape (...), from gradients u (k c, ...), section (i, ...) and thickness [m].
+def recover(
+    law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray
+) -> RecoveredFields:
+    """All fields (.., ...) at points of any shape (...), from gradients u (k c, ...), section (i,
+    ...) and thickness [m].
 
         E = (r,a.r,b - delta_ab)/2,   k_ab = -(n.r,ab - b0_ab),   S(z) = N/t + 12 z M/t^3,   z = -t/2, 0, t/2
 
-    The law is MEMBRANE (k c = 4, i = 3) or SHELL (15, 7). The thickness is a number or one for every point; InputError names other
-    laws and shapes that do not fit. Sources as of the module.
+    The law is MEMBRANE (k c = 4, i = 3) or SHELL (15, 7). The thickness is a number or one for
+    every point; InputError names other laws and shapes that do not fit. Sources as of the module.
     """
     check_shapes(law, u, section, thickness)
-    strain, change = strains(u, COMPONENTS[law]), curvatures(law, u, section)
+    strain = strains(u, COMPONENTS[law])
+    change = curvatures(law, u, section)
     levels = stresses(law, strain, change, section, thickness)
     return RecoveredFields(strain, change, levels, von_mises(levels[[0, 2]].swapaxes(0, 1)))
 
 
-def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> None:
-    """InputError for other laws, other shapes than u (k c, ...) and section (i, ...), and a thickness that is not positive."""
+def check_shapes(
+    law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray
+) -> None:
+    """InputError for other laws, other shapes than u (k c, ...) and section (i, ...), and a
+    thickness that is not positive.
+    """
     where = "fields.recover"
     if law not in COMPONENTS:
         raise InputError(say(where, "the law MEMBRANE or SHELL", law.name))
@@ -65,12 +77,15 @@ def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float 
 
 
 def strains(u: np.ndarray, dim: int) -> np.ndarray:
-    """Green-Lagrange strain E_ab = (r,a.r,b - delta_ab)/2, (3, ...) as 11, 22, 12 [-], of gradients u (k c, ...).
+    """Green-Lagrange strain E_ab = (r,a.r,b - delta_ab)/2, (3, ...) as 11, 22, 12 [-], of gradients
+    u (k c, ...).
 
     `dim` is c; of the vectors of u the first two are read.
     """
     a, b = u[:dim], u[dim : 2 * dim]
-    return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
+    return 0.5 * np.stack(
+        [np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)]
+    )
 
 
 def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -80,69 +95,92 @@ def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     They have the unit of the tensor.
     """
-    middle, radius = 0.5 * (tensor[0] + tensor[1]), np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2])
+    middle = 0.5 * (tensor[0] + tensor[1])
+    radius = np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2])
     return middle + radius, middle - radius
 
 
 def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> np.ndarray:
-    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, or principal strains.
+    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, or principal
+    strains.
 
-    Principal ones are those of a surface, and of r' and the section of a beam, at the points that carry its axial force:
+    Principal ones are those of a surface, and of r' and the section of a beam, at the points that
+    carry its axial force:
 
         E = ((r'.r' - 1)/2, gamma/2; gamma/2, 0),    r' = (1 + Gamma_1) d_1 + Gamma_2 d_2 + Gamma_3 d_3,    gamma = |Gamma_2,3|
 
-    These are all smaller ones and then all larger ones, of gradients u (k c, ...) at points with the section (i, ...), `dim` = c.
+    These are all smaller ones and then all larger ones, of gradients u (k c, ...) at points with
+    the section (i, ...), `dim` = c.
     """
     if law in COMPONENTS:
         largest, smallest = principal(strains(u, dim))
     elif law is Law.BEAM:
         axial, *across = beam_strains(u, section)[:3, carrying(law, section)]
         shear = np.hypot(*across)
-        largest, smallest = principal(0.5 * np.stack([(1.0 + axial) ** 2 + shear**2 - 1.0, np.zeros_like(axial), shear]))
+        largest, smallest = principal(
+            0.5 * np.stack([(1.0 + axial) ** 2 + shear**2 - 1.0, np.zeros_like(axial), shear])
+        )
     else:
         return np.asarray(0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0))[carrying(law, section)]
     return np.concatenate([smallest, largest])
 
 
 def carrying(law: Law, section: np.ndarray) -> np.ndarray:
-    """Which points (...) of a line with the section (i, ...) carry its axial force, see `shapes.locking`.
+    """Which points (...) of a line with the section (i, ...) carry its axial force, see
+    `shapes.locking`.
 
     Where the section changes, EA is held against sqrt(EI), as which it falls with the thickness.
     """
     axial = np.abs(section[0])
     if {"EA", "EI"} <= set(law.section):
-        axial = np.abs(section[law.section.index("EA")]) / np.sqrt(np.abs(section[law.section.index("EI")]))
+        axial = np.abs(section[law.section.index("EA")]) / np.sqrt(
+            np.abs(section[law.section.index("EI")])
+        )
     return np.asarray(axial >= 0.5 * axial.mean())
 
 
-def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
-    """Largest size of the strains along fibres (e, s) in the cells of a line or surface, of gradients u (k c, p, e, s).
+def fibre_strains(
+    law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarray, depth: float | np.ndarray
+) -> np.ndarray:
+    """Largest size of the strains along fibres (e, s) in the cells of a line or surface, of
+    gradients u (k c, p, e, s).
 
         lines       max_p |(r'.r' - 1)/2| + h max_p |kappa - kappa0|,     kappa0 of the gradients `start` (k c, p, e, 1)
         beams       max_p |Gamma_1| + h max_p |kappa|,                    torsion and curvatures
         surfaces    max_p of the principal values of E +- h k
 
-    `depth` h [m] is the distance of the outer fibres, a number or one a cell (e,); section (i, p, e).
+    `depth` h [m] is the distance of the outer fibres, a number or one a cell (e,); section (i, p,
+    e).
     """
     h = np.broadcast_to(np.asarray(depth, dtype=float), section.shape[2:])[:, None]
     if law in COMPONENTS:
-        E, k = strains(u, COMPONENTS[law]), curvatures(law, u, section[..., None])
+        E = strains(u, COMPONENTS[law])
+        k = curvatures(law, u, section[..., None])
         faces = [principal(E + side * h * k) for side in (-1.0, 1.0)]
         return np.asarray(np.abs(faces).max(axis=(0, 1, 2)))
     if law is Law.BEAM:
         e = beam_strains(u, section[..., None])
         stretch = np.where(carrying(law, section)[..., None], np.abs(e[0]), 0.0)
         return np.asarray(stretch.max(axis=0) + h * np.linalg.norm(e[3:], axis=0).max(axis=0))
-    dim, option = len(u) // law.vectors, (law if law.bends else Law.EXACT).option
-    axial = np.where(carrying(law, section)[..., None], 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0)
-    bent, straight = (curvatures_of_lines(option, dim, np.moveaxis(one[: 2 * dim], 0, -1)) for one in (u, start))
+    dim = len(u) // law.vectors
+    option = (law if law.bends else Law.EXACT).option
+    axial = np.where(
+        carrying(law, section)[..., None], 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0
+    )
+    bent, straight = (
+        curvatures_of_lines(option, dim, np.moveaxis(one[: 2 * dim], 0, -1)) for one in (u, start)
+    )
     return np.asarray(np.abs(axial).max(axis=0) + h * np.abs(bent - straight).max(axis=0))
 
 
 def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Gamma [-] and kappa [1/m] (6, ...) of a beam, of gradients u (24, ...), less those in its `section` (i, ...)."""
+    """Gamma [-] and kappa [1/m] (6, ...) of a beam, of gradients u (24, ...), less those in its
+    `section` (i, ...).
+    """
     first = strain_law.FIRST
-    return np.asarray(strain_law.strains(u.reshape(-1, 3, *u.shape[1:]))[:6] - section[first : first + 6])
+    return np.asarray(
+        strain_law.strains(u.reshape(-1, 3, *u.shape[1:]))[:6] - section[first : first + 6]
+    )
 
 
 def normals(u: np.ndarray) -> np.ndarray:
@@ -152,7 +190,8 @@ def normals(u: np.ndarray) -> np.ndarray:
 
 
 def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Largest errors (2,) of gradients v in place of u (k c, p, s), of axial or membrane strains, and of curvatures.
+    """Largest errors (2,) of gradients v in place of u (k c, p, s), of axial or membrane strains,
+    and of curvatures.
 
     Over them stand the largest values in u: (2, 2). `section` (i, p).
     """
@@ -163,17 +202,25 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
         if law is Law.BEAM:
             e = beam_strains(w, section[..., None])
             return e[:3, carrying(law, section)], e[3:]
-        dim, option = len(w) // law.vectors, (law if law.bends else Law.EXACT).option
-        return 0.5 * (np.sum(w[:dim] ** 2, axis=0) - 1.0), curvatures_of_lines(option, dim, np.moveaxis(w[: 2 * dim], 0, -1))
+        dim = len(w) // law.vectors
+        option = (law if law.bends else Law.EXACT).option
+        return 0.5 * (np.sum(w[:dim] ** 2, axis=0) - 1.0), curvatures_of_lines(
+            option, dim, np.moveaxis(w[: 2 * dim], 0, -1)
+        )
 
-    found = [(np.abs(a).max(initial=0.0), np.abs(b - a).max(initial=0.0)) for a, b in zip(both(u), both(v), strict=True)]
+    found = [
+        (np.abs(a).max(initial=0.0), np.abs(b - a).max(initial=0.0))
+        for a, b in zip(both(u), both(v), strict=True)
+    ]
     return np.array(found).T
 
 
 def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Change of curvature k_ab = b0_ab - n.r,ab, (3, ...) as 11, 22, 12 [1/m], of the gradients u (15, ...) of a shell.
+    """Change of curvature k_ab = b0_ab - n.r,ab, (3, ...) as 11, 22, 12 [1/m], of the gradients u
+    (15, ...) of a shell.
 
-    b0 are the rows 3 to 5 of the section (7, ...). Where k is positive, it stretches the face z = t/2; zeros of a membrane.
+    b0 are the rows 3 to 5 of the section (7, ...). Where k is positive, it stretches the face z =
+    t/2; zeros of a membrane.
     """
     if law is not Law.SHELL:
         return np.zeros((3, *u.shape[1:]))
@@ -186,16 +233,25 @@ def hooke(stiffness: np.ndarray, nu: np.ndarray, e: np.ndarray) -> np.ndarray:
 
         11: A (e11 + nu e22),   22: A (e22 + nu e11),   12: A (1 - nu) e12
 
-    `stiffness` A (...) is E t / (1 - nu^2) [N/m] or E t^3 / (12 (1 - nu^2)) [N m], nu (...) Poisson's ratio [-].
+    `stiffness` A (...) is E t / (1 - nu^2) [N/m] or E t^3 / (12 (1 - nu^2)) [N m], nu (...)
+    Poisson's ratio [-].
     """
     return stiffness * np.stack([e[0] + nu * e[1], e[1] + nu * e[0], (1.0 - nu) * e[2]])
 
 
-def stresses(law: Law, strain: np.ndarray, change: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> np.ndarray:
-    """Second Piola-Kirchhoff stress (3, 3, ...), level by component, at z = -t/2, 0, t/2 [Pa]: S(z) = N/t + 12 z M/t^3.
+def stresses(
+    law: Law,
+    strain: np.ndarray,
+    change: np.ndarray,
+    section: np.ndarray,
+    thickness: float | np.ndarray,
+) -> np.ndarray:
+    """Second Piola-Kirchhoff stress (3, 3, ...), level by component, at z = -t/2, 0, t/2 [Pa]: S(z)
+    = N/t + 12 z M/t^3.
 
-    Of strains (3, ...) [-] and changes of curvature (3, ...) [1/m], with the section (i, ...) of the law and the thickness t [m], a
-    number or (...). A membrane has the same stress at all levels.
+    Of strains (3, ...) [-] and changes of curvature (3, ...) [1/m], with the section (i, ...) of
+    the law and the thickness t [m], a number or (...). A membrane has the same stress at all
+    levels.
     """
     t = np.asarray(thickness)
     middle = hooke(section[0], section[NU[law]], strain) / t
@@ -212,4 +268,6 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
     The components of S are 11, 22, 12.
     """
-    return np.asarray(np.sqrt(stress[0] ** 2 - stress[0] * stress[1] + stress[1] ** 2 + 3.0 * stress[2] ** 2))
+    return np.asarray(
+        np.sqrt(stress[0] ** 2 - stress[0] * stress[1] + stress[1] ** 2 + 3.0 * stress[2] ** 2)
+    )

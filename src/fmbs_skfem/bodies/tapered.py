@@ -17,18 +17,27 @@ from .sections import BeamSection, Given, Material, Offset, Pieces, Section
 @dataclass(frozen=True)
 @checked
 class Tapered(Section):
-    """A section that tapers: sections of one shape at fractions of the length, with dimensions that are linear in between.
+    """A section that tapers: sections of one shape at fractions of the length, with dimensions that
+    are linear in between.
 
-    Of `matrices` and of `given` stiffness and mass are linear. Where mesh points lie at inner fractions, errors stay small.
+    Of `matrices` and of `given` stiffness and mass are linear. Where mesh points lie at inner
+    fractions, errors stay small.
 
-    {shape: tapered, sections: {0: {shape: circular, diameter: 20 mm}, 1: {shape: circular, diameter: 10 mm}}}
+    {shape: tapered, sections: {0: {shape: circular, diameter: 20 mm}, 1: {shape: circular,
+    diameter: 10 mm}}}
     """
 
     sections: Annotated[Mapping[float, Section], at_fractions(takes(Section))]
 
     def __post_init__(self) -> None:
         if len(self.sections) < 2 or min(self.sections) != 0.0 or max(self.sections) != 1.0:
-            raise InputError(say("section.sections", "sections from the fraction 0 to 1 of the length", sorted(self.sections)))
+            raise InputError(
+                say(
+                    "section.sections",
+                    "sections from the fraction 0 to 1 of the length",
+                    sorted(self.sections),
+                )
+            )
         for one in self.sections.values():
             if one.stations:
                 raise InputError(say("section.sections", "sections that are even", one))
@@ -64,20 +73,31 @@ class Tapered(Section):
         """That of its middle."""
         return self.at(0.5).of_cable(material)
 
-    def of_beam(self, material: Material | None, offset: Offset = None, pieces: Pieces = ()) -> BeamSection:
+    def of_beam(
+        self, material: Material | None, offset: Offset = None, pieces: Pieces = ()
+    ) -> BeamSection:
         """That of its middle."""
         return self.at(0.5).of_beam(material, offset, pieces)
 
 
 def blend(one: Any, two: Any, share: float) -> Any:
-    """(1 - share) one + share two of all numbers in two sections of one class; InputError where they differ otherwise."""
+    """(1 - share) one + share two of all numbers in two sections of one class; InputError where
+    they differ otherwise.
+    """
     if one == two:
         return one
     kind: Any = type(one)
     if is_dataclass(kind) and kind is type(two):
-        return kind(**{f.name: blend(getattr(one, f.name), getattr(two, f.name), share) for f in fields(one)})
+        return kind(
+            **{
+                f.name: blend(getattr(one, f.name), getattr(two, f.name), share)
+                for f in fields(one)
+            }
+        )
     if isinstance(one, tuple) and isinstance(two, tuple) and len(one) == len(two):
         return tuple(blend(a, b, share) for a, b in zip(one, two, strict=True))
     if isinstance(one, float | int) and isinstance(two, float | int):
         return (1.0 - share) * one + share * two
-    raise InputError(say("section.sections", "sections of one shape with the same points", f"{one} and {two}"))
+    raise InputError(
+        say("section.sections", "sections of one shape with the same points", f"{one} and {two}")
+    )

@@ -1,4 +1,5 @@
-r"""Numbers of a body in which its energy and mass are monomials: another value scales what there is, and nothing is made anew.
+r"""Numbers of a body in which its energy and mass are monomials: another value scales what there
+is, and nothing is made anew.
 
     circular section:   E A = E pi d^2 / 4,   E I = E pi d^4 / 64,   rho A = rho pi d^2 / 4
     plate:              E t / (1 - nu^2),     E t^3 / (12 (1 - nu^2)),    rho t
@@ -23,33 +24,48 @@ from .sections import Material, Section, positive
 if TYPE_CHECKING:
     from .body import Body, ShapePoints
 
-MASS, SPRINGS, SIZE = "mass", "springs", "size"  #: of powers, beside rows of sections: M, constant springs, thickness or radius
+MASS, SPRINGS, SIZE = (
+    "mass",
+    "springs",
+    "size",
+)  #: of powers, beside rows of sections: M, constant springs, thickness or radius
 EXACT = 1e-12  #: relative distance from a monomial
 
 
 @storable
 @dataclass(frozen=True)
 class Value:
-    """A number of a body in which its energy and mass are monomials: rows of its section are proportional to number^power."""
+    """A number of a body in which its energy and mass are monomials: rows of its section are
+    proportional to number^power.
+    """
 
     number: float  #: [SI]
-    powers: dict[str, float]  #: of it in the rows of the section, by name, and in MASS, SPRINGS, SIZE; 0 in what is not there
+    powers: dict[
+        str, float
+    ]  #: of it in the rows of the section, by name, and in MASS, SPRINGS, SIZE; 0 in what is not there
 
 
-def monomials(make: Callable[[Mapping[str, float]], dict[str, float]], numbers: Mapping[str, float]) -> dict[str, Value]:
-    """Those of some positive numbers in which all that `make` makes of them is a monomial, and not all of it the same.
+def monomials(
+    make: Callable[[Mapping[str, float]], dict[str, float]], numbers: Mapping[str, float]
+) -> dict[str, Value]:
+    """Those of some positive numbers in which all that `make` makes of them is a monomial, and not
+    all of it the same.
 
-    `make` takes numbers by name and gives rows by name. Each number is doubled and tripled: exact powers fit both to 1e-12. Numbers
-    for which `make` raises InputError are left out.
+    `make` takes numbers by name and gives rows by name. Each number is doubled and tripled: exact
+    powers fit both to 1e-12. Numbers for which `make` raises InputError are left out.
     """
-    now, found = make(numbers), dict[str, Value]()
+    now = make(numbers)
+    found = dict[str, Value]()
     for name, number in numbers.items():
         try:
             double, triple = (make({**numbers, name: k * number}) for k in (2.0, 3.0))
         except InputError:
             continue  # of a section that cannot grow so
         powers = {row: float(np.log2(double[row] / now[row]).round(9)) for row in now}
-        exact = all(abs(triple[row] / (now[row] * 3.0**power) - 1.0) < EXACT for row, power in powers.items())
+        exact = all(
+            abs(triple[row] / (now[row] * 3.0**power) - 1.0) < EXACT
+            for row, power in powers.items()
+        )
         if exact and any(powers.values()):
             found[name] = Value(number, {row: power for row, power in powers.items() if power})
     return found
@@ -58,28 +74,47 @@ def monomials(make: Callable[[Mapping[str, float]], dict[str, float]], numbers: 
 def of_line(section: Section, material: Material | None, dim: int, locks: bool) -> dict[str, Value]:
     """Of a cable: the numbers of its section, Young's modulus and density.
 
-    Where its cubics lock, EA / EI decides on the quadrature: what changes it is not among them, see `shapes.locking`. Nor is what
-    makes a section that bends differently about its axes, in space.
+    Where its cubics lock, EA / EI decides on the quadrature: what changes it is not among them, see
+    `shapes.locking`. Nor is what makes a section that bends differently about its axes, in space.
     """
     kept: Any = section
     shape = {one.name: getattr(section, one.name) for one in fields(kept)}
-    shape = {name: float(number) for name, number in shape.items() if isinstance(number, float | int) and number > 0}
-    bulk = {} if material is None else {"young_modulus": material.young_modulus, "density": material.density}
+    shape = {
+        name: float(number)
+        for name, number in shape.items()
+        if isinstance(number, float | int) and number > 0
+    }
+    bulk = (
+        {}
+        if material is None
+        else {"young_modulus": material.young_modulus, "density": material.density}
+    )
 
     def make(numbers: Mapping[str, float]) -> dict[str, float]:
-        made = None if material is None else replace(material, **{name: numbers[name] for name in bulk})
+        made = (
+            None
+            if material is None
+            else replace(material, **{name: numbers[name] for name in bulk})
+        )
         other: Section = replace(kept, **{name: numbers[name] for name in shape})
         if dim == 3 and not other.bends_alike:
-            raise InputError(say("section", "one of the same bending stiffness about all its axes", other))
+            raise InputError(
+                say("section", "one of the same bending stiffness about all its axes", other)
+            )
         given = other.of_cable(made)
         return {"EA": given.EA, "EI": given.EI, MASS: given.rhoA, SIZE: given.radius}
 
     found = monomials(make, shape | bulk)
-    return {name: one for name, one in found.items() if not locks or one.powers.get("EA", 0) == one.powers.get("EI", 0)}
+    return {
+        name: one
+        for name, one in found.items()
+        if not locks or one.powers.get("EA", 0) == one.powers.get("EI", 0)
+    }
 
 
 def of_plate(material: Material, thickness: float | np.ndarray) -> dict[str, Value]:
-    """Of a plate or shell: Young's modulus [Pa], density [kg/m3] and, where it is one number, thickness [m], each with its powers.
+    """Of a plate or shell: Young's modulus [Pa], density [kg/m3] and, where it is one number,
+    thickness [m], each with its powers.
 
         A ~ E t,   B ~ E t^3,   mass ~ rho t,   springs between patches ~ E t^3
 
@@ -88,19 +123,25 @@ def of_plate(material: Material, thickness: float | np.ndarray) -> dict[str, Val
     even = {"thickness": float(thickness)} if np.ndim(thickness) == 0 else {}
 
     def make(numbers: Mapping[str, float]) -> dict[str, float]:
-        E, rho, t = numbers["young_modulus"], numbers["density"], numbers.get("thickness", 1.0)
+        E = numbers["young_modulus"]
+        rho = numbers["density"]
+        t = numbers.get("thickness", 1.0)
         return {"A": E * t, "B": E * t**3, MASS: rho * t, SPRINGS: E * t**3, SIZE: t}
 
-    return monomials(make, {"young_modulus": material.young_modulus, "density": material.density, **even})
+    return monomials(
+        make, {"young_modulus": material.young_modulus, "density": material.density, **even}
+    )
 
 
 def changed(part: Body, numbers: Mapping[str, float]) -> Body:
-    """The body with other numbers by name [SI], full or reduced: rows of its section, mass and sizes are scaled.
+    """The body with other numbers by name [SI], full or reduced: rows of its section, mass and
+    sizes are scaled.
 
-    InputError for names that it does not have, numbers that are not positive, and those so far from the old ones that a factor is
-    no finite positive number. A body without cells stays as it is.
+    InputError for names that it does not have, numbers that are not positive, and those so far from
+    the old ones that a factor is no finite positive number. A body without cells stays as it is.
     """
-    factors, known = dict[str, float](), dict(part.values)
+    factors = dict[str, float]()
+    known = dict(part.values)
     for name, number in numbers.items():
         where = f"body '{part.name}'"
         positive(where, **{name: number})
@@ -113,7 +154,9 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
             factors[row] = factors.get(row, 1.0) * raised(number / trained, power)
             if not 0.0 < factors[row] < math.inf:
                 expected = f"a number like that of its training, {trained:g}"
-                raise InputError(say(f"{where}: {name}", expected, f"{number:g}", "look at its unit"))
+                raise InputError(
+                    say(f"{where}: {name}", expected, f"{number:g}", "look at its unit")
+                )
         known[name] = replace(known[name], number=float(number))
     if not factors or part.cells is None:
         return part
@@ -125,7 +168,8 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
         cells=replace(part.cells, section=rows * part.cells.section),
         shapes=None if part.shapes is None else of_points(part.shapes, rows),
         # a section that changes along the line has no numbers but those of its material
-        profile=part.profile and replace(part.profile, stiffness=factors.get("EA", 1.0) * part.profile.stiffness),
+        profile=part.profile
+        and replace(part.profile, stiffness=factors.get("EA", 1.0) * part.profile.stiffness),
         radius=factors.get(SIZE, 1.0) * part.radius,
         thickness=factors.get(SIZE, 1.0) * part.thickness,
         values=known,

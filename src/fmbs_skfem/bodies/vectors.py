@@ -1,6 +1,8 @@
-"""Vectors of three numbers in compiled loops over points, as tuples: the compiler keeps them in registers, side by side.
+"""Vectors of three numbers in compiled loops over points, as tuples: the compiler keeps them in
+registers, side by side.
 
-They are inlined: a stress of a shell at 1024 points takes 10 us as vector instructions, 47 us where calls stand in the loop.
+They are inlined: a stress of a shell at 1024 points takes 10 us as vector instructions, 47 us where
+calls stand in the loop.
 """
 
 from __future__ import annotations
@@ -8,8 +10,8 @@ from __future__ import annotations
 from ..core.compiling.jit import inlined
 
 Vector = tuple[float, float, float]
-#: what a modulus takes from the gradients that it holds: axial forces (and those of shells), those of strains that are linear from
-#: there to its own gradients, or all stresses
+#: what a modulus takes from the gradients that it holds: axial forces (and those of shells), those
+#: of strains that are linear from there to its own gradients, or all stresses
 AXIAL, LINEAR, ALL = range(3)
 
 
@@ -22,7 +24,11 @@ def dot(a: Vector, b: Vector) -> float:
 @inlined
 def cross(f: float, a: Vector, b: Vector) -> Vector:
     """f a x b of a factor f and vectors a and b, in compiled code."""
-    return f * (a[1] * b[2] - a[2] * b[1]), f * (a[2] * b[0] - a[0] * b[2]), f * (a[0] * b[1] - a[1] * b[0])
+    return (
+        f * (a[1] * b[2] - a[2] * b[1]),
+        f * (a[2] * b[0] - a[0] * b[2]),
+        f * (a[0] * b[1] - a[1] * b[0]),
+    )
 
 
 @inlined
@@ -33,5 +39,7 @@ def combine(f: float, a: Vector, h: float, b: Vector) -> Vector:
 
 @inlined
 def held_product(way: int, u: Vector, v: Vector, a: Vector, b: Vector) -> float:
-    """a.b of vectors that are held for u and v, or what is LINEAR from there to u.v, see `laws.call_modulus`."""
+    """a.b of vectors that are held for u and v, or what is LINEAR from there to u.v, see
+    `laws.call_modulus`.
+    """
     return dot(a, v) + dot(u, b) - dot(a, b) if way == LINEAR else dot(a, b)

@@ -1,6 +1,7 @@
 """What all commands share: a study called with its options, what is printed, exit codes.
 
-stdout is data; warnings, progress and messages go to stderr. Nothing heavy is imported before a command runs.
+stdout is data; warnings, progress and messages go to stderr. Nothing heavy is imported before a
+command runs.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ from ..studies.job import Job, Listener
 from ..studies.result import REASONS, Result, describe_error
 from . import options, screen
 
-INTERNAL, INTERRUPTED, BAD_INPUT, LIMIT = 1, 130, InputError.exit_code, 6
+INTERNAL = 1
+INTERRUPTED = 130
+BAD_INPUT = InputError.exit_code
+LIMIT = 6
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,13 @@ class Study(click.Command):
         """As usual, but for what is left."""
         rest = super().parse_args(ctx, args)
         if rest and not ctx.resilient_parsing:
-            valued = [one for one in self.params if isinstance(one, click.Option) and not one.is_flag]
+            valued = [
+                one for one in self.params if isinstance(one, click.Option) and not one.is_flag
+            ]
             taking = [f"{one.opts[0]} {one.metavar or 'VALUE'}" for one in valued]
-            ctx.fail(f"expected values behind their options ({', '.join(taking)}), got '{' '.join(rest)}'")
+            ctx.fail(
+                f"expected values behind their options ({', '.join(taking)}), got '{' '.join(rest)}'"
+            )
         return rest
 
 
@@ -73,11 +81,22 @@ def command(name: str, study: Callable[..., Result], into: str = "") -> click.Co
         given = [values.pop(source)] if source else []
         with contextlib.closing(screen.Bar()) as bar:
             strict = values.pop("strict")
-            listener = Listener(bar.progress, screen.tell, lambda text: screen.tell(f"warning: {text}"), how.jobs.append, strict)
+            listener = Listener(
+                bar.progress,
+                screen.tell,
+                lambda text: screen.tell(f"warning: {text}"),
+                how.jobs.append,
+                strict,
+            )
             code = perform(functools.partial(study, *given, **values, listener=listener), how, bar)
         click.get_current_context().exit(code)
 
-    return Study(name, callback=call, params=options.parameters(study, into.format("NAME")), help=options.explain(study))
+    return Study(
+        name,
+        callback=call,
+        params=options.parameters(study, into.format("NAME")),
+        help=options.explain(study),
+    )
 
 
 def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
@@ -98,7 +117,9 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
     except FmbsError as error:
         bar.close()
         if error.result is None:
-            return refuse(call, **{**describe_error(error), "message": str(error)}, code=error.exit_code)
+            return refuse(
+                call, **{**describe_error(error), "message": str(error)}, code=error.exit_code
+            )
         screen.tell(f"error: {error}")
         with contextlib.suppress(screen.Unheard):
             show(call, error.result.report, error.result.lines)
@@ -123,8 +144,14 @@ def broken(call: Call, error: Exception) -> int:
 
     written = failures.rescue(call.jobs[-1] if call.jobs else Job(), error)
     text = f"internal error: {type(error).__name__}: {error}\nplease report it to the developers of fmbs_skfem {__version__}, "
-    told = f"{written[0]}; written: {', '.join(map(str, written))}" if written else "the output of --debug"
-    return refuse(call, f"{text}with the scene and {told}", "internal error", INTERNAL, files=written)
+    told = (
+        f"{written[0]}; written: {', '.join(map(str, written))}"
+        if written
+        else "the output of --debug"
+    )
+    return refuse(
+        call, f"{text}with the scene and {told}", "internal error", INTERNAL, files=written
+    )
 
 
 def refuse(call: Call, message: str, reason: str, code: int, **more: Any) -> int:
@@ -134,7 +161,17 @@ def refuse(call: Call, message: str, reason: str, code: int, **more: Any) -> int
     screen.tell(f"error: {message}")
     if call.json:
         with contextlib.suppress(screen.Unheard):
-            show(call, {"status": "error", "reason": reason, **more, "message": message, "notices": call.notices}, ())
+            show(
+                call,
+                {
+                    "status": "error",
+                    "reason": reason,
+                    **more,
+                    "message": message,
+                    "notices": call.notices,
+                },
+                (),
+            )
     return code
 
 
@@ -147,4 +184,6 @@ def show(call: Call, report: Mapping[str, Any], view: Sequence[Any]) -> None:
             click.echo(reports.dumps(report))
         else:
             for item in view:
-                click.echo(screen.fold(item, sys.stdout)) if isinstance(item, str) else item.print(sys.stdout)
+                click.echo(screen.fold(item, sys.stdout)) if isinstance(item, str) else item.print(
+                    sys.stdout
+                )

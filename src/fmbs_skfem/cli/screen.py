@@ -33,7 +33,9 @@ class Unheard(FmbsError):
 
 
 class Unread(Unheard):
-    """Whoever read stdout has gone, as `head` does when it has its lines: nothing is said, as of a process that SIGPIPE ends."""
+    """Whoever read stdout has gone, as `head` does when it has its lines: nothing is said, as of a
+    process that SIGPIPE ends.
+    """
 
     def __init__(self) -> None:
         super().__init__("stdout")
@@ -41,7 +43,9 @@ class Unread(Unheard):
 
 
 def tell(text: str) -> None:
-    """A line on stderr. Nothing is lost where that is closed or full: what is said there is also in the reports."""
+    """A line on stderr. Nothing is lost where that is closed or full: what is said there is also in
+    the reports.
+    """
     try:
         click.echo(fold(text, sys.stderr), err=True)
     except (OSError, ValueError):
@@ -50,18 +54,26 @@ def tell(text: str) -> None:
 
 def fold(text: str, stream: TextIO | None) -> str:
     """A text whose lines end between words where a terminal would end them inside of one."""
-    return "\n".join(text_tables.fill(text, width_of(stream))) if stream is not None and stream.isatty() else text
+    return (
+        "\n".join(text_tables.fill(text, width_of(stream)))
+        if stream is not None and stream.isatty()
+        else text
+    )
 
 
 def drop(stream: TextIO | None) -> None:
-    """What waits in the buffer of a stream is not tried again at the end of the process, which would end with code 120."""
+    """What waits in the buffer of a stream is not tried again at the end of the process, which
+    would end with code 120.
+    """
     with contextlib.suppress(OSError, ValueError):
         if stream is not None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def occupy() -> None:
-    """Take the numbers of standard streams that are closed: a file of results that had one would get what libraries print."""
+    """Take the numbers of standard streams that are closed: a file of results that had one would
+    get what libraries print.
+    """
     while (number := os.open(os.devnull, os.O_RDWR)) < 3:
         pass
     os.close(number)
@@ -82,15 +94,20 @@ def stdout() -> Iterator[None]:
         got = os.strerror(problem.errno or errno.EIO).lower()
         remedy = "files of results are not concerned"
         raise Unheard(
-            say("stdout", "an output that takes what is printed", got, remedy), problem.errno in durable.FULL
+            say("stdout", "an output that takes what is printed", got, remedy),
+            problem.errno in durable.FULL,
         ) from problem
 
 
 class Bar:
-    """Progress on stderr: a bar on a terminal for work that takes longer than PATIENCE, elsewhere a line every PACE seconds."""
+    """Progress on stderr: a bar on a terminal for work that takes longer than PATIENCE, elsewhere a
+    line every PACE seconds.
+    """
 
     def __init__(self) -> None:
-        self.label, self.begin, self.line = "", 0.0, 0.0
+        self.label = ""
+        self.begin = 0.0
+        self.line = 0.0
         self.bar: Progress | None = None
         self.visible = sys.stderr is not None and sys.stderr.isatty()
 
@@ -123,4 +140,5 @@ class Bar:
         """The bar goes; another one may come."""
         if self.bar is not None:
             self.bar.stop()
-        self.label, self.bar = "", None
+        self.label = ""
+        self.bar = None

@@ -1,4 +1,6 @@
-"""Contact: points, beams and plates against shapes, beams against beams, corners of boxes against plates; with friction."""
+"""Contact: points, beams and plates against shapes, beams against beams, corners of boxes against
+plates; with friction.
+"""
 
 from . import beams, contacts, states
 

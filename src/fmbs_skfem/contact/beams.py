@@ -1,21 +1,25 @@
-r"""Contact of a beam with another beam, or with itself, at their closest points, as `contact_pairs` has it.
+r"""Contact of a beam with another beam, or with itself, at their closest points, as `contact_pairs`
+has it.
 
     crossing: {type: contact_beam, body: lower, other: upper, friction: 0.3}
     folds: {type: contact_beam, body: cable, other: cable}
 
-Nodes are the ends of the cells of both beams, or so many `points` along each, between which center lines are cubics; the radius is
-that of the sections, or `radius` of both: of beams with torsion that of the circle with the area of the convex hull of the section,
-about the line. Where nothing is said of the law, it is that of `contacts`, with the mass
+Nodes are the ends of the cells of both beams, or so many `points` along each, between which center
+lines are cubics; the radius is that of the sections, or `radius` of both: of beams with torsion
+that of the circle with the area of the convex hull of the section, about the line. Where nothing is
+said of the law, it is that of `contacts`, with the mass
 
     m = m_A m_B / (m_A + m_B),    and the size of both beams together           (with itself: those of its halves)
 
-Beams that cross touch at their closest points; such as lie `along` one another, and all in the plane, touch at the nodes of
-`body`, so many that no part of `other` passes between two: what overlaps by 13 % of the radii of both together is found. Where
-beams that crossed become parallel, closest points jump, and the energy balance shows it.
+Beams that cross touch at their closest points; such as lie `along` one another, and all in the
+plane, touch at the nodes of `body`, so many that no part of `other` passes between two: what
+overlaps by 13 % of the radii of both together is found. Where beams that crossed become parallel,
+closest points jump, and the energy balance shows it.
 
-Of one beam, places less than `apart` from one another along the line do not touch: a line that is nowhere bent more sharply than by
-its radius R touches itself, at a distance of 2 R, after pi R at the earliest. Where it crosses itself, nodes have to stand
-closer than `apart`, or a loop takes at least CELLS pieces. Lines whose ends are one place, as of a hoop, are closed.
+Of one beam, places less than `apart` from one another along the line do not touch: a line that is
+nowhere bent more sharply than by its radius R touches itself, at a distance of 2 R, after pi R at
+the earliest. Where it crosses itself, nodes have to stand closer than `apart`, or a loop takes at
+least CELLS pieces. Lines whose ends are one place, as of a hoop, are closed.
 """
 
 from __future__ import annotations
@@ -46,7 +50,9 @@ from .points import LIMIT, MOST, enough, line_shares
 from .states import ContactColumns, find_columns, rows_of
 
 CELLS = 2.0  #: pieces between places of one beam that may cross, at least
-FLAT = 0.2  #: angle between the ends of beams up to which they lie along one another, by default [rad]
+FLAT = (
+    0.2  #: angle between the ends of beams up to which they lie along one another, by default [rad]
+)
 
 
 @dataclass(frozen=True)
@@ -63,19 +69,33 @@ class ContactBeam(Touch):
         whole(2, 10_000),
         "nodes along each beam, by default the ends of its cells; of beams along one another as radii need",
     ] = None
-    radius: Annotated[float | None, fields.quantity("m", "> 0"), "of both, by default those of the sections"] = None
+    radius: Annotated[
+        float | None, fields.quantity("m", "> 0"), "of both, by default those of the sections"
+    ] = None
 
     along: Annotated[
-        bool | None, "whether nodes touch, of beams that lie along one another; by default the closest points of those that cross"
+        bool | None,
+        "whether nodes touch, of beams that lie along one another; by default the closest points of those that cross",
     ] = None
-    apart: Annotated[Length | None, "along a beam that touches itself, of places that may; by default pi times the radius"] = None
+    apart: Annotated[
+        Length | None,
+        "along a beam that touches itself, of places that may; by default pi times the radius",
+    ] = None
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if self.apart is not None and self.body != self.other:
-            yield "apart", Problem("a length for a beam that touches itself", "two beams", f"'{self.body}' and '{self.other}'")
+            yield (
+                "apart",
+                Problem(
+                    "a length for a beam that touches itself",
+                    "two beams",
+                    f"'{self.body}' and '{self.other}'",
+                ),
+            )
 
     def push(self, draft: Draft) -> None:
-        name, layout = where(self), draft.layout
+        name = where(self)
+        layout = draft.layout
         beams = [layout.body(name, At(one)) for one in (self.body, self.other)]
         radii = np.array([part.radius if self.radius is None else self.radius for part in beams])
         require_beams(name, beams)
@@ -83,17 +103,30 @@ class ContactBeam(Touch):
             if part.profile is not None and part.profile.degree:
                 text = f"'{part.name}' tapers, and touches with its largest radius, {part.radius:.4g} m, all along"
                 notify(f"{name}: {text}; give a `radius`, or divide it where that matters")
-        along, reach = self.lies_along(beams), float(radii.sum())
-        found = [node_rows(name, part, self.points, reach if along and part is beams[0] else np.inf) for part in beams]
-        rows, (nodes, _), (spans, others) = [one for one, _ in found], (xi for _, xi in found), (np.diff(xi) for _, xi in found)
-        wide = [layout.widen(part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
+        along = self.lies_along(beams)
+        reach = float(radii.sum())
+        found = [
+            node_rows(name, part, self.points, reach if along and part is beams[0] else np.inf)
+            for part in beams
+        ]
+        rows = [one for one, _ in found]
+        (nodes, _) = (xi for _, xi in found)
+        (spans, others) = (np.diff(xi) for _, xi in found)
+        wide = [
+            layout.widen(part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)
+        ]
         first = draft.probes.add(csr_array(vstack(wide)))
-        reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
+        reference = np.concatenate(
+            [one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)]
+        )
         a, b = (part.total_mass for part in beams)
-        mass, size = a * b / (a + b), size_of(layout, {self.body, self.other})
-        itself, limits = 0, whole_line(len(spans) + 1, len(others))
+        mass = a * b / (a + b)
+        size = size_of(layout, {self.body, self.other})
+        itself = 0
+        limits = whole_line(len(spans) + 1, len(others))
         if self.body == self.other:
-            mass, (itself, limits) = mass / 2, self.own_limits(beams[0], reference, spans, radii[0], along)
+            mass = mass / 2
+            (itself, limits) = self.own_limits(beams[0], reference, spans, radii[0], along)
         term = BeamContacts(
             layout.dim,
             int(along),
@@ -116,7 +149,11 @@ class ContactBeam(Touch):
         """Whether nodes touch, of two beams in the reference: all in the plane, and the parallel."""
         dim = beams[0].dim
         a, b = (
-            np.diff(own(part, line.sample(part.space, line.breaks(part.space)[[0, -1]], 0)) @ part.reference, axis=0)[0]
+            np.diff(
+                own(part, line.sample(part.space, line.breaks(part.space)[[0, -1]], 0))
+                @ part.reference,
+                axis=0,
+            )[0]
             for part in beams
         )
         alike = bool(abs(a @ b) >= np.cos(FLAT) * np.linalg.norm(a) * np.linalg.norm(b) > 0.0)
@@ -126,40 +163,77 @@ class ContactBeam(Touch):
             raise InputError(say(f"{where(self)}.along", expected, "parallel ones", "leave it out"))
         return flat or bool(self.along)
 
-    def own_limits(self, part: Body, rows: np.ndarray, spans: np.ndarray, radius: float, along: bool) -> tuple[int, np.ndarray]:
-        """Of a beam with rows (f,) of its nodes, spans (t - 1,): 1, or 2 if it is closed, and `BeamContacts.limits` (t, 2)."""
+    def own_limits(
+        self, part: Body, rows: np.ndarray, spans: np.ndarray, radius: float, along: bool
+    ) -> tuple[int, np.ndarray]:
+        """Of a beam with rows (f,) of its nodes, spans (t - 1,): 1, or 2 if it is closed, and
+        `BeamContacts.limits` (t, 2).
+        """
         fine, arc = arc_lengths(part)
-        s, count = np.interp(np.append(0.0, np.cumsum(spans)), fine - fine[0], arc), np.arange(len(spans) + 1)
-        apart, whole = np.pi * radius if self.apart is None else self.apart, s[-1]
+        s = np.interp(np.append(0.0, np.cumsum(spans)), fine - fine[0], arc)
+        count = np.arange(len(spans) + 1)
+        apart = np.pi * radius if self.apart is None else self.apart
+        whole = s[-1]
         if not apart < whole / 2:
-            expected = f"less than half of the beam, {whole / 2:.6g} m, between places that may touch"
-            raise InputError(say(f"{where(self)}.apart", expected, f"{apart:.6g} m", "a stocky beam does not touch itself"))
+            expected = (
+                f"less than half of the beam, {whole / 2:.6g} m, between places that may touch"
+            )
+            raise InputError(
+                say(
+                    f"{where(self)}.apart",
+                    expected,
+                    f"{apart:.6g} m",
+                    "a stocky beam does not touch itself",
+                )
+            )
         nodes = rows.reshape(2, len(s), 2, -1)[0, :, 0]
         closed = bool(np.linalg.norm(nodes[-1] - nodes[0]) < CLEAR * whole)
         away = 0.0 if along else CELLS
         begin = np.maximum(np.interp(s + apart, s, count), count + away)
-        end = np.minimum(np.interp(s + whole - apart, s, count), count + count[-1] - away) if closed else 0.0 * s + count[-1]
-        return 1 + closed, np.minimum(np.column_stack([begin, np.minimum(end, count[-1])]), count[-1])
+        end = (
+            np.minimum(np.interp(s + whole - apart, s, count), count + count[-1] - away)
+            if closed
+            else 0.0 * s + count[-1]
+        )
+        return 1 + closed, np.minimum(
+            np.column_stack([begin, np.minimum(end, count[-1])]), count[-1]
+        )
 
 
 def require_beams(name: str, parts: list[Body]) -> None:
     """Refuse bodies without a line."""
     for part in parts:
         if not isinstance(part.space, line.BSpline | line.Hermite):
-            raise InputError(say(name, "beams", f"'{part.name}', which is none", "name a body with a line"))
+            raise InputError(
+                say(name, "beams", f"'{part.name}', which is none", "name a body with a line")
+            )
 
 
-def node_rows(name: str, part: Body, count: int | None, reach: float) -> tuple[csr_array, np.ndarray]:
+def node_rows(
+    name: str, part: Body, count: int | None, reach: float
+) -> tuple[csr_array, np.ndarray]:
     """Rows (2 c x, b c) of position and slope by xi of x nodes of a beam, and their xi (x,).
 
-    Nothing that touches at a distance `reach` [m] passes between two nodes, as `enough` has it; infinite where all is met.
+    Nothing that touches at a distance `reach` [m] passes between two nodes, as `enough` has it;
+    infinite where all is met.
     """
     assert isinstance(part.space, line.BSpline | line.Hermite)
     breaks = line.breaks(part.space)
-    xi = breaks if count is None and len(breaks) <= MOST else np.linspace(breaks[0], breaks[-1], count or MOST)
+    xi = (
+        breaks
+        if count is None and len(breaks) <= MOST
+        else np.linspace(breaks[0], breaks[-1], count or MOST)
+    )
     longest = float(np.diff(np.interp(xi, *arc_lengths(part))).max())
     pieces = len(xi) - 1
-    parts = enough(name, None if count is None else pieces, pieces, 0.5 * pieces * longest, (np.inf, reach), (0, LIMIT))
+    parts = enough(
+        name,
+        None if count is None else pieces,
+        pieces,
+        0.5 * pieces * longest,
+        (np.inf, reach),
+        (0, LIMIT),
+    )
     xi = np.interp(np.linspace(0.0, pieces, parts + 1), np.arange(pieces + 1), xi)
     rows = [own(part, line.sample(part.space, xi, k)) for k in range(2)]
     both = csr_array(vstack(rows))[np.arange(2 * len(xi)).reshape(2, -1).T.ravel()]
@@ -177,6 +251,7 @@ def _(term: BeamContacts, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -
     gap, force, slip, normal = found[..., 0], found[..., 1], found[..., 2], found[..., 3:]
     own_nodes = term.rows[: 2 * term.dim * (len(term.spans) + 1)].reshape(-1, 2, term.dim)[:, 0]
     friction = pushes[:, own_nodes].sum(axis=1) - np.einsum("st,stc->sc", force, normal)
-    s, k = np.arange(len(y)), np.argmax(force, axis=1)
+    s = np.arange(len(y))
+    k = np.argmax(force, axis=1)
     sliding = np.where(force[s, k] > 0.0, slip[s, k], 0.0)
     return ContactColumns(force.sum(axis=1), friction, gap.min(axis=1), force[s, k], sliding)

@@ -2,11 +2,13 @@ r"""Closest points of two curves of cubic pieces.
 
     A(p), B(q) = sum of (1 - 3 u^2 + 2 u^3) r_0 + (u - 2 u^2 + u^3) h t_0 + (3 u^2 - 2 u^3) r_1 + (u^3 - u^2) h t_1
 
-on pieces j to j + 1 with u = p - j, from nodes with rows r and t = dr/dxi, h the length of the piece in xi. About node i of A
+on pieces j to j + 1 with u = p - j, from nodes with rows r and t = dr/dxi, h the length of the
+piece in xi. About node i of A
 
     |A(p) - B(q)| -> min    with p = i,    or with |p - i| < 1,    q on B from `begin` to `end`                               (5)
 
-Cells of the search are the pieces: a walk along B leaps over those that are too far by the distance found so far.
+Cells of the search are the pieces: a walk along B leaps over those that are too far by the distance
+found so far.
 """
 
 from __future__ import annotations
@@ -18,14 +20,15 @@ from .law import Scalar
 
 # half and twice of it take the same corrections of two beams that cross: they end by NEAR
 LIMIT = 30  #: corrections of a closest point
-# corrections of Newton double their digits: one of 1e-11 leaves less than round-off; of 14 700 corrections of beams that cross 1e-8
-# saves 1000, 1e-13 adds 500, and the motion has the same digits
+# corrections of Newton double their digits: one of 1e-11 leaves less than round-off; of 14 700
+# corrections of beams that cross 1e-8 saves 1000, 1e-13 adds 500, and the motion has the same
+# digits
 NEAR = 1e-11  #: correction that is the last but one
-# beams that cross, 70 steps: 14 700 corrections, 20 600 at half and 11 800 at twice of it, to the same digits; a long correction
-# leaves the piece that it was made on
+# beams that cross, 70 steps: 14 700 corrections, 20 600 at half and 11 800 at twice of it, to the
+# same digits; a long correction leaves the piece that it was made on
 AHEAD = 0.5  #: largest correction
-# a tenth and ten times of it are never met by beams that cross; without it beams that lie along one another have no closest
-# points
+# a tenth and ten times of it are never met by beams that cross; without it beams that lie along one
+# another have no closest points
 PARALLEL = 1e-6  #: smallest curvature along A, over that along B, that is believed
 
 
@@ -49,20 +52,44 @@ def piece(p: Scalar, spans: np.ndarray) -> int:
 
 
 @jit
-def trace(y: np.ndarray, first: int, spans: np.ndarray, p: Scalar, many: int, dim: int, w: np.ndarray, row: int) -> None:
-    """w[row + k] = the derivatives k < `many` by p of the curve whose nodes stand in y from `first` on."""
+def trace(
+    y: np.ndarray,
+    first: int,
+    spans: np.ndarray,
+    p: Scalar,
+    many: int,
+    dim: int,
+    w: np.ndarray,
+    row: int,
+) -> None:
+    """w[row + k] = the derivatives k < `many` by p of the curve whose nodes stand in y from `first`
+    on.
+    """
     j = piece(p, spans)
     start = first + 2 * dim * j
     for k in range(many):
         a, b, c, d = shares(p - j, k, spans[j])
         for i in range(dim):
-            w[row + k, i] = a * y[start + i] + b * y[start + dim + i] + c * y[start + 2 * dim + i] + d * y[start + 3 * dim + i]
+            w[row + k, i] = (
+                a * y[start + i]
+                + b * y[start + dim + i]
+                + c * y[start + 2 * dim + i]
+                + d * y[start + 3 * dim + i]
+            )
 
 
 @jit
 def separate(dim: int, w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
-    """Derivatives of half the squared distance by p and q, then by pp, pq, qq, from w[0:3] of A and w[3:6] of B."""
-    one, other, pp, pq, qq = 0.0 * w[0, 0], 0.0 * w[0, 0], 0.0 * w[0, 0], 0.0 * w[0, 0], 0.0 * w[0, 0]
+    """Derivatives of half the squared distance by p and q, then by pp, pq, qq, from w[0:3] of A and
+    w[3:6] of B.
+    """
+    one, other, pp, pq, qq = (
+        0.0 * w[0, 0],
+        0.0 * w[0, 0],
+        0.0 * w[0, 0],
+        0.0 * w[0, 0],
+        0.0 * w[0, 0],
+    )
     for i in range(dim):
         d = w[0, i] - w[3, i]
         one += d * w[1, i]
@@ -74,10 +101,15 @@ def separate(dim: int, w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, S
 
 
 @jit
-def correction(dim: int, w: np.ndarray, held: tuple[bool, bool], exact: bool) -> tuple[Scalar, Scalar]:
-    """Newton's correction of (p, q) for (5), of those which are not held; the way down where it is no minimum."""
+def correction(
+    dim: int, w: np.ndarray, held: tuple[bool, bool], exact: bool
+) -> tuple[Scalar, Scalar]:
+    """Newton's correction of (p, q) for (5), of those which are not held; the way down where it is
+    no minimum.
+    """
     one, other, pp, pq, qq = separate(dim, w)
-    # Gauss's matrix, which is never negative, where the curve bends away; the derivative of what was found takes the exact one
+    # Gauss's matrix, which is never negative, where the curve bends away; the derivative of what
+    # was found takes the exact one
     if not exact and qq.real <= 0.0:
         qq = 0.0 * one
         for i in range(dim):
@@ -86,7 +118,8 @@ def correction(dim: int, w: np.ndarray, held: tuple[bool, bool], exact: bool) ->
         return 0.0 * one, (0.0 * other if held[1] else -other / qq)
     if held[1]:
         return -one / (pp if exact or pp.real > 0.0 else abs(pp) + 1e-12 * qq), 0.0 * one
-    low, least = pp - pq * pq / qq, PARALLEL * qq.real
+    low = pp - pq * pq / qq
+    least = PARALLEL * qq.real
     if not exact and low.real < least:
         low = max(-low.real, least) + 0.0 * one
     dp = -(one - other * pq / qq) / low
@@ -106,13 +139,17 @@ def meet_curves(
     dim: int,
     w: np.ndarray,
 ) -> tuple[float, float, tuple[bool, bool]]:
-    """p, q of (5) about the node `own` from a start at q, and which of them are held; w[0:6] are current.
+    """p, q of (5) about the node `own` from a start at q, and which of them are held; w[0:6] are
+    current.
 
-    p is held at i where it is `fixed`, and at i + 1 or i - 1 where the closest point is none of this node.
+    p is held at i where it is `fixed`, and at i + 1 or i - 1 where the closest point is none of
+    this node.
     """
-    low, high = max(own - 1.0, 0.0), min(own + 1.0, float(len(spans)))
+    low = max(own - 1.0, 0.0)
+    high = min(own + 1.0, float(len(spans)))
     begin, end = limits
-    p, held = float(own), (False, False)
+    p = float(own)
+    held = (False, False)
     for k in range(LIMIT):
         trace(y, 0, spans, p, 3, dim, w, 0)
         trace(y, second, others, q, 3, dim, w, 3)
@@ -135,8 +172,11 @@ def meet_curves(
 
 
 @jit
-def chord(y: np.ndarray, own: int, start: int, low: float, high: float, dim: int) -> tuple[float, float]:
-    """Distance of a node, whose rows begin at `own`, from the chord of a piece that begins at `start`, and where on it.
+def chord(
+    y: np.ndarray, own: int, start: int, low: float, high: float, dim: int
+) -> tuple[float, float]:
+    """Distance of a node, whose rows begin at `own`, from the chord of a piece that begins at
+    `start`, and where on it.
 
     Of the chord only the part from `low` to `high` counts.
     """
@@ -157,7 +197,8 @@ def longest(y: np.ndarray, first: int, count: int, dim: int) -> float:
     """Length of the longest chord of a curve."""
     most = 0.0
     for j in range(count):
-        square, start = 0.0, first + 2 * dim * j
+        square = 0.0
+        start = first + 2 * dim * j
         for c in range(dim):
             square += (y[start + 2 * dim + c] - y[start + c]) ** 2
         most = max(most, square)
@@ -165,25 +206,34 @@ def longest(y: np.ndarray, first: int, count: int, dim: int) -> float:
 
 
 @jit
-def find_chord(y: np.ndarray, own: int, second: int, limits: tuple[float, float], far: float, dim: int) -> tuple[float, float]:
-    """Distance and place q of the closest chord of B to a node of A, infinite where the limits of q leave none.
+def find_chord(
+    y: np.ndarray, own: int, second: int, limits: tuple[float, float], far: float, dim: int
+) -> tuple[float, float]:
+    """Distance and place q of the closest chord of B to a node of A, infinite where the limits of q
+    leave none.
 
     Pieces that a chord of length `far` each cannot bring near are leapt over.
     """
     begin, end = limits
-    best, q, j = np.inf, begin, int(begin)
+    best = np.inf
+    q = begin
+    j = int(begin)
     while j < end:
         away, u = chord(y, own, second + 2 * dim * j, max(begin - j, 0.0), min(end - j, 1.0), dim)
         if away < best:
-            best, q = away, j + u
-        # a chord of length `far` brings a node nearer by no more than that: far pieces are leapt over
+            best = away
+            q = j + u
+        # a chord of length `far` brings a node nearer by no more than that: far pieces are leapt
+        # over
         j += max(1, int((away - best) / far)) if far > 0.0 else 1
     return best, q
 
 
 @jit
 def bulge(y: np.ndarray, first: int, spans: np.ndarray, dim: int) -> float:
-    """How far a curve can be from its chords: 8 / 27 of the longest difference of a tangent h t from its chord."""
+    """How far a curve can be from its chords: 8 / 27 of the longest difference of a tangent h t
+    from its chord.
+    """
     most = 0.0
     for j in range(len(spans)):
         start = first + 2 * dim * j

@@ -1,4 +1,6 @@
-"""Contact of points with a surface for compiled code: forces, derivatives, memory, and where nothing is near."""
+"""Contact of points with a surface for compiled code: forces, derivatives, memory, and where
+nothing is near.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,13 @@ SOON = 10.0  #: steps like the last one that a point is away, at least, whose si
 @jit
 def make_room(F: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Rows and their rates (f,), forces (READ,), work and weights."""
-    return np.empty(len(F.rows)), np.zeros(len(F.rows)), np.empty(READ), np.zeros((ROOM, 3)), np.empty((6, NINE))
+    return (
+        np.empty(len(F.rows)),
+        np.zeros(len(F.rows)),
+        np.empty(READ),
+        np.zeros((ROOM, 3)),
+        np.empty((6, NINE)),
+    )
 
 
 @jit
@@ -69,9 +77,17 @@ def memory_of(s: Any, F: Any, k: int) -> np.ndarray:
 
 @jit
 def meet(
-    s: Any, F: Any, k: int, y: np.ndarray, within: tuple[float, float], way: float, w: np.ndarray, W: np.ndarray
+    s: Any,
+    F: Any,
+    k: int,
+    y: np.ndarray,
+    within: tuple[float, float],
+    way: float,
+    w: np.ndarray,
+    W: np.ndarray,
 ) -> tuple[float, int, float, float, int, bool]:
-    """Gap of a point, the triangle and u, v of its closest place, where it is held, and whether the point is beyond the middle.
+    """Gap of a point, the triangle and u, v of its closest place, where it is held, and whether the
+    point is beyond the middle.
 
     The gap is infinite where nothing is as near as `limit_of` asks; else w[1:7] and W are current.
     """
@@ -85,9 +101,20 @@ def meet(
 
 @jit
 def press_on(
-    table: Any, F: Any, k: int, f: int, held: int, beyond: bool, v: np.ndarray, w: np.ndarray, W: np.ndarray, out: np.ndarray
+    table: Any,
+    F: Any,
+    k: int,
+    f: int,
+    held: int,
+    beyond: bool,
+    v: np.ndarray,
+    w: np.ndarray,
+    W: np.ndarray,
+    out: np.ndarray,
 ) -> float:
-    """out (READ,) = forces of a point that `meet` has found to touch a triangle; its normal force times its weight."""
+    """out (READ,) = forces of a point that `meet` has found to touch a triangle; its normal force
+    times its weight.
+    """
     s = evaluation(table).space
     read_rates(table, F, f, k, v)
     follow(F, f, k, v, s.memory[F.memory : F.memory + len(F.rows)], w, W)
@@ -97,7 +124,8 @@ def press_on(
 @routine
 def push(table: Any, record: Any) -> int:
     """g += F."""
-    s, F = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    F = opened(record)
     way = ahead(s, F.room + len(F.radius))
     if not is_active(s, F.room, len(F.radius), way):
         return 0
@@ -117,13 +145,19 @@ def push(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    """H += - c (dF/dy + gh dF/dy') by complex steps along d, X,u, X,v and their rates, with one correction of the closest place."""
-    s, F = evaluation(table).space, opened(record)
-    way, before = ahead(s, F.room + len(F.radius)), s.memory[F.memory : F.memory + len(F.rows)]
+    """H += - c (dF/dy + gh dF/dy') by complex steps along d, X,u, X,v and their rates, with one
+    correction of the closest place.
+    """
+    s = evaluation(table).space
+    F = opened(record)
+    way = ahead(s, F.room + len(F.radius))
+    before = s.memory[F.memory : F.memory + len(F.rows)]
     if not is_active(s, F.room, len(F.radius), way):
         return 0
     y, v, _, w, W = make_room(F)
-    out, wc, Wc = np.empty(READ, np.complex128), np.zeros((ROOM, 3), np.complex128), np.empty((6, NINE), np.complex128)
+    out = np.empty(READ, np.complex128)
+    wc = np.zeros((ROOM, 3), np.complex128)
+    Wc = np.empty((6, NINE), np.complex128)
     read(table, F.rows, y)
     within = measure_extents(F, y)
     for k in range(len(F.radius)):
@@ -135,9 +169,11 @@ def slopes(table: Any, record: Any) -> int:
         last = memory_of(s, F, k)
         read_rates(table, F, f, k, v)
         begin_term(s.low, F, f, k, W)
-        left, at = s.low.left[s.low.used[0] - 1], at_corners(F, f)
+        left = s.low.left[s.low.used[0] - 1]
+        at = at_corners(F, f)
         for i in range(RANK):
-            vector, c = (D, 1, 2)[i // 3], i % 3
+            vector = (D, 1, 2)[i // 3]
+            c = i % 3
             for m in range(7):
                 for b in range(3):
                     wc[m, b] = w[m, b]
@@ -165,7 +201,9 @@ def step_rate(wc: np.ndarray, vector: int, c: int, step: float) -> None:
 
 @jit
 def begin_term(low: Any, F: Any, f: int, k: int, W: np.ndarray) -> None:
-    """The next term of low rank: d, X,u and X,v from the rows of a triangle and of a point, and no forces yet."""
+    """The next term of low rank: d, X,u and X,v from the rows of a triangle and of a point, and no
+    forces yet.
+    """
     t = low.used[0]
     low.used[0] += 1
     low.left[t] = 0.0
@@ -181,8 +219,12 @@ def begin_term(low: Any, F: Any, f: int, k: int, W: np.ndarray) -> None:
 
 @jit
 def find_ways(table: Any, F: Any, ways: np.ndarray) -> None:
-    """Bounds of the ways a unit of |dx| and of max |dx_n|: of the surface those of vertices and a third of those of tangents."""
-    P, most, count = evaluation(table).arrays.probes, np.zeros((3, 2)), len(F.at)
+    """Bounds of the ways a unit of |dx| and of max |dx_n|: of the surface those of vertices and a
+    third of those of tangents.
+    """
+    P = evaluation(table).arrays.probes
+    most = np.zeros((3, 2))
+    count = len(F.at)
     wide = 0.0
     for f in range(len(F.corners)):
         for i in range(3):
@@ -199,16 +241,24 @@ def find_ways(table: Any, F: Any, ways: np.ndarray) -> None:
 
 @routine
 def accept(table: Any, record: Any) -> int:
-    """The memory of rows and points, and the room: points that cannot have come near are not looked at."""
-    s, F = evaluation(table).space, opened(record)
-    way, ways = ahead(s, F.room + len(F.radius)), F.room + len(F.radius)
+    """The memory of rows and points, and the room: points that cannot have come near are not looked
+    at.
+    """
+    s = evaluation(table).space
+    F = opened(record)
+    way = ahead(s, F.room + len(F.radius))
+    ways = F.room + len(F.radius)
     y, v, out, w, W = make_room(F)
     read(table, F.rows, y)
     if not s.room[ways] > 0.0:
         find_ways(table, F, s.room[ways : ways + WAYS])
     within = measure_extents(F, y)
     for k in range(len(F.radius)):
-        seen, last, N, away, gap = F.room + k, memory_of(s, F, k), 0.0, np.inf, np.inf
+        seen = F.room + k
+        last = memory_of(s, F, k)
+        N = 0.0
+        away = np.inf
+        gap = np.inf
         if s.room[seen] > way:
             s.room[seen] -= way
         elif not overlapped(F, k, last):
@@ -220,13 +270,18 @@ def accept(table: Any, record: Any) -> int:
             gap = gap_of(F.radius[k], held, beyond, w)
             if gap < 0.0:
                 N = press_on(table, F, k, f, held, beyond, v, w, W, out)
-                # its distance grows beyond the middle: taken for far away by that, it would lose its side
+                # its distance grows beyond the middle: taken for far away by that, it would lose
+                # its side
                 s.room[seen] = 0.0
             for c in range(3):
                 last[5 + c] = w[NORMAL, c]
         for c in range(3):
             last[2 + c] = w[BRISTLE, c] if N > 0.0 else 0.0
-        last[0], last[1], last[DISTANCE] = max(N, 0.0), 1.0 if N <= 0.0 else last[1], gap + F.radius[k]
+        last[0], last[1], last[DISTANCE] = (
+            max(N, 0.0),
+            1.0 if N <= 0.0 else last[1],
+            gap + F.radius[k],
+        )
     for j in range(len(F.rows)):
         s.memory[F.memory + j] = y[j]
     return 0
@@ -234,18 +289,24 @@ def accept(table: Any, record: Any) -> int:
 
 @routine
 def judge(table: Any, record: Any) -> int:
-    """impulse += as of contact with shapes; infinite where a point passed through the middle of the surface."""
-    s, F = evaluation(table).space, opened(record)
+    """impulse += as of contact with shapes; infinite where a point passed through the middle of the
+    surface.
+    """
+    s = evaluation(table).space
+    F = opened(record)
     way = ahead(s, F.room + len(F.radius))
     y, v, out, w, W = make_room(F)
-    read_now, within = False, (0.0, 0.0)
+    read_now = False
+    within = (0.0, 0.0)
     for k in range(len(F.radius)):
-        last, N = memory_of(s, F, k), 0.0
+        last = memory_of(s, F, k)
+        N = 0.0
         if s.room[F.room + k] > way:
             continue
         if not read_now:
             read(table, F.rows, y)
-            within, read_now = measure_extents(F, y), True
+            within = measure_extents(F, y)
+            read_now = True
         gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
         if beyond and not overlapped(F, k, last):
             s.impulse[0] = np.inf
@@ -260,7 +321,8 @@ def judge(table: Any, record: Any) -> int:
 @routine
 def store(table: Any, record: Any) -> int:
     """energy += what is stored, and the elastic forces out of g."""
-    s, F = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    F = opened(record)
     way = ahead(s, F.room + len(F.radius))
     if not is_active(s, F.room, len(F.radius), way):
         return 0
@@ -275,7 +337,14 @@ def store(table: Any, record: Any) -> int:
             s.energy[0] += F.weights[k] * stored(F.law, -gap)
             for c in range(3):
                 w[PULL, c] = 0.0
-            share_out((0.0, 0.0, 0.0), F.weights[k], F.law[K] * harden(F.law, ramp(-gap, F.law[E])), w, W, out)
+            share_out(
+                (0.0, 0.0, 0.0),
+                F.weights[k],
+                F.law[K] * harden(F.law, ramp(-gap, F.law[E])),
+                w,
+                W,
+                out,
+            )
             for j in range(READ):
                 s.g[F.rows[place_of(F, f, k, j)]] -= out[j]
     return 0
@@ -283,17 +352,30 @@ def store(table: Any, record: Any) -> int:
 
 @forces.compile_force.register
 def _(found: FacetContacts, place: Place) -> Force:
-    record, count = record_of(found, place), len(found.rows)
+    record = record_of(found, place)
+    count = len(found.rows)
     memory = np.zeros(count + POINT * len(found))
     memory[count::POINT], memory[count + DISTANCE :: POINT] = UNKNOWN, np.inf
-    routines, low = ForceRoutines(push, slopes, accept, store, judge), Size(len(found), READ, RANK)
+    routines = ForceRoutines(push, slopes, accept, store, judge)
+    low = Size(len(found), READ, RANK)
     room = len(found) + WAYS
-    return Force(record, routines, "contact with a plate", memory=memory, damped=True, room=room, alone=record.rows, low=low)
+    return Force(
+        record,
+        routines,
+        "contact with a plate",
+        memory=memory,
+        damped=True,
+        room=room,
+        alone=record.rows,
+        low=low,
+    )
 
 
 @routine
 def measure(table: Any, _: Any) -> int:
-    """out (s, t, 6) = gap, normal force, speed of sliding, normal of all points for samples of y and y' (s, f)."""
+    """out (s, t, 6) = gap, normal force, speed of sliding, normal of all points for samples of y
+    and y' (s, f).
+    """
     S = samples_of(table)
     F = S.record
     _, _, out, w, W = make_room(F)
@@ -325,7 +407,9 @@ samples_of = opener(FacetSamples)
 
 
 def measures(term: FacetContacts, y: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Gap [m], normal force [N], speed of sliding [m/s], and normal of points (s, t, 6) from rows (s, f) and their rates."""
+    """Gap [m], normal force [N], speed of sliding [m/s], and normal of points (s, t, 6) from rows
+    (s, f) and their rates.
+    """
     y, v = map(np.ascontiguousarray, (y, v))
     samples = FacetSamples(record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 6)))
     measure(samples)

@@ -1,23 +1,26 @@
-r"""Contact of points, as corners of boxes and points along their edges, with all of a flexible plate or shell.
+r"""Contact of points, as corners of boxes and points along their edges, with all of a flexible
+plate or shell.
 
     d = p - X(u, v),    n = +- the normal of the surface at its closest place, or d / |d| beyond its rim,    g = d . n - R
     d = c1 X,u + c2 X,v + c3 m,   m the unit normal,    v = p' - X' - c1 X,u' - c2 X,v' - c3 m',    m' = - sum_a X^a (m . X,a')
     N of s = - g and s' = - n . (p' - X'),    T of N, v_T and b = (b0 + change of the material points since then), across n
 
-on p: F = N n + T, on X: - F, on X,a: - c_a T + c3 (T . X^a) m. Forces on both are equal, along one line, and friction acts where p
-is, so that momentum and its moment stay. Forces are those of `contact_law`, the surface is that of `contact_facets`.
+on p: F = N n + T, on X: - F, on X,a: - c_a T + c3 (T . X^a) m. Forces on both are equal, along one
+line, and friction acts where p is, so that momentum and its moment stay. Forces are those of
+`contact_law`, the surface is that of `contact_facets`.
 
-A point keeps the side of the surface from which it came, in the middle of it, too: where it is beyond, g = - |d| - R. Since the
-last accepted state material points have moved by
+A point keeps the side of the surface from which it came, in the middle of it, too: where it is
+beyond, g = - |d| - R. Since the last accepted state material points have moved by
 
     M0 - p0,    M0 = X0 + c1 X0,u + c2 X0,v + c3 m0 at the u, v of now with the rows of then
 
-which is turned, as the bristle b0 is, as the tangents and the normal there are. The memory holds the rows and, of a point, the last
-normal force, whether it was ever free, the bristle, n and g + R. Derivatives are those of a complex step through one correction of
-the closest place, exact to round-off, along d, X,u and X,v: of rank 9, on the rows of a triangle and of the point.
+which is turned, as the bristle b0 is, as the tangents and the normal there are. The memory holds
+the rows and, of a point, the last normal force, whether it was ever free, the bristle, n and g + R.
+Derivatives are those of a complex step through one correction of the closest place, exact to
+round-off, along d, X,u and X,v: of rank 9, on the rows of a triangle and of the point.
 
-Source: Wriggers, Computational Contact Mechanics, Springer 2006, doi 10.1007/978-3-540-32609-0, chapters 4 and 5 (closest point
-projection onto surfaces).
+Source: Wriggers, Computational Contact Mechanics, Springer 2006, doi 10.1007/978-3-540-32609-0,
+chapters 4 and 5 (closest point projection onto surfaces).
 """
 
 from __future__ import annotations
@@ -42,7 +45,19 @@ DISTANCE = 8  #: the last of them
 OVER = 0.7  #: cosine of the angle to the normal up to which a point is over the surface, not beside its rim
 READ = 3 * NINE + 3  #: rows that a point and a triangle have
 ROOM = 27  #: vectors of work
-D, NORMAL, SPEED, PULL, RATES, BEFORE_NOW, UNIT, BRISTLE, POINT_RATE, POINT_BEFORE, DUAL = 6, 7, 8, 9, 10, 13, 16, 17, 18, 19, 20
+D, NORMAL, SPEED, PULL, RATES, BEFORE_NOW, UNIT, BRISTLE, POINT_RATE, POINT_BEFORE, DUAL = (
+    6,
+    7,
+    8,
+    9,
+    10,
+    13,
+    16,
+    17,
+    18,
+    19,
+    20,
+)
 
 
 @storable
@@ -52,10 +67,14 @@ class FacetContacts:
 
     corners: Annotated[np.ndarray, Indices("h 3", end="i")]  #: vertices of the triangles
     at: Annotated[np.ndarray, Reals("i 2")]  #: places of the vertices in the parents of their cells
-    rows: Annotated[np.ndarray, Indices("f", end="y")]  #: x, x,1, x,2 of every vertex, then of every point
+    rows: Annotated[
+        np.ndarray, Indices("f", end="y")
+    ]  #: x, x,1, x,2 of every vertex, then of every point
     radius: Annotated[np.ndarray, Reals("t")]  #: half thickness [m], less what overlaps are kept
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
-    share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    share: Annotated[
+        float, Number()
+    ]  #: change of speed that a change of force makes in a second, over the one allowed a step
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
     weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a point
 
@@ -132,7 +151,8 @@ def find_flat(F: Any, k: int, y: np.ndarray, long: float, limit: float) -> float
 @jit
 def away_from_vertex(F: Any, f: int, p: np.ndarray, y: np.ndarray) -> float:
     """Distance of p from the first vertex of a triangle."""
-    a, square = NINE * F.corners[f, 0], 0.0
+    a = NINE * F.corners[f, 0]
+    square = 0.0
     for c in range(3):
         square += (p[c] - y[a + c]) ** 2
     return np.sqrt(square)
@@ -140,15 +160,27 @@ def away_from_vertex(F: Any, f: int, p: np.ndarray, y: np.ndarray) -> float:
 
 @jit
 def find(
-    F: Any, k: int, y: np.ndarray, within: tuple[float, float], limit: float, w: np.ndarray, W: np.ndarray
+    F: Any,
+    k: int,
+    y: np.ndarray,
+    within: tuple[float, float],
+    limit: float,
+    w: np.ndarray,
+    W: np.ndarray,
 ) -> tuple[float, int, float, float, int]:
-    """Distance, triangle, u, v of the closest place of a point, and where that is held; w[0:7] and W are current.
+    """Distance, triangle, u, v of the closest place of a point, and where that is held; w[0:7] and
+    W are current.
 
     The distance is infinite where it is more than the limit.
     """
     long, bulge = within
-    near, p = find_flat(F, k, y, long, limit + bulge) + 2.0 * bulge, point(F, k, y)
-    best, found, at_u, at_v, held = np.inf, -1, 0.0, 0.0, INSIDE
+    near = find_flat(F, k, y, long, limit + bulge) + 2.0 * bulge
+    p = point(F, k, y)
+    best = np.inf
+    found = -1
+    at_u = 0.0
+    at_v = 0.0
+    held = INSIDE
     for f in range(len(F.corners)):
         if away_from_vertex(F, f, p, y) - long >= near:
             continue
@@ -177,7 +209,9 @@ def at_corners(F: Any, f: int) -> np.ndarray:
 
 @jit
 def lay_normal(w: np.ndarray, first: int, out: int, duals: int) -> None:
-    """w[out] = unit normal of the tangents w[first], w[first + 1], and w[duals], w[duals + 1] their dual vectors."""
+    """w[out] = unit normal of the tangents w[first], w[first + 1], and w[duals], w[duals + 1] their
+    dual vectors.
+    """
     a, b, m = w[first], w[first + 1], w[out]
     cross(a, b, m)
     long = np.sqrt(dot(m, m))
@@ -202,16 +236,19 @@ def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
 def overlapped(F: Any, k: int, last: np.ndarray) -> bool:
     """Whether a point overlapped the surface in the last accepted state.
 
-    Its normal force does not say so: it is zero where what is damped leaves faster than it is pushed.
+    Its normal force does not say so: it is zero where what is damped leaves faster than it is
+    pushed.
     """
     return bool(last[DISTANCE] < F.radius[k])
 
 
 @jit
 def passed(F: Any, k: int, last: np.ndarray, w: np.ndarray, way: float) -> bool:
-    """Whether a point is beyond the middle of the surface as seen from where it was, with distances that can have changed by `way`.
+    """Whether a point is beyond the middle of the surface as seen from where it was, with distances
+    that can have changed by `way`.
 
-    One that did not overlap is only where it is over the surface and the way is as long as that through it.
+    One that did not overlap is only where it is over the surface and the way is as long as that
+    through it.
     """
     if not last[5] * w[D, 0] + last[6] * w[D, 1] + last[7] * w[D, 2] < 0.0:
         return False
@@ -224,9 +261,12 @@ def passed(F: Any, k: int, last: np.ndarray, w: np.ndarray, way: float) -> bool:
 
 @jit
 def gap_of(radius: float, held: int, beyond: bool, w: np.ndarray) -> Scalar:
-    """The gap of a point from w[1:7]; w[NORMAL] becomes n, w[UNIT] the normal of the surface, w[DUAL] its dual vectors."""
+    """The gap of a point from w[1:7]; w[NORMAL] becomes n, w[UNIT] the normal of the surface,
+    w[DUAL] its dual vectors.
+    """
     lay_normal(w, 1, UNIT, DUAL)
-    over, sign = dot(w[D], w[UNIT]), -1.0 if beyond else 1.0
+    over = dot(w[D], w[UNIT])
+    sign = -1.0 if beyond else 1.0
     if held == INSIDE:
         sign = sign if over.real >= 0.0 else -sign
         for c in range(3):
@@ -247,23 +287,41 @@ def limit_of(F: Any, k: int, last: np.ndarray, way: float) -> float:
 
 
 @jit
-def follow(F: Any, f: int, k: int, v: np.ndarray, before: np.ndarray, w: np.ndarray, W: np.ndarray) -> None:
-    """w[RATES], w[BEFORE_NOW] = X, X,u, X,v of the rates v (f,) and of the rows `before` (f,), and those of the point."""
+def follow(
+    F: Any, f: int, k: int, v: np.ndarray, before: np.ndarray, w: np.ndarray, W: np.ndarray
+) -> None:
+    """w[RATES], w[BEFORE_NOW] = X, X,u, X,v of the rates v (f,) and of the rows `before` (f,), and
+    those of the point.
+    """
     trace(v, F.corners[f], W, 3, w, RATES)
     trace(before, F.corners[f], W, 3, w, BEFORE_NOW)
     first = NINE * len(F.at) + 3 * k
     for c in range(3):
-        w[POINT_RATE, c], w[POINT_BEFORE, c] = v[first + c] + 0.0 * W[0, 0], before[first + c] + 0.0 * W[0, 0]
+        w[POINT_RATE, c], w[POINT_BEFORE, c] = (
+            v[first + c] + 0.0 * W[0, 0],
+            before[first + c] + 0.0 * W[0, 0],
+        )
 
 
 @jit
-def press(F: Any, k: int, held: int, beyond: bool, last: np.ndarray, w: np.ndarray, W: np.ndarray, out: np.ndarray) -> Scalar:
-    """out (READ,) = forces of a point on the rows of its triangle and on its own; its normal force times its weight.
+def press(
+    F: Any,
+    k: int,
+    held: int,
+    beyond: bool,
+    last: np.ndarray,
+    w: np.ndarray,
+    W: np.ndarray,
+    out: np.ndarray,
+) -> Scalar:
+    """out (READ,) = forces of a point on the rows of its triangle and on its own; its normal force
+    times its weight.
 
-    `last` is its memory. w[0:7], W and, by `follow`, what that says must be current; w[BRISTLE] becomes the bristle, w[SPEED] the
-    speed of sliding.
+    `last` is its memory. w[0:7], W and, by `follow`, what that says must be current; w[BRISTLE]
+    becomes the bristle, w[SPEED] the speed of sliding.
     """
-    gap, rate = gap_of(F.radius[k], held, beyond, w), 0.0 * w[0, 0]
+    gap = gap_of(F.radius[k], held, beyond, w)
+    rate = 0.0 * w[0, 0]
     parts = dot(w[D], w[DUAL]), dot(w[D], w[DUAL + 1]), dot(w[D], w[UNIT])
     for c in range(3):
         rate -= w[NORMAL, c] * (w[POINT_RATE, c] - w[RATES, c])
@@ -271,7 +329,13 @@ def press(F: Any, k: int, held: int, beyond: bool, last: np.ndarray, w: np.ndarr
     one, other = dot(w[UNIT], w[RATES + 1]), dot(w[UNIT], w[RATES + 2])
     for c in range(3):
         turned = parts[2] * (w[DUAL, c] * one + w[DUAL + 1, c] * other)
-        w[SPEED, c] = w[POINT_RATE, c] - w[RATES, c] - parts[0] * w[RATES + 1, c] - parts[1] * w[RATES + 2, c] + turned
+        w[SPEED, c] = (
+            w[POINT_RATE, c]
+            - w[RATES, c]
+            - parts[0] * w[RATES + 1, c]
+            - parts[1] * w[RATES + 2, c]
+            + turned
+        )
         w[PULL, c] = w[BRISTLE, c] = 0.0 * rate
     across(w, SPEED)
     if N.real > 0.0 and F.law[MU] > 0.0:
@@ -296,11 +360,21 @@ def across(w: np.ndarray, row: int) -> None:
 
 @jit
 def slip(parts: tuple[Scalar, Scalar, Scalar], last: np.ndarray, w: np.ndarray) -> None:
-    """w[BRISTLE] = the last bristle and the change of the material points since then, turned to the state of now."""
-    first, unit, dual, vector = BEFORE_NOW, DUAL + 2, DUAL + 3, DUAL + 5
+    """w[BRISTLE] = the last bristle and the change of the material points since then, turned to the
+    state of now.
+    """
+    first = BEFORE_NOW
+    unit = DUAL + 2
+    dual = DUAL + 3
+    vector = DUAL + 5
     lay_normal(w, first + 1, unit, dual)
     for c in range(3):
-        there = w[first, c] + parts[0] * w[first + 1, c] + parts[1] * w[first + 2, c] + parts[2] * w[unit, c]
+        there = (
+            w[first, c]
+            + parts[0] * w[first + 1, c]
+            + parts[1] * w[first + 2, c]
+            + parts[2] * w[unit, c]
+        )
         w[vector, c] = last[2 + c] + there - w[POINT_BEFORE, c]
     one, other, over = dot(w[vector], w[dual]), dot(w[vector], w[dual + 1]), dot(w[vector], w[unit])
     for c in range(3):
@@ -309,9 +383,16 @@ def slip(parts: tuple[Scalar, Scalar, Scalar], last: np.ndarray, w: np.ndarray) 
 
 @jit
 def share_out(
-    parts: tuple[Scalar, Scalar, Scalar], weight: float, N: Scalar, w: np.ndarray, W: np.ndarray, out: np.ndarray
+    parts: tuple[Scalar, Scalar, Scalar],
+    weight: float,
+    N: Scalar,
+    w: np.ndarray,
+    W: np.ndarray,
+    out: np.ndarray,
 ) -> None:
-    """out (READ,) = the normal force N and friction w[PULL], times the weight of a point, on all rows."""
+    """out (READ,) = the normal force N and friction w[PULL], times the weight of a point, on all
+    rows.
+    """
     pulls = dot(w[PULL], w[DUAL]), dot(w[PULL], w[DUAL + 1])
     for c in range(3):
         force = N * w[NORMAL, c] + w[PULL, c]
@@ -324,6 +405,12 @@ def share_out(
 
 def record_of(found: FacetContacts, place: Place) -> FacetsRecord:
     """A contact for compiled code."""
-    numbers = (found.at, found.rows, found.radius, found.weights, np.concatenate([found.law, found.power]))
+    numbers = (
+        found.at,
+        found.rows,
+        found.radius,
+        found.weights,
+        np.concatenate([found.law, found.power]),
+    )
     arrays = [np.ascontiguousarray(part) for part in (found.corners, *numbers)]
     return FacetsRecord._make((*arrays, found.share, place.memory, place.room))

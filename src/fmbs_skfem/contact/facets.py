@@ -3,14 +3,15 @@ r"""Closest points of a surface of cubic triangles to a point.
     X(u, v) = sum_i P_i x_i + sum_i (H_ij D_ij + H_ik D_ik),    D_ij = (xi_j - xi_i) . (dx_i/dxi1, dx_i/dxi2)
     P_i = l_i^2 (3 - 2 l_i) + 2 l_1 l_2 l_3,    H_ij = l_i^2 l_j + l_1 l_2 l_3 / 2,    l = (1 - u - v, u, v)
 
-with the places x_i and the tangents of the vertices i of a triangle, j and k the two others, at xi in the parent of its cell. Such
-a triangle holds all parabolas; its sides are cubics that the triangles on both sides share, its normals at vertices are those of
-the surface. On a cylinder of radius R sides of length h make an error of 0.0026 h^4 / R^3, of flat triangles it is 0.12 h^2 / R.
+with the places x_i and the tangents of the vertices i of a triangle, j and k the two others, at xi
+in the parent of its cell. Such a triangle holds all parabolas; its sides are cubics that the
+triangles on both sides share, its normals at vertices are those of the surface. On a cylinder of
+radius R sides of length h make an error of 0.0026 h^4 / R^3, of flat triangles it is 0.12 h^2 / R.
 
     |p - X(u, v)|^2 -> min    on every triangle, so that l_i >= 0: inside, on a side, or at a vertex                          (7)
 
-Source: Bazeley, Cheung, Irons and Zienkiewicz, Proc. 1st Conf. Matrix Methods in Structural Mechanics, AFFDL-TR-66-80 (1965)
-547-576 (the triangle).
+Source: Bazeley, Cheung, Irons and Zienkiewicz, Proc. 1st Conf. Matrix Methods in Structural
+Mechanics, AFFDL-TR-66-80 (1965) 547-576 (the triangle).
 """
 
 from __future__ import annotations
@@ -24,15 +25,21 @@ LIMIT = 40  #: corrections of a closest point
 # as in `curves`: one more would be less than round-off
 NEAR = 1e-11  #: correction that is the last but one
 SIDE = 1e-13  #: of a coordinate l that is 0
-INSIDE, VERTEX = 0, 4  #: where a closest point is; 1, 2 and 3 are the sides opposite of the vertices
+INSIDE, VERTEX = (
+    0,
+    4,
+)  #: where a closest point is; 1, 2 and 3 are the sides opposite of the vertices
 ALONG = np.array([[-1.0, 1.0], [0.0, 1.0], [1.0, 0.0]])  #: directions in (u, v) of these sides
 NINE = 9  #: numbers of a vertex, and vectors of a triangle
 
 
 @jit
 def weigh_vectors(u: Scalar, v: Scalar, at: np.ndarray, W: np.ndarray) -> None:
-    """W (6, 9) = N, N,u, N,v, N,uu, N,uv, N,vv, the weights of x, x,1, x,2 of three vertices at parent points (3, 2)."""
-    l, zero = (1.0 - u - v, u, v), 0.0 * (u + v)
+    """W (6, 9) = N, N,u, N,v, N,uu, N,uv, N,vv, the weights of x, x,1, x,2 of three vertices at
+    parent points (3, 2).
+    """
+    l = (1.0 - u - v, u, v)
+    zero = 0.0 * (u + v)
     by = ((-1.0, 1.0, 0.0), (-1.0, 0.0, 1.0))
     for m in range(6):
         d, e = by[1 if m in (2, 5) else 0], by[1 if m in (4, 5) else 0]
@@ -41,12 +48,25 @@ def weigh_vectors(u: Scalar, v: Scalar, at: np.ndarray, W: np.ndarray) -> None:
             j, k = (i + 1) % 3, (i + 2) % 3
             a, b, c = l[i], l[j], l[k]
             if order == 0:
-                all_three, own, one, other = a * b * c, a * a * (3.0 - 2.0 * a), a * a * b, a * a * c
+                all_three, own, one, other = (
+                    a * b * c,
+                    a * a * (3.0 - 2.0 * a),
+                    a * a * b,
+                    a * a * c,
+                )
             elif order == 1:
                 all_three = d[i] * b * c + a * (d[j] * c + b * d[k])
-                own, one, other = 6.0 * a * (1.0 - a) * d[i], a * (2.0 * d[i] * b + a * d[j]), a * (2.0 * d[i] * c + a * d[k])
+                own, one, other = (
+                    6.0 * a * (1.0 - a) * d[i],
+                    a * (2.0 * d[i] * b + a * d[j]),
+                    a * (2.0 * d[i] * c + a * d[k]),
+                )
             else:
-                all_three = d[i] * (e[j] * c + e[k] * b) + d[j] * (e[i] * c + e[k] * a) + d[k] * (e[i] * b + e[j] * a)
+                all_three = (
+                    d[i] * (e[j] * c + e[k] * b)
+                    + d[j] * (e[i] * c + e[k] * a)
+                    + d[k] * (e[i] * b + e[j] * a)
+                )
                 own = 6.0 * (1.0 - 2.0 * a) * d[i] * e[i]
                 one = 2.0 * (d[i] * e[i] * b + a * (d[i] * e[j] + d[j] * e[i])) + zero
                 other = 2.0 * (d[i] * e[i] * c + a * (d[i] * e[k] + d[k] * e[i])) + zero
@@ -57,8 +77,12 @@ def weigh_vectors(u: Scalar, v: Scalar, at: np.ndarray, W: np.ndarray) -> None:
 
 
 @jit
-def trace(y: np.ndarray, corners: np.ndarray, W: np.ndarray, many: int, w: np.ndarray, row: int) -> None:
-    """w[row + m] = derivatives m < `many` of a triangle of vertices (3,), of which each has NINE numbers in y."""
+def trace(
+    y: np.ndarray, corners: np.ndarray, W: np.ndarray, many: int, w: np.ndarray, row: int
+) -> None:
+    """w[row + m] = derivatives m < `many` of a triangle of vertices (3,), of which each has NINE
+    numbers in y.
+    """
     for m in range(many):
         for c in range(3):
             w[row + m, c] = 0.0 * W[0, 0]
@@ -74,7 +98,9 @@ def dot(a: np.ndarray, b: np.ndarray) -> Scalar:
 
 @jit
 def curve(w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
-    """Derivatives of half the square of the distance w[6] by u and v, then by uu, uv, vv, from those of X in w[0:6]."""
+    """Derivatives of half the square of the distance w[6] by u and v, then by uu, uv, vv, from
+    those of X in w[0:6].
+    """
     d = w[6]
     return (
         -dot(d, w[1]),
@@ -86,8 +112,12 @@ def curve(w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
 
 
 @jit
-def along_side(held: int, found: tuple[Scalar, Scalar, Scalar, Scalar, Scalar]) -> tuple[Scalar, Scalar]:
-    """Newton's step along a side, and by how much it lowers what `curve` has found, if that is convex there."""
+def along_side(
+    held: int, found: tuple[Scalar, Scalar, Scalar, Scalar, Scalar]
+) -> tuple[Scalar, Scalar]:
+    """Newton's step along a side, and by how much it lowers what `curve` has found, if that is
+    convex there.
+    """
     one, other, uu, uv, vv = found
     t, r = ALONG[held - 1, 0], ALONG[held - 1, 1]
     bent, slope = t * t * uu + 2.0 * t * r * uv + r * r * vv, t * one + r * other
@@ -110,7 +140,8 @@ def correction(w: np.ndarray, held: int) -> tuple[Scalar, Scalar]:
 
 @jit
 def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int, bool]:
-    """The step of (u, v) that stays in the triangle, where it is held, and whether the border has cut it off.
+    """The step of (u, v) that stays in the triangle, where it is held, and whether the border has
+    cut it off.
 
     It is Newton's, or Gauss's where it is no minimum.
     """
@@ -118,14 +149,20 @@ def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int, b
     if not (uu > 0.0 and uu * vv - uv * uv > 1e-12 * dot(w[1], w[1]) * dot(w[2], w[2])):
         uu, uv, vv = dot(w[1], w[1]), dot(w[1], w[2]), dot(w[2], w[2])
     det = uu * vv - uv * uv
-    du, dv, held = (uv * other - vv * one) / det, (uv * one - uu * other) / det, INSIDE
-    l, steps = (1.0 - u - v, u, v), (-du - dv, du, dv)
+    du = (uv * other - vv * one) / det
+    dv = (uv * one - uu * other) / det
+    held = INSIDE
+    l = (1.0 - u - v, u, v)
+    steps = (-du - dv, du, dv)
     blocked = False
     for i in range(3):
         blocked = blocked or (l[i] <= SIDE and steps[i] < 0.0)
     # at a border the step goes along that side which lowers the distance most
     if blocked:
-        du, dv, held, most = 0.0, 0.0, VERTEX, -1.0
+        du = 0.0
+        dv = 0.0
+        held = VERTEX
+        most = -1.0
         for i in range(3):
             if l[i] > SIDE:
                 continue
@@ -136,8 +173,12 @@ def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int, b
                 change = -p - q if j == 0 else (p if j == 1 else q)
                 inside = inside and (j == i or l[j] > SIDE or change >= 0.0)
             if inside and gain > most:
-                du, dv, held, most = p, q, i + 1, gain
-    part, steps = 1.0, (-du - dv, du, dv)
+                du = p
+                dv = q
+                held = i + 1
+                most = gain
+    part = 1.0
+    steps = (-du - dv, du, dv)
     for i in range(3):
         if steps[i] < 0.0 and l[i] > SIDE:
             part = min(part, -l[i] / steps[i])
@@ -146,10 +187,20 @@ def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int, b
 
 @jit
 def meet_triangle(
-    y: np.ndarray, corners: np.ndarray, at: np.ndarray, p: np.ndarray, u: float, v: float, w: np.ndarray, W: np.ndarray
+    y: np.ndarray,
+    corners: np.ndarray,
+    at: np.ndarray,
+    p: np.ndarray,
+    u: float,
+    v: float,
+    w: np.ndarray,
+    W: np.ndarray,
 ) -> tuple[float, float, int]:
-    """u, v of (7) on one triangle from a start, and where it is held; w[0:7] are X, its derivatives and p - X, W its weights."""
-    held, last = INSIDE, False
+    """u, v of (7) on one triangle from a start, and where it is held; w[0:7] are X, its derivatives
+    and p - X, W its weights.
+    """
+    held = INSIDE
+    last = False
     for _ in range(LIMIT):
         weigh_vectors(u, v, at, W)
         trace(y, corners, W, 6, w, 0)
@@ -190,20 +241,33 @@ def meet_flat(y: np.ndarray, corners: np.ndarray, p: np.ndarray) -> tuple[float,
             square = pp - 2.0 * (q * pb + r * pc) + q * q * bb + 2.0 * q * r * bc + r * r * cc
             if square < least:
                 least, u, v = square, q, r
-    return np.sqrt(max(pp - 2.0 * (u * pb + v * pc) + u * u * bb + 2.0 * u * v * bc + v * v * cc, 0.0)), u, v
+    return (
+        np.sqrt(
+            max(pp - 2.0 * (u * pb + v * pc) + u * u * bb + 2.0 * u * v * bc + v * v * cc, 0.0)
+        ),
+        u,
+        v,
+    )
 
 
 @jit
 def extents(y: np.ndarray, corners: np.ndarray, at: np.ndarray) -> tuple[float, float]:
-    """Longest side of all flat triangles (h, 3), and how far the cubic ones can be away: a third of the largest D_ij - side."""
+    """Longest side of all flat triangles (h, 3), and how far the cubic ones can be away: a third of
+    the largest D_ij - side.
+    """
     long, bulge = 0.0, 0.0
     for f in range(len(corners)):
         for i in range(3):
             a = NINE * corners[f, i]
             for k in range(1, 3):
                 j = (i + k) % 3
-                b, square, off = NINE * corners[f, j], 0.0, 0.0
-                x, z = at[corners[f, j], 0] - at[corners[f, i], 0], at[corners[f, j], 1] - at[corners[f, i], 1]
+                b = NINE * corners[f, j]
+                square = 0.0
+                off = 0.0
+                x, z = (
+                    at[corners[f, j], 0] - at[corners[f, i], 0],
+                    at[corners[f, j], 1] - at[corners[f, i], 1],
+                )
                 for c in range(3):
                     side = y[b + c] - y[a + c]
                     square += side * side

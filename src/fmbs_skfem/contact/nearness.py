@@ -1,7 +1,9 @@
-"""Who can have come near since contacts with forces of low rank were looked at last, and the rows that they read.
+"""Who can have come near since contacts with forces of low rank were looked at last, and the rows
+that they read.
 
-The room of such a contact holds a clearance of each of its nodes or points, and behind these four bounds of ways: of both sides, a
-unit of |dx| and of max |dx_n|. What has come nearer by less than its clearance is not looked at.
+The room of such a contact holds a clearance of each of its nodes or points, and behind these four
+bounds of ways: of both sides, a unit of |dx| and of max |dx_n|. What has come nearer by less than
+its clearance is not looked at.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ WAYS = 4  #: bounds of ways in the room of a contact
 
 @jit
 def ahead(s: Any, ways: int) -> float:
-    """By how much both sides may have come nearer since the room was filled, of which the bounds begin at `ways`."""
+    """By how much both sides may have come nearer since the room was filled, of which the bounds
+    begin at `ways`.
+    """
     return min(s.room[ways] * s.moved[0], s.room[ways + 1] * s.moved[1]) + min(
         s.room[ways + 2] * s.moved[0], s.room[ways + 3] * s.moved[1]
     )
@@ -40,4 +44,6 @@ def read(table: Any, rows: np.ndarray, y: np.ndarray) -> None:
     """y (f,) = the values of probe rows (f,)."""
     E = evaluation(table)
     for j in range(len(y)):
-        y[j] = E.arrays.probes_offset[rows[j]] + kernels.row_value(E.arrays.probes, rows[j], E.space.x)
+        y[j] = E.arrays.probes_offset[rows[j]] + kernels.row_value(
+            E.arrays.probes, rows[j], E.space.x
+        )

@@ -1,4 +1,6 @@
-"""Contact of beams with beams for compiled code: forces, derivatives, memory, and where nothing is near."""
+"""Contact of beams with beams for compiled code: forces, derivatives, memory, and where nothing is
+near.
+"""
 
 from __future__ import annotations
 
@@ -49,8 +51,11 @@ def make_room(F: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 @routine
 def push(table: Any, record: Any) -> int:
     """g += F."""
-    s, F = evaluation(table).space, opened(record)
-    way, many, dim = ahead(s, F.room + len(F.spans) + 1), len(F.rows), F.dim
+    s = evaluation(table).space
+    F = opened(record)
+    way = ahead(s, F.room + len(F.spans) + 1)
+    many = len(F.rows)
+    dim = F.dim
     if not is_active(s, F.room, len(F.spans) + 1, way):
         return 0
     y, v, out, w = make_room(F)
@@ -58,12 +63,14 @@ def push(table: Any, record: Any) -> int:
     read(table, F.rows, y)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
-        # nodes that cannot have come near: a hoop that may touch itself takes 86 us a step for 335 us, 47 us without contact
+        # nodes that cannot have come near: a hoop that may touch itself takes 86 us a step for 335
+        # us, 47 us without contact
         if s.room[F.room + k] > way:
             continue
         gap, p, q, _ = find(F, k, y, within, w)
         if gap < 0.0:
-            places, first = pieces(F, p, q), F.memory + many + NODE * k
+            places = pieces(F, p, q)
+            first = F.memory + many + NODE * k
             read_rates(table, F, places, v)
             follow(F, v, before, p, q, w)
             press(F, k, before, s.memory[first : first + NODE], p, q, w, out)
@@ -74,28 +81,42 @@ def push(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    """H += - c (dF/dy + gh dF/dy') by complex steps along d, A_p, B_q and their rates, with one correction of the closest points.
+    """H += - c (dF/dy + gh dF/dy') by complex steps along d, A_p, B_q and their rates, with one
+    correction of the closest points.
 
     Nodes beside a crossing meet at one place, and share one term of low rank.
     """
-    s, F = evaluation(table).space, opened(record)
-    way, many, dim, second = ahead(s, F.room + len(F.spans) + 1), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
+    s = evaluation(table).space
+    F = opened(record)
+    way = ahead(s, F.room + len(F.spans) + 1)
+    many = len(F.rows)
+    dim = F.dim
+    second = 2 * F.dim * (len(F.spans) + 1)
     if not is_active(s, F.room, len(F.spans) + 1, way):
         return 0
-    y, v, w, before = np.empty(many), np.empty(many), np.empty((ROOM, 3)), s.memory[F.memory : F.memory + many]
+    y = np.empty(many)
+    v = np.empty(many)
+    w = np.empty((ROOM, 3))
+    before = s.memory[F.memory : F.memory + many]
     out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
     read(table, F.rows, y)
-    within, latest = extents(F, y), (-1.0, -1.0)
+    within = extents(F, y)
+    latest = (-1.0, -1.0)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
             continue
         gap, p, q, held = find(F, k, y, within, w)
         if gap >= 0.0:
             continue
-        places, first = pieces(F, p, q), F.memory + many + NODE * k
+        places = pieces(F, p, q)
+        first = F.memory + many + NODE * k
         read_rates(table, F, places, v)
         # nodes beside a crossing meet at one place: one term of low rank serves them
-        if abs(p - latest[0]) > SAME or abs(q - latest[1]) > SAME or places != pieces(F, latest[0], latest[1]):
+        if (
+            abs(p - latest[0]) > SAME
+            or abs(q - latest[1]) > SAME
+            or places != pieces(F, latest[0], latest[1])
+        ):
             begin_term(s.low, F, places, p, q)
             latest = p, q
         left = s.low.left[s.low.used[0] - 1]
@@ -103,7 +124,8 @@ def slopes(table: Any, record: Any) -> int:
             trace(y, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
             trace(y, second, F.others, complex(q, 0.0), 3, dim, wc, 3)
             wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
-            # one exact correction moves the closest points with the complex step: no iteration in complex numbers
+            # one exact correction moves the closest points with the complex step: no iteration in
+            # complex numbers
             dp, dq = correction(dim, wc, held, True)
             pc, qc = complex(p, dp.imag), complex(q, dq.imag)
             trace(y, 0, F.spans, pc, 2, dim, wc, 0)
@@ -120,7 +142,8 @@ def slopes(table: Any, record: Any) -> int:
 @jit
 def begin_term(low: Any, F: Any, places: tuple[int, int], p: float, q: float) -> None:
     """The next term of low rank: d, A_p and B_q from the rows of two pieces, and no forces yet."""
-    dim, t = F.dim, low.used[0]
+    dim = F.dim
+    t = low.used[0]
     low.used[0] += 1
     low.left[t] = 0.0  # all of it, as other forces have more rows
     low.right[t] = 0.0
@@ -136,13 +159,21 @@ def begin_term(low: Any, F: Any, places: tuple[int, int], p: float, q: float) ->
     for k in range(4):
         for c in range(dim):
             low.right[t, c, dim * k + c], low.right[t, c, dim * (4 + k) + c] = at[k], -other[k]
-            low.right[t, dim + c, dim * k + c], low.right[t, 2 * dim + c, dim * (4 + k) + c] = by[k], along[k]
+            low.right[t, dim + c, dim * k + c], low.right[t, 2 * dim + c, dim * (4 + k) + c] = (
+                by[k],
+                along[k],
+            )
 
 
 @jit
 def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float, float]:
-    """Bounds of the way of a curve a unit of |dx| and of max |dx_n|: those of its nodes and 8 / 27 of those of its tangents."""
-    P, dim, way, most = evaluation(table).arrays.probes, F.dim, np.zeros(2), np.zeros((2, 2))
+    """Bounds of the way of a curve a unit of |dx| and of max |dx_n|: those of its nodes and 8 / 27
+    of those of its tangents.
+    """
+    P = evaluation(table).arrays.probes
+    dim = F.dim
+    way = np.zeros(2)
+    most = np.zeros((2, 2))
     for j in range(2 * (len(spans) + 1)):
         of_x, of_largest = kernels.row_sizes(P, F.rows, first + dim * j, dim)
         most[j % 2, 0], most[j % 2, 1] = max(most[j % 2, 0], of_x), max(most[j % 2, 1], of_largest)
@@ -154,10 +185,16 @@ def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float,
 
 @routine
 def accept(table: Any, record: Any) -> int:
-    """The memory of rows and nodes, and the room: nodes that cannot have come near are not looked at."""
-    s, F = evaluation(table).space, opened(record)
+    """The memory of rows and nodes, and the room: nodes that cannot have come near are not looked
+    at.
+    """
+    s = evaluation(table).space
+    F = opened(record)
     ways = F.room + len(F.spans) + 1
-    way, many, dim, second = ahead(s, ways), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
+    way = ahead(s, ways)
+    many = len(F.rows)
+    dim = F.dim
+    second = 2 * F.dim * (len(F.spans) + 1)
     y, v, out, w = make_room(F)
     before = s.memory[F.memory : F.memory + many]
     read(table, F.rows, y)
@@ -166,12 +203,18 @@ def accept(table: Any, record: Any) -> int:
         s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
-        first, seen, N, met, deep = F.memory + many + NODE * k, F.room + k, 0.0, (-1.0, -1.0), 0.0
+        first = F.memory + many + NODE * k
+        seen = F.room + k
+        N = 0.0
+        met = (-1.0, -1.0)
+        deep = 0.0
         last = s.memory[first : first + NODE]
         if s.room[seen] > way:
             s.room[seen] -= way
         else:
-            s.room[seen] = find_chord(y, 2 * dim * k, second, limits_of(F, k), within[0], dim)[0] - within[1]
+            s.room[seen] = (
+                find_chord(y, 2 * dim * k, second, limits_of(F, k), within[0], dim)[0] - within[1]
+            )
         if not s.room[seen] > 0.0:
             gap, p, q, _ = find(F, k, y, within, w)
             if gap < np.inf:
@@ -182,7 +225,9 @@ def accept(table: Any, record: Any) -> int:
                 N = press(F, k, before, last, p, q, w, out)
                 deep = max(last[DEEPEST], -gap)
                 for c in range(dim):
-                    last[DEEPEST + 1 + c] = w[6, c] if last[DEEPEST] == 0.0 else last[DEEPEST + 1 + c]
+                    last[DEEPEST + 1 + c] = (
+                        w[6, c] if last[DEEPEST] == 0.0 else last[DEEPEST + 1 + c]
+                    )
         last[4], last[5], last[DEEPEST] = met[0], met[1], deep
         for i in range(2):
             last[2 + i] = w[12, i] if N > 0.0 else 0.0
@@ -195,27 +240,39 @@ def accept(table: Any, record: Any) -> int:
 @routine
 def judge(table: Any, record: Any) -> int:
     """impulse += as of contact with shapes; infinite where beams passed through one another."""
-    s, F = evaluation(table).space, opened(record)
-    way, many = ahead(s, F.room + len(F.spans) + 1), len(F.rows)
+    s = evaluation(table).space
+    F = opened(record)
+    way = ahead(s, F.room + len(F.spans) + 1)
+    many = len(F.rows)
     y, v, out, w = make_room(F)
     before = s.memory[F.memory : F.memory + many]
-    read_now, within = False, (0.0, 0.0)
+    read_now = False
+    within = (0.0, 0.0)
     for k in range(len(F.spans) + 1):
-        first, N = F.memory + many + NODE * k, 0.0
+        first = F.memory + many + NODE * k
+        N = 0.0
         last = s.memory[first : first + NODE]
         if s.room[F.room + k] > way and last[0] <= 0.0:
             continue
         if not read_now:
             read(table, F.rows, y)
             far, reach = extents(F, y)
-            within, read_now = (far, reach + way), True
+            within = (far, reach + way)
+            read_now = True
         gap, p, q, held = find(F, k, y, within, w)
-        if not (gap + F.radii[0] + F.radii[1] >= way or loose(F, held)):  # in the first step the way is not a number
+        if not (
+            gap + F.radii[0] + F.radii[1] >= way or loose(F, held)
+        ):  # in the first step the way is not a number
             if crossed(F, k, w, before):
                 s.impulse[0] = np.inf
                 return 0
             find(F, k, y, within, w)
-        if F.along and last[DEEPEST] > 0.0 and 0.0 <= gap < np.inf and came_through(F, k, w, last, before):
+        if (
+            F.along
+            and last[DEEPEST] > 0.0
+            and 0.0 <= gap < np.inf
+            and came_through(F, k, w, last, before)
+        ):
             s.impulse[0] = np.inf
             return 0
         if gap < 0.0:
@@ -235,11 +292,16 @@ def loose(F: Any, held: tuple[bool, bool]) -> bool:
 
 @jit
 def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
-    """Whether the closest points in w[0:6] of a node are on other sides than those with the rows `before`; w[0:6] become these.
+    """Whether the closest points in w[0:6] of a node are on other sides than those with the rows
+    `before`; w[0:6] become these.
 
-    Nodes of beams along one another go around these as well: they have crossed where the straight way between both states does.
+    Nodes of beams along one another go around these as well: they have crossed where the straight
+    way between both states does.
     """
-    dim, reach, d, tangents = F.dim, F.radii[0] + F.radii[1], np.zeros((2, 3)), np.zeros((2, 3))
+    dim = F.dim
+    reach = F.radii[0] + F.radii[1]
+    d = np.zeros((2, 3))
+    tangents = np.zeros((2, 3))
     read_normal(w, d[1], tangents, dim)
     gap, _, _, held = find(F, k, before, (extents(F, before)[0], np.inf), w)
     if not gap < np.inf or loose(F, held):
@@ -256,7 +318,8 @@ def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
     t = min(max(ways / squares, 0.0), 1.0) if squares > 0.0 else 0.0
     for c in range(dim):
         near += (d[0, c] + t * (d[1, c] - d[0, c])) ** 2
-    # what grazes cuts off a nanometre: of ways from outside to outside only those count that turn the normal
+    # what grazes cuts off a nanometre: of ways from outside to outside only those count that turn
+    # the normal
     least = GRAZED if gap >= 0.0 and square >= reach * reach else 0.0
     if near >= reach * reach or not (make_unit(d[0], 0.0) and make_unit(d[1], 0.0)):
         return False
@@ -265,15 +328,22 @@ def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
 
 @jit
 def read_normal(w: np.ndarray, d: np.ndarray, tangents: np.ndarray, dim: int) -> None:
-    """d (c,) = the way between the closest points in w[0:6], tangents (2, c) = those of both beams, B first."""
+    """d (c,) = the way between the closest points in w[0:6], tangents (2, c) = those of both beams,
+    B first.
+    """
     for c in range(dim):
         d[c], tangents[0, c], tangents[1, c] = w[0, c] - w[3, c], w[4, c], w[1, c]
 
 
 @jit
 def came_through(F: Any, k: int, w: np.ndarray, last: np.ndarray, before: np.ndarray) -> bool:
-    """Whether a node whose closest points in w[0:6] do not touch any more has gone through the other beam since it came in."""
-    dim, reach, d, tangents = F.dim, F.radii[0] + F.radii[1], np.zeros((2, 3)), np.zeros((2, 3))
+    """Whether a node whose closest points in w[0:6] do not touch any more has gone through the
+    other beam since it came in.
+    """
+    dim = F.dim
+    reach = F.radii[0] + F.radii[1]
+    d = np.zeros((2, 3))
+    tangents = np.zeros((2, 3))
     if last[DEEPEST] < DEEP * reach:
         return False
     n0, v = np.zeros(3), np.zeros(3)
@@ -290,8 +360,11 @@ def came_through(F: Any, k: int, w: np.ndarray, last: np.ndarray, before: np.nda
 @routine
 def store(table: Any, record: Any) -> int:
     """energy += W times what is stored, and the elastic forces out of g."""
-    s, F = evaluation(table).space, opened(record)
-    way, many, dim = ahead(s, F.room + len(F.spans) + 1), len(F.rows), F.dim
+    s = evaluation(table).space
+    F = opened(record)
+    way = ahead(s, F.room + len(F.spans) + 1)
+    many = len(F.rows)
+    dim = F.dim
     if not is_active(s, F.room, len(F.spans) + 1, way):
         return 0
     y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
@@ -302,7 +375,9 @@ def store(table: Any, record: Any) -> int:
             continue
         gap, p, q, _ = find(F, k, y, within, w)
         if gap < 0.0:
-            places, weight, long = pieces(F, p, q), weigh(F, k, p), gap + F.radii[0] + F.radii[1]
+            places = pieces(F, p, q)
+            weight = weigh(F, k, p)
+            long = gap + F.radii[0] + F.radii[1]
             s.energy[0] += weight * stored(F.law, -gap)
             N = weight * F.law[K] * harden(F.law, ramp(-gap, F.law[E]))
             for c in range(dim):
@@ -316,10 +391,19 @@ def store(table: Any, record: Any) -> int:
 
 @forces.compile_force.register
 def _(found: BeamContacts, place: Place) -> Force:
-    record, count = record_of(found, place), len(found.rows)
+    record = record_of(found, place)
+    count = len(found.rows)
     memory = np.zeros(count + NODE * len(found))
     memory[count::NODE] = UNKNOWN
-    routines, low = ForceRoutines(push, slopes, accept, store, judge), Size(len(found), 8 * found.dim, 3 * found.dim)
+    routines = ForceRoutines(push, slopes, accept, store, judge)
+    low = Size(len(found), 8 * found.dim, 3 * found.dim)
     return Force(
-        record, routines, "contact of beams", memory=memory, damped=True, room=len(found) + WAYS, alone=record.rows, low=low
+        record,
+        routines,
+        "contact of beams",
+        memory=memory,
+        damped=True,
+        room=len(found) + WAYS,
+        alone=record.rows,
+        low=low,
     )

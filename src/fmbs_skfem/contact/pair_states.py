@@ -15,10 +15,15 @@ from .pairs import NODE, ROOM, BeamContacts, PairsRecord, away, find, follow, pr
 
 @routine
 def measure(table: Any, _: Any) -> int:
-    """out (s, t, 3 + c) = gap, normal force, speed of sliding, normal of all nodes for samples of y and y' (s, f)."""
+    """out (s, t, 3 + c) = gap, normal force, speed of sliding, normal of all nodes for samples of y
+    and y' (s, f).
+    """
     S = samples_of(table)
-    F, dim = S.record, S.record.dim
-    new, w, forces_there = np.zeros(NODE), np.zeros((ROOM, 3)), np.empty(8 * dim)
+    F = S.record
+    dim = S.record.dim
+    new = np.zeros(NODE)
+    w = np.zeros((ROOM, 3))
+    forces_there = np.empty(8 * dim)
     new[0], new[1], new[4], new[5] = UNKNOWN, 1.0, -1.0, -1.0
     for i in range(len(S.y)):
         far = longest(S.y[i], 2 * dim * (len(F.spans) + 1), len(F.others), dim)
@@ -50,10 +55,13 @@ samples_of = opener(PairSamples)
 def measures(term: BeamContacts, y: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Gap [m], normal force [N], speed of sliding [m/s], and normal of nodes (s, t, 3 + c).
 
-    The gap is infinite where it is that of other nodes; of a beam to itself it is that to the nearest place between the limits.
+    The gap is infinite where it is that of other nodes; of a beam to itself it is that to the
+    nearest place between the limits.
     """
     y, v = map(np.ascontiguousarray, (y, v))
-    samples = PairSamples(record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 3 + term.dim)))
+    samples = PairSamples(
+        record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 3 + term.dim))
+    )
     measure(samples)
     return samples.out
 

@@ -1,4 +1,5 @@
-r"""Contact of beams with beams at their closest points, as forces on probe rows of both center lines.
+r"""Contact of beams with beams at their closest points, as forces on probe rows of both center
+lines.
 
     d = A(p) - B(q),    n = d / |d|,    g = |d| - R_A - R_B,    s = - g
     W = w_i at p = i,    or    1 - 3 e^2 + 2 |e|^3,  e = p - i,  at the closest p,                             (of a node i of A)
@@ -6,25 +7,31 @@ r"""Contact of beams with beams at their closest points, as forces on probe rows
     v = A' - B' + a turn(A_p, A_p') + b turn(B_q, B_q'),    turn(t, t') = [t (n . t') - (n . t) t'] / |t|^2
     N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n
 
-on A: W (N n + T), on its slope A_p: W a [n (T . t) - T (n . t)] / |t|^2 with t = A_p, on B and B_q alike with - N n - T and W b.
-Forces are those of `contact_law`. Beams that cross touch at their closest points (`contact_curves`), which all nodes beside find,
-and of which the weights W add up to one; those that lie along one another touch at all nodes of A. Forces on both are equal, along
-one line, and friction acts where they touch, so that momentum and its moment stay; but beams have no rotation about their own
-axis, so that friction along the circumference finds no resistance in it, and they do not roll.
+on A: W (N n + T), on its slope A_p: W a [n (T . t) - T (n . t)] / |t|^2 with t = A_p, on B and B_q
+alike with - N n - T and W b. Forces are those of `contact_law`. Beams that cross touch at their
+closest points (`contact_curves`), which all nodes beside find, and of which the weights W add up to
+one; those that lie along one another touch at all nodes of A. Forces on both are equal, along one
+line, and friction acts where they touch, so that momentum and its moment stay; but beams have no
+rotation about their own axis, so that friction along the circumference finds no resistance in it,
+and they do not roll.
 
-Every node of A meets B at one place, the nearest one. Where B is the same beam, it is the nearest one between `limits`, beyond the
-node, so that every pair of places meets once; where that is a limit which is no end of the beam, nothing meets.
+Every node of A meets B at one place, the nearest one. Where B is the same beam, it is the nearest
+one between `limits`, beyond the node, so that every pair of places meets once; where that is a
+limit which is no end of the beam, nothing meets.
 
-The memory holds the rows, and of a node the last normal force, whether it was ever free, the bristle along n x t_B x n and n x
-t_B, where it met, and, where all nodes touch, how deep it has been since it came in with which normal. Where no node can have come
-near since the last accepted state, no row is read. Derivatives are those of a complex step through one correction of the closest
-points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone: their derivatives are of rank 3 c, on the rows of two
-pieces.
+The memory holds the rows, and of a node the last normal force, whether it was ever free, the
+bristle along n x t_B x n and n x t_B, where it met, and, where all nodes touch, how deep it has
+been since it came in with which normal. Where no node can have come near since the last accepted
+state, no row is read. Derivatives are those of a complex step through one correction of the closest
+points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone: their derivatives are
+of rank 3 c, on the rows of two pieces.
 
-Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438,
-doi 10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise and Wriggers, Int. J. Numer.
-Methods Eng. 49 (2000) 977-1006, doi 10.1002/1097-0207(20001120)49:8<977::AID-NME986>3.0.CO;2-C (friction); Meier, Wall and Popp,
-Comput. Methods Appl. Mech. Eng. 315 (2017) 972-1010, doi 10.1016/j.cma.2016.11.028 (points and lines of contact for all angles).
+Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438, doi
+10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise
+and Wriggers, Int. J. Numer. Methods Eng. 49 (2000) 977-1006, doi
+10.1002/1097-0207(20001120)49:8<977::AID-NME986>3.0.CO;2-C (friction); Meier, Wall and Popp, Comput.
+Methods Appl. Mech. Eng. 315 (2017) 972-1010, doi 10.1016/j.cma.2016.11.028 (points and lines of
+contact for all angles).
 """
 
 from __future__ import annotations
@@ -55,17 +62,27 @@ class BeamContacts:
     """Contact of two center lines, a and b pieces long."""
 
     dim: Annotated[int, Number()]
-    along: Annotated[int, Number()]  #: 1 where every node of A touches, 0 where the closest points do
-    rows: Annotated[np.ndarray, Indices("f", end="y")]  #: position and slope by xi of every node of A, then of B
+    along: Annotated[
+        int, Number()
+    ]  #: 1 where every node of A touches, 0 where the closest points do
+    rows: Annotated[
+        np.ndarray, Indices("f", end="y")
+    ]  #: position and slope by xi of every node of A, then of B
     spans: Annotated[np.ndarray, Reals("a")]  #: lengths in xi
     others: Annotated[np.ndarray, Reals("b")]
     radii: Annotated[np.ndarray, Reals("r")]  #: of A and of B [m]
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
-    share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    share: Annotated[
+        float, Number()
+    ]  #: change of speed that a change of force makes in a second, over the one allowed a step
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
-    itself: Annotated[int, Number()]  #: 0 where B is another beam, 1 where it is the same one, 2 where that is closed
+    itself: Annotated[
+        int, Number()
+    ]  #: 0 where B is another beam, 1 where it is the same one, 2 where that is closed
     limits: Annotated[np.ndarray, Reals("t 2")]  #: between which q is that a node meets
-    weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a node where every one touches
+    weights: Annotated[
+        np.ndarray, Reals("t")
+    ]  #: factors of the forces of a node where every one touches
 
     def __len__(self) -> int:
         return len(self.spans) + 1
@@ -82,11 +99,26 @@ def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
     pieces = len(term.spans), len(term.others)
     require(term.dim in (2, 3), f"{name}.dim", "2 or 3", term.dim)
     require(min(pieces) > 0, f"{name}.spans", "a piece or more of both beams", pieces)
-    require(len(term.rows) == 2 * term.dim * (sum(pieces) + 2), f"{name}.rows", "rows of all nodes", len(term.rows))
+    require(
+        len(term.rows) == 2 * term.dim * (sum(pieces) + 2),
+        f"{name}.rows",
+        "rows of all nodes",
+        len(term.rows),
+    )
     require(len(term.radii) == 2, f"{name}.radii", "two radii", len(term.radii))
     require_law(term.law, term.power, name)
-    require(term.limits.shape == (pieces[0] + 1, 2), f"{name}.limits", "two of every node", term.limits.shape)
-    require(len(term.weights) == pieces[0] + 1, f"{name}.weights", "one of every node", len(term.weights))
+    require(
+        term.limits.shape == (pieces[0] + 1, 2),
+        f"{name}.limits",
+        "two of every node",
+        term.limits.shape,
+    )
+    require(
+        len(term.weights) == pieces[0] + 1,
+        f"{name}.weights",
+        "one of every node",
+        len(term.weights),
+    )
     between = bool(np.all((term.limits >= 0.0) & (term.limits <= pieces[1])))
     require(between, f"{name}.limits", "places on the other beam", "others")
 
@@ -129,8 +161,11 @@ def pieces(F: Any, p: float, q: float) -> tuple[int, int]:
 
 @jit
 def extents(F: Any, y: np.ndarray) -> tuple[float, float]:
-    """Length of the longest chord of B, and the largest distance from a node to its closest chord with which it may touch."""
-    dim, second = F.dim, 2 * F.dim * (len(F.spans) + 1)
+    """Length of the longest chord of B, and the largest distance from a node to its closest chord
+    with which it may touch.
+    """
+    dim = F.dim
+    second = 2 * F.dim * (len(F.spans) + 1)
     reach = F.radii[0] + F.radii[1] + bulge(y, second, F.others, dim)
     if not F.along:
         reach += longest(y, 0, len(F.spans), dim) + bulge(y, 0, F.spans, dim)
@@ -141,11 +176,14 @@ def extents(F: Any, y: np.ndarray) -> tuple[float, float]:
 def find(
     F: Any, k: int, y: np.ndarray, within: tuple[float, float], w: np.ndarray
 ) -> tuple[float, float, float, tuple[bool, bool]]:
-    """Gap, p, q of a contact, and which of these are held; w[0:6] are current where the gap is finite.
+    """Gap, p, q of a contact, and which of these are held; w[0:6] are current where the gap is
+    finite.
 
     It is infinite where its weight is 0, and where B is too far by its `extents`.
     """
-    dim, second, limits = F.dim, 2 * F.dim * (len(F.spans) + 1), limits_of(F, k)
+    dim = F.dim
+    second = 2 * F.dim * (len(F.spans) + 1)
+    limits = limits_of(F, k)
     near, q = find_chord(y, 2 * dim * k, second, limits, within[0], dim)
     if near > within[1] or near == np.inf:
         return np.inf, float(k), q, (True, True)
@@ -171,7 +209,9 @@ def limits_of(F: Any, k: int) -> tuple[float, float]:
 
 
 @jit
-def passes(F: Any, limits: tuple[float, float], p: float, q: float, held: tuple[bool, bool]) -> bool:
+def passes(
+    F: Any, limits: tuple[float, float], p: float, q: float, held: tuple[bool, bool]
+) -> bool:
     """Whether the closest places of a beam to itself are beyond limits that are no ends of it."""
     if F.itself == 0:
         return False
@@ -188,8 +228,12 @@ def weigh(F: Any, k: int, p: Scalar) -> Scalar:
 
 
 @jit
-def turn(w: np.ndarray, n: int, slope: int, change: int, out: int, factor: Scalar, dim: int) -> None:
-    """w[out] += factor turn(t, t') of the slope t in w[slope] and its change t' in w[change], about the normal w[n]."""
+def turn(
+    w: np.ndarray, n: int, slope: int, change: int, out: int, factor: Scalar, dim: int
+) -> None:
+    """w[out] += factor turn(t, t') of the slope t in w[slope] and its change t' in w[change], about
+    the normal w[n].
+    """
     along, turned, square = 0.0 * w[n, 0], 0.0 * w[n, 0], 0.0 * w[n, 0]
     for c in range(dim):
         along += w[n, c] * w[slope, c]
@@ -201,7 +245,9 @@ def turn(w: np.ndarray, n: int, slope: int, change: int, out: int, factor: Scala
 
 @jit
 def follow(F: Any, v: np.ndarray, before: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray) -> None:
-    """w[14:18] = A, A_p, B, B_q of the rates v (f,) of the rows, w[18:22] of the rows `before` (f,)."""
+    """w[14:18] = A, A_p, B, B_q of the rates v (f,) of the rows, w[18:22] of the rows `before`
+    (f,).
+    """
     second = 2 * F.dim * (len(F.spans) + 1)
     trace(v, 0, F.spans, p, 2, F.dim, w, 14)
     trace(v, second, F.others, q, 2, F.dim, w, 16)
@@ -219,15 +265,26 @@ def change(w: np.ndarray, first: int, arms: tuple[Scalar, Scalar], out: int, dim
 
 
 @jit
-def slip(F: Any, before: np.ndarray, p: Scalar, q: Scalar, last: np.ndarray, arms: tuple[Scalar, Scalar], w: np.ndarray) -> None:
-    """w[13] = change of the material points that meet since the last accepted state with the rows `before` (f,).
+def slip(
+    F: Any,
+    before: np.ndarray,
+    p: Scalar,
+    q: Scalar,
+    last: np.ndarray,
+    arms: tuple[Scalar, Scalar],
+    w: np.ndarray,
+) -> None:
+    """w[13] = change of the material points that meet since the last accepted state with the rows
+    `before` (f,).
 
         d1 - d0 - (A_p0 + A_p1) (p1 - p0) / 2 + (B_q0 + B_q1) (q1 - q0) / 2 + a <turn(A_p)> A_p' + b <turn(B_q)> B_q'
 
-    in which <turn> is Simpson's rule of the turn in both states and half way between, where n, A_p and B_q are taken to be means.
-    Places that were others by a piece or more, or are not known, are taken to be those of now.
+    in which <turn> is Simpson's rule of the turn in both states and half way between, where n, A_p
+    and B_q are taken to be means. Places that were others by a piece or more, or are not known, are
+    taken to be those of now.
     """
-    dim, second = F.dim, 2 * F.dim * (len(F.spans) + 1)
+    dim = F.dim
+    second = 2 * F.dim * (len(F.spans) + 1)
     near = abs(last[4] - p.real) < 1.0 and abs(last[5] - q.real) < 1.0
     p0, q0 = (last[4] + 0.0 * p, last[5] + 0.0 * q) if near else (p, q)
     trace(before, 0, F.spans, p0, 2, dim, w, 22)
@@ -238,7 +295,12 @@ def slip(F: Any, before: np.ndarray, p: Scalar, q: Scalar, last: np.ndarray, arm
         square += w[26, c] * w[26, c]
     long = np.sqrt(square)
     for c in range(dim):
-        w[13, c] = w[7, c] - w[26, c] - 0.5 * (w[1, c] + w[23, c]) * (p - p0) + 0.5 * (w[4, c] + w[25, c]) * (q - q0)
+        w[13, c] = (
+            w[7, c]
+            - w[26, c]
+            - 0.5 * (w[1, c] + w[23, c]) * (p - p0)
+            + 0.5 * (w[4, c] + w[25, c]) * (q - q0)
+        )
         w[26, c] /= long
         w[27, c], w[28, c] = w[1, c] - w[19, c], w[4, c] - w[21, c]
     half = 0.5 * (long - F.radii[0] - F.radii[1])
@@ -256,8 +318,17 @@ def slip(F: Any, before: np.ndarray, p: Scalar, q: Scalar, last: np.ndarray, arm
 
 
 @jit
-def turn_both(w: np.ndarray, n: int, slopes: tuple[int, int], share: float, arms: tuple[Scalar, Scalar], dim: int) -> None:
-    """w[13] += share of the turns of both slopes by their changes w[27] and w[28], about the normal w[n]."""
+def turn_both(
+    w: np.ndarray,
+    n: int,
+    slopes: tuple[int, int],
+    share: float,
+    arms: tuple[Scalar, Scalar],
+    dim: int,
+) -> None:
+    """w[13] += share of the turns of both slopes by their changes w[27] and w[28], about the normal
+    w[n].
+    """
     turn(w, n, slopes[0], 27, 13, share * arms[0], dim)
     turn(w, n, slopes[1], 28, 13, share * arms[1], dim)
 
@@ -275,14 +346,17 @@ def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray, dim: int) -> None:
 
 @jit
 def lay_axes(w: np.ndarray, dim: int) -> None:
-    """w[10], w[11] = unit vectors across the normal w[6]: along B, or along A where B ends in it, and across; in the plane one."""
+    """w[10], w[11] = unit vectors across the normal w[6]: along B, or along A where B ends in it,
+    and across; in the plane one.
+    """
     if dim == 2:
         w[10, 0], w[10, 1] = -w[6, 1], w[6, 0]
         w[11, 0], w[11, 1] = 0.0 * w[6, 0], 0.0 * w[6, 0]
         return
     slope = 4
     for _ in range(2):
-        along, whole = 0.0 * w[6, 0], size(w[slope], 3)
+        along = 0.0 * w[6, 0]
+        whole = size(w[slope], 3)
         for c in range(3):
             along += w[6, c] * w[slope, c] / whole
         if slope == 4 and abs(along) > 0.9:
@@ -296,17 +370,28 @@ def lay_axes(w: np.ndarray, dim: int) -> None:
 
 
 @jit
-def press(F: Any, k: int, before: np.ndarray, last: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray, out: np.ndarray) -> Scalar:
-    """out (8 c,) = forces of a node on the rows of the pieces where it meets; its normal force times its weight.
+def press(
+    F: Any,
+    k: int,
+    before: np.ndarray,
+    last: np.ndarray,
+    p: Scalar,
+    q: Scalar,
+    w: np.ndarray,
+    out: np.ndarray,
+) -> Scalar:
+    """out (8 c,) = forces of a node on the rows of the pieces where it meets; its normal force
+    times its weight.
 
-    `last` is its memory, `before` (f,) that of the rows. w[0:6] and, by `follow`, w[14:22] must be current; w[12, :2] becomes the
-    bristle, w[8] the speed of sliding.
+    `last` is its memory, `before` (f,) that of the rows. w[0:6] and, by `follow`, w[14:22] must be
+    current; w[12, :2] becomes the bristle, w[8] the speed of sliding.
     """
     dim = F.dim
     for c in range(dim):
         w[7, c] = w[0, c] - w[3, c]
     long = size(w[7], dim)
-    gap, rate = long - F.radii[0] - F.radii[1], 0.0 * long
+    gap = long - F.radii[0] - F.radii[1]
+    rate = 0.0 * long
     for c in range(dim):
         w[6, c] = w[7, c] / long
     arms = F.radii[0] + 0.5 * gap, F.radii[1] + 0.5 * gap
@@ -334,7 +419,8 @@ def press(F: Any, k: int, before: np.ndarray, last: np.ndarray, p: Scalar, q: Sc
 @jit
 def stick(F: Any, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
     """w[9] = T of the slip w[13], w[12, :2] the bristle in the axes across the normal."""
-    dim, along = F.dim, 0.0 * N
+    dim = F.dim
+    along = 0.0 * N
     lay_axes(w, dim)
     for c in range(dim):
         w[13, c] += last[2] * w[10, c] + last[3] * w[11, c]
@@ -349,9 +435,19 @@ def stick(F: Any, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
 
 @jit
 def share_out(
-    spans: np.ndarray, p: Scalar, slope: int, weight: Scalar, arm: Scalar, N: Scalar, w: np.ndarray, out: np.ndarray, dim: int
+    spans: np.ndarray,
+    p: Scalar,
+    slope: int,
+    weight: Scalar,
+    arm: Scalar,
+    N: Scalar,
+    w: np.ndarray,
+    out: np.ndarray,
+    dim: int,
 ) -> None:
-    """out (4 c,) = N n + weight T at p, and on the slope the moment of T with an arm, on the rows of a piece."""
+    """out (4 c,) = N n + weight T at p, and on the slope the moment of T with an arm, on the rows
+    of a piece.
+    """
     j = piece(p, spans)
     at, by = shares(p - j, 0, spans[j]), shares(p - j, 1, spans[j])
     along, pull, square = 0.0 * N, 0.0 * N, 0.0 * N
@@ -374,9 +470,27 @@ def row_of(k: int, places: tuple[int, int], dim: int) -> int:
 
 def record_of(found: BeamContacts, place: Place) -> PairsRecord:
     """A contact for compiled code."""
-    numbers = (found.rows, found.spans, found.others, found.radii, np.concatenate([found.law, found.power]))
+    numbers = (
+        found.rows,
+        found.spans,
+        found.others,
+        found.radii,
+        np.concatenate([found.law, found.power]),
+    )
     arrays = [np.ascontiguousarray(part) for part in numbers]
-    limits, weights = (np.ascontiguousarray(part, dtype=float) for part in (found.limits, found.weights))
+    limits, weights = (
+        np.ascontiguousarray(part, dtype=float) for part in (found.limits, found.weights)
+    )
     return PairsRecord._make(
-        (found.dim, bool(found.along), *arrays, found.share, found.itself, limits, weights, place.memory, place.room)
+        (
+            found.dim,
+            bool(found.along),
+            *arrays,
+            found.share,
+            found.itself,
+            limits,
+            weights,
+            place.memory,
+            place.room,
+        )
     )

@@ -1,4 +1,5 @@
-r"""Whether what touched a shape, or another beam, has gone through it, rather than around it or back.
+r"""Whether what touched a shape, or another beam, has gone through it, rather than around it or
+back.
 
     n0, n1           unit normals of the shape where a point went in and where it came out, without their parts along its body
     c = n1 - n0,  m = n1 + n0,  D = R (1 - |m| / 2)          (at right angles; the deepest place of the straight way between both)
@@ -10,9 +11,9 @@ The point, which moves with v, has gone through where all of these hold:
     D / 4 <= deepest <= 4 D,  R / 50 <= deepest  it was about as deep as the straight way; of boxes, whose sides are flat, D / 4
                                                  does not count
 
-A rope that is drawn over a thin support stays on its side of it, although each of its points goes in on one side and comes out on
-the other: what lies along the body does not count. Of a line in the plane, or a surface in space, one direction is left, and n1 is
-n0 or - n0.
+A rope that is drawn over a thin support stays on its side of it, although each of its points goes
+in on one side and comes out on the other: what lies along the body does not count. Of a line in the
+plane, or a surface in space, one direction is left, and n1 is n0 or - n0.
 """
 
 from __future__ import annotations
@@ -26,17 +27,21 @@ from .nearness import read
 from .shapes import BOX, CYLINDER, SPHERE
 from .slip import component, place
 
-# a ball of 1 cm that a mass meets 0.2 mm off its rim turns it aside by 16 degrees, if it is hard; half of that goes unsaid
+# a ball of 1 cm that a mass meets 0.2 mm off its rim turns it aside by 16 degrees, if it is hard;
+# half of that goes unsaid
 DEEP = 0.02  #: depth over the radius below which a shape is grazed
-# what follows the surface is less deep than the way that cuts it off, what rests and is moved on much deeper; a mass that is
-# thrown out sideways from near the middle has 1.7
+# what follows the surface is less deep than the way that cuts it off, what rests and is moved on
+# much deeper; a mass that is thrown out sideways from near the middle has 1.7
 LEAST, MOST = 0.25, 4.0  #: depth over that of the straight way
 STRAIGHT = 0.5  #: of the angle between a straight way and one along the surface
-INWARD = 0.3  #: sine of the angle to the surface where a point went in, below which it is thrown aside
-# (2/3)^16 = 1.5e-3 of the way: what is thinner than that is grazed; half of them leave 4 %, twice 2e-6
+INWARD = (
+    0.3  #: sine of the angle to the surface where a point went in, below which it is thrown aside
+)
+# (2/3)^16 = 1.5e-3 of the way: what is thinner than that is grazed; half of them leave 4 %, twice
+# 2e-6
 THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
-# the straight way between two places outside of a round shape cuts off a nanometre: without it such a step is divided by 64 for
-# nothing
+# the straight way between two places outside of a round shape cuts off a nanometre: without it such
+# a step is divided by 64 for nothing
 GRAZED = 0.999  #: cosine of the angle between normals before and behind a shape that is grazed: 1e-4 of its radius deep
 HALVES = 12  #: of the step in which a point came in or out: 2e-4 of its way
 FLAT = 0.3  #: part of a normal across a body below which it has no side
@@ -68,7 +73,9 @@ def make_unit(x: np.ndarray, least: float) -> bool:
 
 @jit
 def lay_across(n0: np.ndarray, n1: np.ndarray, tangents: np.ndarray, count: int) -> bool:
-    """Whether two normals (c,) have sides across a body with `count` tangents (2, c); they become unit vectors across it."""
+    """Whether two normals (c,) have sides across a body with `count` tangents (2, c); they become
+    unit vectors across it.
+    """
     laid = 0
     for j in range(count):
         long = make_unit(tangents[j], 0.0)
@@ -85,7 +92,9 @@ def lay_across(n0: np.ndarray, n1: np.ndarray, tangents: np.ndarray, count: int)
 
 @jit
 def cosine_across(n0: np.ndarray, n1: np.ndarray, tangents: np.ndarray, count: int) -> float:
-    """Cosine of the angle between two normals as `lay_across` makes them, 1 where they have no sides."""
+    """Cosine of the angle between two normals as `lay_across` makes them, 1 where they have no
+    sides.
+    """
     along = 0.0
     if not lay_across(n0, n1, tangents, count):
         return 1.0
@@ -95,14 +104,18 @@ def cosine_across(n0: np.ndarray, n1: np.ndarray, tangents: np.ndarray, count: i
 
 
 @jit
-def goes_through(n0: np.ndarray, n1: np.ndarray, v: np.ndarray, deepest: float, radius: float, least: float) -> bool:
-    """Whether a point that moves with v (c,) has gone through a shape of a radius, from a normal n0 to n1, and how deep.
+def goes_through(
+    n0: np.ndarray, n1: np.ndarray, v: np.ndarray, deepest: float, radius: float, least: float
+) -> bool:
+    """Whether a point that moves with v (c,) has gone through a shape of a radius, from a normal n0
+    to n1, and how deep.
 
     `least`: depth over that of the straight way.
     """
     inward, ahead, out, cc, mm = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(v)):
-        c, m = n1[i] - n0[i], n1[i] + n0[i]
+        c = n1[i] - n0[i]
+        m = n1[i] + n0[i]
         inward -= n0[i] * v[i]
         ahead, out = ahead + c * v[i], out + m * v[i]
         cc, mm = cc + c * c, mm + m * m
@@ -112,18 +125,25 @@ def goes_through(n0: np.ndarray, n1: np.ndarray, v: np.ndarray, deepest: float, 
     if not deep or not ahead > 0.0:
         return False
     square = (ahead / long) ** 2 + ((out / wide) ** 2 if wide > 0.0 else 0.0)
-    return inward > min(INWARD, 0.25 * long) * np.sqrt(square) and wide * out > -STRAIGHT * long * ahead
+    return (
+        inward > min(INWARD, 0.25 * long) * np.sqrt(square)
+        and wide * out > -STRAIGHT * long * ahead
+    )
 
 
 @jit
 def deepest(F: Any) -> int:
-    """Where the memory of a point holds how deep it has been since it came in; behind it stands the normal there."""
+    """Where the memory of a point holds how deep it has been since it came in; behind it stands the
+    normal there.
+    """
     return 2 + F.placed.shape[1] + F.rows.shape[1] + len(F.frame)
 
 
 @jit
 def size_of(F: Any, k: int) -> float:
-    """Smallest radius of a shape and a point together that one can go through [m]; 0 of shapes without a side behind."""
+    """Smallest radius of a shape and a point together that one can go through [m]; 0 of shapes
+    without a side behind.
+    """
     if F.shape == BOX:
         return F.sizes.min() + F.radius[k]
     if F.shape not in (SPHERE, CYLINDER) or F.sizes[1] < 0.0:
@@ -134,11 +154,15 @@ def size_of(F: Any, k: int) -> float:
 
 @jit
 def remember_entry(F: Any, k: int, last: np.ndarray, y: np.ndarray, w: np.ndarray) -> float:
-    """How deep a point with rows y has been since it came in; the memory `last` of it takes the normal where it did."""
-    dim, first = F.placed.shape[1], deepest(F)
+    """How deep a point with rows y has been since it came in; the memory `last` of it takes the
+    normal where it did.
+    """
+    dim = F.placed.shape[1]
+    first = deepest(F)
     deep = -place(F, k, y, w)
     if last[first] == 0.0:
-        # a normal of what is not a box is in the axes of the scene: a roller turns below what it carries
+        # a normal of what is not a box is in the axes of the scene: a roller turns below what it
+        # carries
         if last[0] >= 0.0:
             meet_surface(F, k, last[2 + dim : first], y, w)
         for c in range(dim):
@@ -153,7 +177,9 @@ def remember_entry(F: Any, k: int, last: np.ndarray, y: np.ndarray, w: np.ndarra
 @jit
 def meet_surface(F: Any, k: int, outside: np.ndarray, inside: np.ndarray, w: np.ndarray) -> None:
     """w[0], w[1] = where the way between two rows meets a shape, as of `place`."""
-    low, high, between = 0.0, 1.0, np.empty(len(inside))
+    low = 0.0
+    high = 1.0
+    between = np.empty(len(inside))
     for _ in range(HALVES):
         t = 0.5 * (low + high)
         for j in range(len(between)):
@@ -166,8 +192,11 @@ def meet_surface(F: Any, k: int, outside: np.ndarray, inside: np.ndarray, w: np.
 
 @jit
 def find_tangents(table: Any, F: Any, k: int, y: np.ndarray, tangents: np.ndarray) -> int:
-    """tangents (2, c) = those of the body at a point with rows y, in the axes of the shape; how many there are."""
-    dim, count = F.placed.shape[1], F.beside.shape[1] // 2
+    """tangents (2, c) = those of the body at a point with rows y, in the axes of the shape; how
+    many there are.
+    """
+    dim = F.placed.shape[1]
+    count = F.beside.shape[1] // 2
     one, other = np.empty(dim), np.empty(dim)
     for j in range(count):
         read(table, F.rows[F.beside[k, 2 * j], :dim], one)
@@ -180,12 +209,21 @@ def find_tangents(table: Any, F: Any, k: int, y: np.ndarray, tangents: np.ndarra
 
 
 @jit
-def came_through(table: Any, F: Any, k: int, last: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
-    """Whether a point with rows y, which is out of a shape again, has gone through it since it came in."""
-    dim, first, radius = F.placed.shape[1], deepest(F), size_of(F, k)
+def came_through(
+    table: Any, F: Any, k: int, last: np.ndarray, y: np.ndarray, w: np.ndarray
+) -> bool:
+    """Whether a point with rows y, which is out of a shape again, has gone through it since it came
+    in.
+    """
+    dim = F.placed.shape[1]
+    first = deepest(F)
+    radius = size_of(F, k)
     if last[first] < DEEP * radius or radius == 0.0:
         return False
-    n0, n1, v, before = np.empty(dim), np.empty(dim), np.empty(dim), last[2 + dim : first]
+    n0 = np.empty(dim)
+    n1 = np.empty(dim)
+    v = np.empty(dim)
+    before = last[2 + dim : first]
     place(F, k, y, w)
     for i in range(dim):
         n0[i], v[i] = last[first + 1 + i], w[0, i]
@@ -208,7 +246,8 @@ def came_through(table: Any, F: Any, k: int, last: np.ndarray, y: np.ndarray, w:
 
 @jit
 def turned(table: Any, F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> float:
-    """Cosine of the angle between the normals of a point with the rows y and with those of `before`, in the axes of the shape.
+    """Cosine of the angle between the normals of a point with the rows y and with those of
+    `before`, in the axes of the shape.
 
     Of points of a body it is that of their parts across it, 1 where they have none.
     """
@@ -232,14 +271,19 @@ def turned(table: Any, F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.
 
 @jit
 def passed(table: Any, F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
-    """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex.
+    """Whether a point with rows y that touches neither now nor `before` was in the shape between:
+    gaps along lines are convex.
 
     What is grazed alone, where normals hardly turn, does not count.
     """
     if turned(table, F, k, before, y, w) > GRAZED:
         return False
-    low, high, between = 0.0, 1.0, np.empty(len(y))
-    far, way, dim = place(F, k, before, w), 0.0, F.placed.shape[1]
+    low = 0.0
+    high = 1.0
+    between = np.empty(len(y))
+    far = place(F, k, before, w)
+    way = 0.0
+    dim = F.placed.shape[1]
     if far < 0.0:  # it leaves, without a force
         return False
     far = min(far, place(F, k, y, w))

@@ -1,4 +1,5 @@
-r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/dz, in the axes of the shape.
+r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/dz, in the axes of
+the shape.
 
     plane          g = z_d                                     d the last axis, which is its normal
     sphere         g = |z| - R,                                from inside R - |z|
@@ -8,10 +9,12 @@ r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/d
     heights        g = n . (z - p),  p the nearest point,      of f, a smooth cubic through heights on a grid, in the cells at its
                                                                border a parabola
 
-In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the ends of a tube and the edges of a
-height field nothing is touched. All numbers may be complex, which is how contact finds its derivatives.
+In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the
+ends of a tube and the edges of a height field nothing is touched. All numbers may be complex, which
+is how contact finds its derivatives.
 
-Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317-326, doi 10.1016/B978-0-12-079050-0.50020-5.
+Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317-326, doi
+10.1016/B978-0-12-079050-0.50020-5.
 """
 
 from __future__ import annotations
@@ -25,16 +28,24 @@ from ..core.compiling.jit import jit
 from .law import Scalar
 
 PLANE, SPHERE, CYLINDER, BOX, HEIGHTS = range(5)
-NUMBERS = {dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)}  #: how many sizes they have
+NUMBERS = {
+    dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)
+}  #: how many sizes they have
 FAR = 1e300  #: distance where a shape has ended [m]
 FEET, HALVES = 20, 10  #: steps to the nearest point of a height field at most, and halves of each
 SINGULAR = 1e-6  #: of the square of a distance: curvature below which a nearest point is none
-OVER = 0.3  #: by how much the cubic rises above all heights at most, over their range: 9 / 32 in space
+OVER = (
+    0.3  #: by how much the cubic rises above all heights at most, over their range: 9 / 32 in space
+)
 
 
 @jit
-def measure(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
-    """The distance of z (c,) from a shape with its sizes (i,) and heights (i, j) [m]; n (c,) becomes the normal there."""
+def measure(
+    shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray
+) -> Scalar:
+    """The distance of z (c,) from a shape with its sizes (i,) and heights (i, j) [m]; n (c,)
+    becomes the normal there.
+    """
     last = dim - 1
     for c in range(dim):
         n[c] = 0.0 * z[c]
@@ -52,7 +63,8 @@ def measure(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.
     square = 0.0 * z[0]
     for c in range(around):
         square += z[c] * z[c]
-    distance, side = np.sqrt(square), sizes[1]
+    distance = np.sqrt(square)
+    side = sizes[1]
     if side > 0.0 and beyond > min(distance.real - sizes[0], 0.0):
         return capped(sizes, distance, z, n)
     if distance.real == 0.0:
@@ -65,8 +77,11 @@ def measure(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.
 
 @jit
 def capped(sizes: np.ndarray, radius: Scalar, z: np.ndarray, n: np.ndarray) -> Scalar:
-    """Distance and normal of the end of a cylinder at a point z (3,) beyond its end, or below its end and deeper below its side."""
-    up, over = (1.0 if z[2].real > 0.0 else -1.0), radius - sizes[0]
+    """Distance and normal of the end of a cylinder at a point z (3,) beyond its end, or below its
+    end and deeper below its side.
+    """
+    up = 1.0 if z[2].real > 0.0 else -1.0
+    over = radius - sizes[0]
     high = up * z[2] - sizes[2]
     if over.real <= 0.0:
         n[2] += up
@@ -79,7 +94,9 @@ def capped(sizes: np.ndarray, radius: Scalar, z: np.ndarray, n: np.ndarray) -> S
 
 
 @jit
-def distances(shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray, n: np.ndarray) -> np.ndarray:
+def distances(
+    shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray, n: np.ndarray
+) -> np.ndarray:
     """Distances (x,) of points z (x, c) in the axes of a shape; n (x, c) becomes their normals."""
     found = np.empty(len(z))
     for k in range(len(z)):
@@ -88,10 +105,15 @@ def distances(shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray,
 
 
 @jit
-def clearance(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> float:
-    """How far z is away at least [m], which no motion changes by more than its length; n (c,) is room."""
+def clearance(
+    shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray
+) -> float:
+    """How far z is away at least [m], which no motion changes by more than its length; n (c,) is
+    room.
+    """
     if shape == HEIGHTS:
-        low, high = heights.min(), heights.max()
+        low = heights.min()
+        high = heights.max()
         return z[dim - 1] - high - OVER * (high - low)
     if shape == CYLINDER and dim == 3:
         return sizes[1] * (np.sqrt(z[0] * z[0] + z[1] * z[1]) - sizes[0])
@@ -101,7 +123,9 @@ def clearance(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: n
 @jit
 def box(half: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
     """Distance and normal of a box of half edges (c,)."""
-    deepest, outside, square = 0, 0, 0.0 * z[0]
+    deepest = 0
+    outside = 0
+    square = 0.0 * z[0]
     for c in range(dim):
         over = abs(z[c].real) - half[c]
         deepest = c if over > abs(z[deepest].real) - half[deepest] else deepest
@@ -149,11 +173,14 @@ def bends(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
 
 
 @jit
-def fold(a: tuple[Scalar, Scalar, Scalar, Scalar], i: int, count: int) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Of shares of the heights i - 1 to i + 2 out of so many, those beyond the ends put onto the ones inside.
+def fold(
+    a: tuple[Scalar, Scalar, Scalar, Scalar], i: int, count: int
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Of shares of the heights i - 1 to i + 2 out of so many, those beyond the ends put onto the
+    ones inside.
 
-    Beyond an end the parabola through the last three heights goes on, the line through two, so that the cubic holds parabolas and
-    lines up to its border. A single height has all shares.
+    Beyond an end the parabola through the last three heights goes on, the line through two, so that
+    the cubic holds parabolas and lines up to its border. A single height has all shares.
     """
     b, c, d, e = a
     if count == 2:
@@ -161,20 +188,29 @@ def fold(a: tuple[Scalar, Scalar, Scalar, Scalar], i: int, count: int) -> tuple[
     if i == 0 and count > 2:
         b, c, d, e = 0.0 * b, c + 3.0 * b, d - 3.0 * b, e + b
     if i == count - 2 and count > 2:
-        b, c, d, e = b + e, c - 3.0 * e, d + 3.0 * e, 0.0 * e
+        b = b + e
+        c = c - 3.0 * e
+        d = d + 3.0 * e
+        e = 0.0 * e
     return b, c, d, e
 
 
 @jit
-def height(sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]:
-    """f, f,x, f,y, f,xx, f,xy, f,yy of heights (i, j) at steps of sizes (d,) from 0; the last cells go on beyond the edges.
+def height(
+    sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar
+) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]:
+    """f, f,x, f,y, f,xx, f,xy, f,yy of heights (i, j) at steps of sizes (d,) from 0; the last cells
+    go on beyond the edges.
 
     A profile is one column, whose shares sum to one and their derivatives to zero.
     """
     many, across = heights.shape
     i = min(max(int(np.floor(x.real / sizes[0])), 0), many - 2)
     j = min(max(int(np.floor(y.real / sizes[-1])), 0), across - 2)
-    wide, deep, u, v = sizes[0], sizes[-1], x / sizes[0] - i, y / sizes[-1] - j
+    wide = sizes[0]
+    deep = sizes[-1]
+    u = x / sizes[0] - i
+    v = y / sizes[-1] - j
     a, da, dda = fold(shares(u), i, many), fold(slopes(u), i, many), fold(bends(u), i, many)
     b, db, ddb = fold(shares(v), j, across), fold(slopes(v), j, across), fold(bends(v), j, across)
     f, fx, fy, fxx, fxy, fyy = 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u
@@ -192,14 +228,20 @@ def height(sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar) -> tupl
 
 @jit
 def curvature(over: float, F: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Second derivatives, xx, xy and yy, of half the square of the distance from a point so far over heights with derivatives F."""
+    """Second derivatives, xx, xy and yy, of half the square of the distance from a point so far
+    over heights with derivatives F.
+    """
     _, fx, fy, fxx, fxy, fyy = F
     return 1.0 + fx * fx - over * fxx, fx * fy - over * fxy, 1.0 + fy * fy - over * fyy
 
 
 @jit
-def toward(q: Scalar, p: Scalar, z: Scalar, x: float, y: float, F: Any, bent: float) -> tuple[Scalar, Scalar]:
-    """Newton's step from (x, y) to where the way to (q, p, z) is normal to heights with derivatives F there; bent 0: Gauss's."""
+def toward(
+    q: Scalar, p: Scalar, z: Scalar, x: float, y: float, F: Any, bent: float
+) -> tuple[Scalar, Scalar]:
+    """Newton's step from (x, y) to where the way to (q, p, z) is normal to heights with derivatives
+    F there; bent 0: Gauss's.
+    """
     over = z - F[0]
     r, s = q - x + over * F[1], p - y + over * F[2]
     xx, xy, yy = curvature(bent * over.real, F)
@@ -209,7 +251,9 @@ def toward(q: Scalar, p: Scalar, z: Scalar, x: float, y: float, F: Any, bent: fl
 
 @jit
 def convex(z: float, F: Any) -> float:
-    """1 where half the square of the distance from a point at a height z is convex in its foot with F, else 0."""
+    """1 where half the square of the distance from a point at a height z is convex in its foot with
+    F, else 0.
+    """
     xx, xy, yy = curvature(z - F[0], F)
     least = SINGULAR * (1.0 + F[1] * F[1] + F[2] * F[2])
     return 1.0 if xx > least and xx * yy - xy * xy > least else 0.0
@@ -217,21 +261,28 @@ def convex(z: float, F: Any) -> float:
 
 @jit
 def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
-    """Distance and normal of heights (i, j) at steps of sizes[0] along the first and sizes[1] along the second axis, from z = 0.
+    """Distance and normal of heights (i, j) at steps of sizes[0] along the first and sizes[1] along
+    the second axis, from z = 0.
 
-    Newton's iteration goes from the point below to the nearest one around; its last step carries derivatives.
+    Newton's iteration goes from the point below to the nearest one around; its last step carries
+    derivatives.
     """
     last = dim - 1
     for c in range(last):
         if not 0.0 <= z[c].real < sizes[c] * (heights.shape[c] - 1):
             return FAR + 0.0 * z[0]
-    q, p, up = z[0].real, (z[1].real if dim == 3 else 0.0), z[last].real
+    q = z[0].real
+    p = z[1].real if dim == 3 else 0.0
+    up = z[last].real
     x, y = q, p
     F = height(sizes, heights, x, y)
     way = (up - F[0]) ** 2
     for _ in range(FEET):
         dx, dy = toward(q, p, up, x, y, F, convex(up, F))
-        part, found, G, shorter = 1.0, x, F, False
+        part = 1.0
+        found = x
+        G = F
+        shorter = False
         for _ in range(HALVES):
             G = height(sizes, heights, x + part * dx, y + part * dy)
             found = (q - x - part * dx) ** 2 + (p - y - part * dy) ** 2 + (up - G[0]) ** 2
@@ -241,7 +292,10 @@ def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np
             part *= 0.5
         if not shorter:
             break
-        x, y, F, way = x + part * dx, y + part * dy, G, found
+        x = x + part * dx
+        y = y + part * dy
+        F = G
+        way = found
     dx, dy = toward(z[0], z[1] if dim == 3 else 0.0 * z[0], z[last], x, y, F, convex(up, F))
     f, fx, fy, _, _, _ = height(sizes, heights, x + dx, y + dy)
     long = np.sqrt(1.0 + fx * fx + fy * fy)
@@ -253,10 +307,14 @@ def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np
     return gap
 
 
-def roundness(shape: int, sizes: Sequence[float], heights: np.ndarray, dim: int) -> tuple[float, float]:
-    """Smallest radius with which a shape meets bodies, and that of gaps through which it passes [m]; infinite for what is flat.
+def roundness(
+    shape: int, sizes: Sequence[float], heights: np.ndarray, dim: int
+) -> tuple[float, float]:
+    """Smallest radius with which a shape meets bodies, and that of gaps through which it passes
+    [m]; infinite for what is flat.
 
-    A box has edges, but passes only where half of its smallest side does; a ridge of heights where it stands between two points.
+    A box has edges, but passes only where half of its smallest side does; a ridge of heights where
+    it stands between two points.
     """
     if shape == BOX:
         return 0.0, float(min(sizes))

@@ -1,4 +1,6 @@
-"""What a contact does, as an output: its normal and friction force, the smallest gap, and how fast it slides."""
+"""What a contact does, as an output: its normal and friction force, the smallest gap, and how fast
+it slides.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +26,11 @@ PARTS = {"force": "N", "friction": "N", "gap": "m", "slip": "m/s"}
 
 @dataclass(frozen=True)
 class ContactState(Probe, word="contact"):
-    """What a contact does: sums of its normal and its friction forces [N], its smallest gap [m], and how fast it slides [m/s].
+    """What a contact does: sums of its normal and its friction forces [N], its smallest gap [m],
+    and how fast it slides [m/s].
 
-    Friction is that of all points together, sliding that of the point which is pressed most, 0 where none touches.
+    Friction is that of all points together, sliding that of the point which is pressed most, 0
+    where none touches.
 
     {type: contact, load: floor}
     """
@@ -40,10 +44,14 @@ class ContactState(Probe, word="contact"):
         if not isinstance(gauge, ContactGauge):
             known = [key for key, one in draft.gauges.items() if isinstance(one, ContactGauge)]
             expected = f"one of the contacts {listed(known, self.load, 'of which there are none')}"
-            raise InputError(say(f"output '{name}'", expected, f"'{self.load}'") + closest(self.load, known))
+            raise InputError(
+                say(f"output '{name}'", expected, f"'{self.load}'") + closest(self.load, known)
+            )
         read = [row for term in gauge.terms for row in rows_of(term)]
         rows, offset = draft.probes.rows_of(read)
-        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)  # sensors count from the origin of the scene
+        first = draft.sensors.add(
+            rows, offset - rows @ draft.layout.shift
+        )  # sensors count from the origin of the scene
         columns = tuple(f"{name}_{part}" for part in PARTS)
         return Output(
             self.word,
@@ -54,15 +62,24 @@ class ContactState(Probe, word="contact"):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        found, first, pushes = list[ContactColumns](), 0, sensed.pushes()
+        found = list[ContactColumns]()
+        first = 0
+        pushes = sensed.pushes()
         for row in output.parameters:
             term = next(one for one in sensed.forces if rows_of(one)[:1] == [int(row)])
             part = slice(first, first + len(rows_of(term)))
             found.append(find_columns(term, sensed.values[:, part], sensed.rates[:, part], pushes))
             first = part.stop
-        force, friction, gap, most, slip = (np.array(columns) for columns in zip(*found, strict=True))
+        force, friction, gap, most, slip = (
+            np.array(columns) for columns in zip(*found, strict=True)
+        )
         sliding = slip[np.argmax(most, axis=0), np.arange(slip.shape[1])]
-        return [force.sum(axis=0), np.linalg.norm(friction.sum(axis=0), axis=1), gap.min(axis=0), sliding]
+        return [
+            force.sum(axis=0),
+            np.linalg.norm(friction.sum(axis=0), axis=1),
+            gap.min(axis=0),
+            sliding,
+        ]
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
@@ -96,26 +113,35 @@ def _(term: ContactForces) -> list[int]:
 
 @singledispatch
 def find_columns(term: Any, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> ContactColumns:
-    """Columns from the rows of a contact (s, i), their rates, and the forces on all probe rows (s, j)."""
+    """Columns from the rows of a contact (s, i), their rates, and the forces on all probe rows (s,
+    j).
+    """
     raise TypeError(type(term))
 
 
 @find_columns.register
 def _(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> ContactColumns:
     count, wide = term.rows.shape
-    dim, samples = term.placed.shape[1], len(y)
+    dim = term.placed.shape[1]
+    samples = len(y)
     points, moves = (part[:, : count * wide].reshape(samples, count, -1, dim) for part in (y, rate))
-    frame, turns = (shape_of(term, part[:, count * wide :], still) for part, still in ((y, 1.0), (rate, 0.0)))
+    frame, turns = (
+        shape_of(term, part[:, count * wide :], still) for part, still in ((y, 1.0), (rate, 0.0))
+    )
     z = np.einsum("stc,sic->sti", points[:, :, 0] - frame[:, None, 0], frame[:, 1:])
-    flat, n = np.ascontiguousarray(z.reshape(-1, dim)), np.zeros((samples * count, dim))
+    flat = np.ascontiguousarray(z.reshape(-1, dim))
+    n = np.zeros((samples * count, dim))
     away = distances(term.shape, term.sizes, term.heights, flat, n).reshape(samples, count)
     local = n.reshape(z.shape)
     normal = np.einsum("sti,sic->stc", local, frame[:, 1:])
     force = pushes[:, term.rows[:, :dim]]
     pressed = np.sum(force * normal, axis=2)
     friction = np.sum(force - pressed[:, :, None] * normal, axis=1)
-    s, k = np.arange(samples), np.argmax(pressed, axis=1)
-    normal, radius, axes = normal[s, k], term.radius[k], points[s, k, 1:]
+    s = np.arange(samples)
+    k = np.argmax(pressed, axis=1)
+    normal = normal[s, k]
+    radius = term.radius[k]
+    axes = points[s, k, 1:]
     arms = -radius[:, None] * np.einsum("sjc,sc->sj", axes, normal) / np.sum(axes**2, axis=2)
     places = z[s, k] - radius[:, None] * local[s, k]
     speed = (
@@ -126,7 +152,9 @@ def _(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) 
     )
     speed -= np.sum(speed * normal, axis=1)[:, None] * normal
     slip = np.where(pressed[s, k] > 0.0, np.linalg.norm(speed, axis=1), 0.0)
-    return ContactColumns(pressed.sum(axis=1), friction, (away - term.radius).min(axis=1), pressed[s, k], slip)
+    return ContactColumns(
+        pressed.sum(axis=1), friction, (away - term.radius).min(axis=1), pressed[s, k], slip
+    )
 
 
 @rows_of.register
@@ -144,13 +172,16 @@ def _(term: FacetContacts, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) 
     gap = np.where(beyond, -gap - 2.0 * term.radius, gap)
     friction = np.einsum("st,stc->sc", pressed, normal) - force.sum(axis=1)
     pressed = np.abs(pressed)
-    s, k = np.arange(len(y)), np.argmax(pressed, axis=1)
+    s = np.arange(len(y))
+    k = np.argmax(pressed, axis=1)
     sliding = np.where(pressed[s, k] > 0.0, slip[s, k], 0.0)
     return ContactColumns(pressed.sum(axis=1), friction, gap.min(axis=1), pressed[s, k], sliding)
 
 
 def shape_of(term: ContactForces, rows: np.ndarray, still: float) -> np.ndarray:
-    """Origin and axes (s, 1 + c, c) of the shape from its rows (s, f), those that stand still times `still`."""
+    """Origin and axes (s, 1 + c, c) of the shape from its rows (s, f), those that stand still times
+    `still`.
+    """
     found = np.tile(still * term.placed, (len(rows), 1, 1))
     moving = rows.reshape(len(rows), -1, term.placed.shape[1])
     found[:, : moving.shape[1]] = moving

@@ -1,13 +1,16 @@
-"""A live run beside another one that says how good it is: with finer parts (`finer_parts`), or with steps twice as long.
+"""A live run beside another one that says how good it is: with finer parts (`finer_parts`), or with
+steps twice as long.
 
     e = |y_h - y_2h| / (2^p - 1),    the error of the outputs by a step h, p = 2, or 1 where inputs are held in steps          (1)
 
-A held input counts from the middle of its step on, half a step after it was given: an error of first order.
-Outputs are read at FEW to 2 FEW instants of both runs, and compared when their number has doubled. Inputs that are a feedback of
-outputs hold an unstable plant in one run alone: where linear equations about the present state grow, nothing is said. In a step
-of 2 h held inputs have their mean, those that drive joints their last value.
+A held input counts from the middle of its step on, half a step after it was given: an error of
+first order. Outputs are read at FEW to 2 FEW instants of both runs, and compared when their number
+has doubled. Inputs that are a feedback of outputs hold an unstable plant in one run alone: where
+linear equations about the present state grow, nothing is said. In a step of 2 h held inputs have
+their mean, those that drive joints their last value.
 
-Source of (1): E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, II.4 (extrapolation).
+Source of (1): E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+Springer 1993, II.4 (extrapolation).
 """
 
 from __future__ import annotations
@@ -35,33 +38,44 @@ GROWS = 1.0  #: growth of linear motions over the time of the run, from which fe
 TWICE = 2  #: steps of a run that are one of the run beside it
 SMALLER = "find it by runs with smaller steps"
 
-#: what a motion and the reference beside it show, under inputs from outside or none: a warning to give, None where they agree
+#: what a motion and the reference beside it show, under inputs from outside or none: a warning to
+#: give, None where they agree
 Verdict = Callable[[Trajectory, Trajectory, bool], Callable[[], None] | None]
 
 
 class Beside:
     """The other run, and what both have shown.
 
-    Outputs are compared when 200 instants are known, of which every other one stays. Once they are apart, or its step fails, the
-    other run ends.
+    Outputs are compared when 200 instants are known, of which every other one stays. Once they are
+    apart, or its step fails, the other run ends.
     """
 
-    def __init__(self, other: LiveRun, verdict: Verdict, what: str, remedy: str, stride: int = 1) -> None:
+    def __init__(
+        self, other: LiveRun, verdict: Verdict, what: str, remedy: str, stride: int = 1
+    ) -> None:
         self.other: LiveRun | None = other
         self.verdict, self.what, self.remedy, self.stride = verdict, what, remedy, stride
         self.seen: list[tuple[Trajectory, Trajectory]] = []
-        self.given: list[dict[str, float]] = []  #: inputs of the steps since the last one of the other run
-        self.every, self.fed = stride, False
+        self.given: list[
+            dict[str, float]
+        ] = []  #: inputs of the steps since the last one of the other run
+        self.every = stride
+        self.fed = False
 
     def step(self, run: LiveRun, inputs: Mapping[str, float]) -> None:
-        """The step that a run has taken with its inputs; a warning where the outputs of both are apart."""
+        """The step that a run has taken with its inputs; a warning where the outputs of both are
+        apart.
+        """
         if self.other is None:
             return
         self.fed |= bool(inputs)
         self.given.append({name: run.feed.given[name].values[-1] for name in run.feed.free})
         if len(self.given) < self.stride:
             return
-        told = {name: last if run.feed.given[name].smooth else self.mean(name) for name, last in self.given[-1].items()}
+        told = {
+            name: last if run.feed.given[name].smooth else self.mean(name)
+            for name, last in self.given[-1].items()
+        }
         self.given = []
         try:
             with finer_parts.quietly():
@@ -72,10 +86,13 @@ class Beside:
             remark(f"{ended}: nothing more can be said of it; {self.remedy}")
             return
         if run.run.done % self.every == 0:
-            self.seen.append((motion_of(run.run, run.time), motion_of(self.other.run, self.other.time)))
+            self.seen.append(
+                (motion_of(run.run, run.time), motion_of(self.other.run, self.other.time))
+            )
             if len(self.seen) == 2 * FEW:
                 self.compare(run)
-                self.seen, self.every = self.seen[1::2], 2 * self.every
+                self.seen = self.seen[1::2]
+                self.every = 2 * self.every
 
     def mean(self, name: str) -> float:
         """Of an input over the steps that are one of the other run."""
@@ -83,7 +100,9 @@ class Beside:
 
     def compare(self, run: LiveRun) -> None:
         """Warn once where outputs are apart."""
-        motion, reference = (reduce(trajectory.joined, states) for states in zip(*self.seen, strict=True))
+        motion, reference = (
+            reduce(trajectory.joined, states) for states in zip(*self.seen, strict=True)
+        )
         warn = self.verdict(motion, reference, self.fed)
         if warn is None:
             return
@@ -100,24 +119,38 @@ def parts_beside(other: LiveRun) -> Beside:
 
     def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Callable[[], None] | None:
         found = finer_parts.errors(reference, motion)
-        return (lambda: finer_parts.warn(found, motion, departures.find(motion))) if output_errors.largest(found) else None
+        return (
+            (lambda: finer_parts.warn(found, motion, departures.find(motion)))
+            if output_errors.largest(found)
+            else None
+        )
 
     return Beside(other, verdict, "parts", finer_parts.HOLD)
 
 
 def step_beside(other: LiveRun, accuracy: Mapping[str, float] | float) -> Beside:
-    """A run with steps twice as long, for errors that outputs may have: parts of their ranges so far, of all or by output."""
+    """A run with steps twice as long, for errors that outputs may have: parts of their ranges so
+    far, of all or by output.
+    """
 
     def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Callable[[], None] | None:
-        found = output_errors.between(output_errors.columns(motion), output_errors.columns(reference), motion.system.outputs)
+        found = output_errors.between(
+            output_errors.columns(motion), output_errors.columns(reference), motion.system.outputs
+        )
         part = 1.0 if fed else 1.0 / 3.0  # (1)
         step = other.run.scheme.step / TWICE
-        over = {column: part * one.relative / wanted for column, one in found.items() if (wanted := bound(accuracy, one.output))}
+        over = {
+            column: part * one.relative / wanted
+            for column, one in found.items()
+            if (wanted := bound(accuracy, one.output))
+        }
         worst = max(over, key=lambda column: over[column], default="")
         if not over.get(worst, 0.0) > 1.0:
             return None
         text = f"the step of {step:g} s errs by {part * found[worst].relative:.2g} of the range of {worst} so far"
-        return lambda: notify(f"{text}, {over[worst]:.2g} times what is wanted; take a smaller step", kind=CoarseStep)
+        return lambda: notify(
+            f"{text}, {over[worst]:.2g} times what is wanted; take a smaller step", kind=CoarseStep
+        )
 
     return Beside(other, verdict, "the step", SMALLER, TWICE)
 

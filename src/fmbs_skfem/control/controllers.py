@@ -1,4 +1,5 @@
-r"""Discrete controllers: what they read of the state at every sample instant becomes an input, which is held to the next one.
+r"""Discrete controllers: what they read of the state at every sample instant becomes an input,
+which is held to the next one.
 
     pid              u_k = limited(kp e_k + I_k + kd e'_k),    I_k = I_k-1 + ki T e_k,    e'_k = (e_k - e_k-1) / T or given
     state_feedback   u_k = limited(u_0 - sum_i K_i x_i)
@@ -6,11 +7,13 @@ r"""Discrete controllers: what they read of the state at every sample instant be
     measurement      u_k = x_k
     program          u_k = f(t_k, x_1, x_2, ...), a function of Python
 
-T is the sample time, e and x_i are expressions of outputs, inputs, t and parameters (`responses`). The integral of a PID
-stands still while u is at a limit and e drives it further (anti-windup by clamping). Forces and histories read u by the name of the
-controller; the first sample is taken at t = 0, statics and modes have `start` in its place.
+T is the sample time, e and x_i are expressions of outputs, inputs, t and parameters (`responses`).
+The integral of a PID stands still while u is at a limit and e drives it further (anti-windup by
+clamping). Forces and histories read u by the name of the controller; the first sample is taken at t
+= 0, statics and modes have `start` in its place.
 
-Source: Astrom and Hagglund, Advanced PID Control, ISA 2006, sections 3.5 (windup) and 13.2 (discretisation).
+Source: Astrom and Hagglund, Advanced PID Control, ISA 2006, sections 3.5 (windup) and 13.2
+(discretisation).
 """
 
 from __future__ import annotations
@@ -83,23 +86,33 @@ def ratio(x: Quantity, value: OfState) -> OfState:
 
 @dataclass(frozen=True, kw_only=True)
 class Controller(Declared, ABC):
-    """An input by a rule of what it reads at every sample instant: a frozen dataclass, see `core.declared`.
+    """An input by a rule of what it reads at every sample instant: a frozen dataclass, see
+    `core.declared`.
 
-    `unit` is the SI unit of the input, `sample` T [s], `start` its value in statics and modes. Derive a frozen dataclass with
-    `reads`, what it reads, and `law`, which is called as u = law(t, values, memory) at t = 0, T, 2 T, ... and may change the list
-    `memory`.
+    `unit` is the SI unit of the input, `sample` T [s], `start` its value in statics and modes.
+    Derive a frozen dataclass with `reads`, what it reads, and `law`, which is called as u = law(t,
+    values, memory) at t = 0, T, 2 T, ... and may change the list `memory`.
     """
 
     name: str
     unit: Annotated[str, UNIT] = ""
-    sample: Annotated[float, fields.quantity("s", "> 0"), "between two samples, a whole number of steps"]
+    sample: Annotated[
+        float, fields.quantity("s", "> 0"), "between two samples, a whole number of steps"
+    ]
     start: Gain = 0.0
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
-        found = {(key, one.exponents) for key, one in self.outputs() if isinstance(one, Quantity) and any(one.exponents)}
+        found = {
+            (key, one.exponents)
+            for key, one in self.outputs()
+            if isinstance(one, Quantity) and any(one.exponents)
+        }
         for key, exponents in sorted(found):
             if self.unit != units.unit(exponents):
-                yield key, Problem(f"{key} in {self.unit or 'plain numbers'}", units.describe(exponents))
+                yield (
+                    key,
+                    Problem(f"{key} in {self.unit or 'plain numbers'}", units.describe(exponents)),
+                )
 
     def outputs(self) -> Iterator[tuple[str, Any]]:
         """Names of fields, and numbers in them that are values of the output."""
@@ -112,7 +125,9 @@ class Controller(Declared, ABC):
 
     @abstractmethod
     def law(self) -> Any:
-        """What it does: a storable struct with `memory`, numbers at the start, and a call of t, values read, and the memory."""
+        """What it does: a storable struct with `memory`, numbers at the start, and a call of t,
+        values read, and the memory.
+        """
 
     def products(self) -> Iterator[tuple[str, OfState]]:
         """Names of fields, and expressions with a dimension that they have to have."""
@@ -131,7 +146,13 @@ class Limited(Controller, ABC):
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from super().problems(dim)
         if self.limits and not number(self.limits[0]) < number(self.limits[1]):
-            yield "limits", Problem("the smaller limit first", f"{number(self.limits[0]):g} and {number(self.limits[1]):g}")
+            yield (
+                "limits",
+                Problem(
+                    "the smaller limit first",
+                    f"{number(self.limits[0]):g} and {number(self.limits[1]):g}",
+                ),
+            )
 
     def outputs(self) -> Iterator[tuple[str, Any]]:
         yield from super().outputs()
@@ -140,7 +161,11 @@ class Limited(Controller, ABC):
     @property
     def ends(self) -> tuple[float, float]:
         """The limits in SI units."""
-        return (-math.inf, math.inf) if self.limits is None else (number(self.limits[0]), number(self.limits[1]))
+        return (
+            (-math.inf, math.inf)
+            if self.limits is None
+            else (number(self.limits[0]), number(self.limits[1]))
+        )
 
 
 @storable
@@ -148,7 +173,8 @@ class Limited(Controller, ABC):
 class PidLaw:
     """The rule of `Pid`; its memory are the integral and the last error, nan before the first.
 
-    values = (e,) or (e, e'); e' is (e_k - e_k-1) / T where it is not read, and 0 at the first sample.
+    values = (e,) or (e, e'); e' is (e_k - e_k-1) / T where it is not read, and 0 at the first
+    sample.
     """
 
     kp: float
@@ -160,8 +186,15 @@ class PidLaw:
     memory: tuple[float, ...] = (0.0, math.nan)
 
     def __call__(self, t: float, values: Sequence[float], memory: list[float]) -> float:
-        error, (integral, last) = values[0], memory
-        change = values[1] if len(values) > 1 else 0.0 if math.isnan(last) else (error - last) / self.sample
+        error = values[0]
+        (integral, last) = memory
+        change = (
+            values[1]
+            if len(values) > 1
+            else 0.0
+            if math.isnan(last)
+            else (error - last) / self.sample
+        )
         summed = integral + self.ki * self.sample * error
         u = self.kp * error + summed + self.kd * change
         found = min(max(u, self.low), self.high)
@@ -172,11 +205,13 @@ class PidLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class Pid(Limited):
-    """kp e + I + kd e', between limits; the integral of ki e stands still while a limit holds and e drives it further.
+    """kp e + I + kd e', between limits; the integral of ki e stands still while a limit holds and e
+    drives it further.
 
     e' is `rate`, or the difference of the last two samples of e over the sample time.
 
-    {type: pid, unit: N m, sample: 2 ms, error: 0.5 rad - hinge.angle, kp: 30 N m, ki: 40 N m/s, limits: [-9 N m, 9 N m]}
+    {type: pid, unit: N m, sample: 2 ms, error: 0.5 rad - hinge.angle, kp: 30 N m, ki: 40 N m/s,
+    limits: [-9 N m, 9 N m]}
     """
 
     error: Read
@@ -194,7 +229,11 @@ class Pid(Limited):
 
     def products(self) -> Iterator[tuple[str, OfState]]:
         change = self.error if self.rate is None else self.rate
-        for key, gain, value in (("kp", self.kp, self.error), ("ki", self.ki, self.error), ("kd", self.kd, change)):
+        for key, gain, value in (
+            ("kp", self.kp, self.error),
+            ("ki", self.ki, self.error),
+            ("kd", self.kd, change),
+        ):
             if isinstance(gain, Quantity):
                 time = {"ki": " * 1 s", "kd": " / 1 s" if self.rate is None else ""}.get(key, "")
                 yield key, product(key, gain, value, self.unit, time)
@@ -233,7 +272,10 @@ class StateFeedback(Limited):
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from super().problems(dim)
         if len(self.gains) != len(self.states):
-            yield "gains", Problem(f"one for each of the {len(self.states)} states", str(len(self.gains)))
+            yield (
+                "gains",
+                Problem(f"one for each of the {len(self.states)} states", str(len(self.gains))),
+            )
 
     def outputs(self) -> Iterator[tuple[str, Any]]:
         yield from super().outputs()
@@ -265,7 +307,8 @@ class MeasurementLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement(Controller):
-    """The value of an expression `of`, held to the next sample: so forces read reactions and energies, one step late at least.
+    """The value of an expression `of`, held to the next sample: so forces read reactions and
+    energies, one step late at least.
 
     {type: measurement, unit: N, sample: 1 ms, of: hinge.x}
     """
@@ -313,7 +356,13 @@ class LookupTable(Controller, word="table"):
         yield from super().problems(dim)
         x = [number(one) for one, _ in self.points]
         if len(x) < 2 or any(b <= a for a, b in itertools.pairwise(x)):
-            yield "points", Problem("two points at least, of growing x", ", ".join(f"{one:g}" for one in x) or "none")
+            yield (
+                "points",
+                Problem(
+                    "two points at least, of growing x",
+                    ", ".join(f"{one:g}" for one in x) or "none",
+                ),
+            )
 
     @property
     def reads(self) -> Sequence[OfState]:
@@ -324,7 +373,9 @@ class LookupTable(Controller, word="table"):
         yield from (("points", u) for _, u in self.points)
 
     def products(self) -> Iterator[tuple[str, OfState]]:
-        kinds = {x.exponents: x for x, _ in self.points if isinstance(x, Quantity) and any(x.exponents)}
+        kinds = {
+            x.exponents: x for x, _ in self.points if isinstance(x, Quantity) and any(x.exponents)
+        }
         yield from (("points", ratio(x, self.of)) for x in kinds.values())
 
     def law(self) -> TableLaw:
@@ -346,10 +397,11 @@ class ProgramLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class Program(Controller, word=None):
-    """f(t, x_1, x_2, ...) of expressions, a function of Python: a sample costs 3 us beside its own time.
+    """f(t, x_1, x_2, ...) of expressions, a function of Python: a sample costs 3 us beside its own
+    time.
 
-    `function` gets the time [s] and the values in SI units, and gives the output in `unit`. It has no word in scenes, as files
-    hold no Python.
+    `function` gets the time [s] and the values in SI units, and gives the output in `unit`. It has
+    no word in scenes, as files hold no Python.
     """
 
     function: Callable[..., float]
@@ -386,18 +438,28 @@ class Controllers(Addition):
             require_sound("controller", getattr(one, "name", ""), one, Controller, draft.layout.dim)
 
     def reads(self) -> Iterator[tuple[str, OfState]]:
-        return ((f"controller '{one.name}'", value) for one in self.controllers for value in one.reads)
+        return (
+            (f"controller '{one.name}'", value) for one in self.controllers for value in one.reads
+        )
 
     def sources(self, numbers: Sequence[int]) -> Sequence[Controlled]:
         counted = iter(numbers)
         for one in self.controllers:
             reads = tuple(itertools.islice(counted, len(one.reads)))
-            self.inputs.append(Controlled(one.name, one.unit, number(one.start), one.sample, one.law(), reads))
+            self.inputs.append(
+                Controlled(one.name, one.unit, number(one.start), one.sample, one.law(), reads)
+            )
         return self.inputs
 
-    def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
+    def add(
+        self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]
+    ) -> Mapping[str, Any]:
         draft.signals += self.inputs
         return {}
 
     def gains(self) -> Iterator[tuple[str, OfState]]:
-        return ((f"controller '{one.name}'.{key}", value) for one in self.controllers for key, value in one.products())
+        return (
+            (f"controller '{one.name}'.{key}", value)
+            for one in self.controllers
+            for key, value in one.products()
+        )

@@ -1,12 +1,15 @@
-"""Plants as environments of reinforcement learning, with the interface of gymnasium: one, or many side by side.
+"""Plants as environments of reinforcement learning, with the interface of gymnasium: one, or many
+side by side.
 
     observation, _ = plant.reset()
     observation, reward, terminated, truncated, info = plant.step(action)
 
-Actions are the inputs of the system that have ranges, held for some steps, observations are columns of outputs. Where gymnasium is
-installed these are a `gymnasium.Env` and a `gymnasium.vector.VectorEnv`, elsewhere they have the same methods and spaces.
+Actions are the inputs of the system that have ranges, held for some steps, observations are columns
+of outputs. Where gymnasium is installed these are a `gymnasium.Env` and a
+`gymnasium.vector.VectorEnv`, elsewhere they have the same methods and spaces.
 
-Source: M. Towers et al., Gymnasium: a standard interface for reinforcement learning environments, arXiv 2407.17032 (2024).
+Source: M. Towers et al., Gymnasium: a standard interface for reinforcement learning environments,
+arXiv 2407.17032 (2024).
 """
 
 from __future__ import annotations
@@ -43,11 +46,13 @@ Answer: TypeAlias = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 
 
 class Plant(Env):
-    """One plant: inputs with ranges are its action, `observed` outputs its observation, both in the order of their names.
+    """One plant: inputs with ranges are its action, `observed` outputs its observation, both in the
+    order of their names.
 
-    An action acts for `every` steps of the scheme. Episodes end (`truncated`) after `duration` [s], and (`terminated`) where
-    `ends(outputs)` holds, an event stops the run or a step cannot be taken, with the reason as `info["error"]`. Every episode
-    begins with the start of the system, and follows from its actions to the bit. InputError without inputs that have ranges.
+    An action acts for `every` steps of the scheme. Episodes end (`truncated`) after `duration` [s],
+    and (`terminated`) where `ends(outputs)` holds, an event stops the run or a step cannot be
+    taken, with the reason as `info["error"]`. Every episode begins with the start of the system,
+    and follows from its actions to the bit. InputError without inputs that have ranges.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  (as gymnasium declares it)
@@ -69,7 +74,12 @@ class Plant(Env):
         if not ranges:
             got = f"none of {listed(known, '', 'no inputs')}"
             raise InputError(
-                say("Plant", "inputs that have ranges, as actions", got, "write `inputs: {u: {range: [-5 N m, 5 N m]}}`")
+                say(
+                    "Plant",
+                    "inputs that have ranges, as actions",
+                    got,
+                    "write `inputs: {u: {range: [-5 N m, 5 N m]}}`",
+                )
             )
         if not is_count(every):
             raise InputError(say("Plant: every", "a whole number of steps, 1 or more", every))
@@ -84,7 +94,9 @@ class Plant(Env):
         self.observation_space = Box(-np.inf, np.inf, (len(self.last),), np.float64)
 
     @checked
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
         """The observation at the start; InputError for a seed below 0."""
         if seed is not None and seed < 0:
             raise InputError(say("Plant.reset: seed", "0 or more", seed))
@@ -109,17 +121,26 @@ class Plant(Env):
             return self.observation, self.worth(given), True, False, {"error": str(error)}
         self.last = self.run.outputs(self.observed)
         late = self.run.time > self.duration - 0.5 * self.run.run.scheme.step
-        return self.observation, self.worth(given), self.run.ended or bool(self.ends(self.last)), late, {}
+        return (
+            self.observation,
+            self.worth(given),
+            self.run.ended or bool(self.ends(self.last)),
+            late,
+            {},
+        )
 
     def worth(self, given: Columns) -> float:
-        """The reward of the last outputs and of inputs that led to them; InputError for one that is no finite number."""
+        """The reward of the last outputs and of inputs that led to them; InputError for one that is
+        no finite number.
+        """
         found = self.reward(self.last, given)
         arguments.require("Plant: reward, what it gives", found, float)
         return float(found)
 
 
 class Plants(VectorEnv):
-    """Many plants, whose compiled steps run in threads beside each other; one that has ended begins anew with its next action.
+    """Many plants, whose compiled steps run in threads beside each other; one that has ended begins
+    anew with its next action.
 
     `make()` makes one. All of them know nothing of each other, and move as alone, to the bit.
     """
@@ -129,41 +150,84 @@ class Plants(VectorEnv):
     @checked
     def __init__(self, make: Callable[[], Plant], count: int, threads: int = 1) -> None:
         if count < 1 or threads < 1:
-            raise InputError(say("Plants: count and threads", "at least 1 of each", f"{count} and {threads}"))
-        self.plants, self.num_envs = [make() for _ in range(count)], count
+            raise InputError(
+                say("Plants: count and threads", "at least 1 of each", f"{count} and {threads}")
+            )
+        self.plants = [make() for _ in range(count)]
+        self.num_envs = count
         if bad := [plant for plant in self.plants if not isinstance(plant, Plant)]:
-            raise InputError(say("Plants: make", "a function that makes a Plant", f"one that makes {bad[0]!r}"))
+            raise InputError(
+                say("Plants: make", "a function that makes a Plant", f"one that makes {bad[0]!r}")
+            )
         one = self.plants[0]
-        self.single_action_space, self.single_observation_space = one.action_space, one.observation_space
-        self.action_space = Box(np.tile(one.low, (count, 1)), np.tile(one.high, (count, 1)), dtype=np.float64)
-        self.observation_space = Box(-np.inf, np.inf, (count, *one.observation_space.shape), np.float64)
+        self.single_action_space, self.single_observation_space = (
+            one.action_space,
+            one.observation_space,
+        )
+        self.action_space = Box(
+            np.tile(one.low, (count, 1)), np.tile(one.high, (count, 1)), dtype=np.float64
+        )
+        self.observation_space = Box(
+            -np.inf, np.inf, (count, *one.observation_space.shape), np.float64
+        )
         self.done = np.zeros(count, bool)
-        self.shares = [share.tolist() for share in np.array_split(np.arange(count), min(threads, count))]
-        self.pool, self.closed_threads = ThreadPoolExecutor(len(self.shares)), False
+        self.shares = [
+            share.tolist() for share in np.array_split(np.arange(count), min(threads, count))
+        ]
+        self.pool = ThreadPoolExecutor(len(self.shares))
+        self.closed_threads = False
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
         """The observations (p, k) at the start."""
         self.done[:] = False
         return np.stack([plant.reset(seed=seed)[0] for plant in self.plants]), {}
 
-    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """All plants after their actions (p, j): observations (p, k), rewards, ends and time limits (p,), and reasons."""
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """All plants after their actions (p, j): observations (p, k), rewards, ends and time limits
+        (p,), and reasons.
+        """
         p, j = self.action_space.shape
-        actions = arrays.finite(actions, "Plants.step", f"actions of {p} plants, ({p}, {j}) finite numbers", p, j)
+        actions = arrays.finite(
+            actions, "Plants.step", f"actions of {p} plants, ({p}, {j}) finite numbers", p, j
+        )
         if self.closed_threads:
-            raise InputError(say("Plants.step", "plants whose threads are there", "those that were closed", "make them anew"))
+            raise InputError(
+                say(
+                    "Plants.step",
+                    "plants whose threads are there",
+                    "those that were closed",
+                    "make them anew",
+                )
+            )
         found: list[Answer] = [
-            answer for part in self.pool.map(lambda share: self.take(share, actions), self.shares) for answer in part
+            answer
+            for part in self.pool.map(lambda share: self.take(share, actions), self.shares)
+            for answer in part
         ]
         observations, rewards, ended, late, told = (list(part) for part in zip(*found, strict=True))
         self.done = np.array(ended) | np.array(late)
-        errors = {"error": np.array([one.get("error", "") for one in told], object)} if any(told) else {}
-        return np.stack(observations), np.array(rewards, float), np.array(ended), np.array(late), errors
+        errors = (
+            {"error": np.array([one.get("error", "") for one in told], object)} if any(told) else {}
+        )
+        return (
+            np.stack(observations),
+            np.array(rewards, float),
+            np.array(ended),
+            np.array(late),
+            errors,
+        )
 
     def take(self, share: Sequence[int], actions: np.ndarray) -> list[Answer]:
         """One action of some plants, one after the other."""
         return [
-            (self.plants[k].reset()[0], 0.0, False, False, {}) if self.done[k] else self.plants[k].step(actions[k]) for k in share
+            (self.plants[k].reset()[0], 0.0, False, False, {})
+            if self.done[k]
+            else self.plants[k].step(actions[k])
+            for k in share
         ]
 
     def close(self, **more: Any) -> None:

@@ -1,7 +1,8 @@
-"""The inputs of a run: given from outside, from step to step, or by controllers at their sample instants.
+"""The inputs of a run: given from outside, from step to step, or by controllers at their sample
+instants.
 
-The steps of a run that is fed are taken one by one, see `single_steps`. An input that drives a joint is the cubic through its last
-four values, any other one is held in the step.
+The steps of a run that is fed are taken one by one, see `single_steps`. An input that drives a
+joint is the cubic through its last four values, any other one is held in the step.
 """
 
 from __future__ import annotations
@@ -57,8 +58,8 @@ class Sampler:
 class Feed(SingleSteps):
     """Inputs of a run; `system` reads them, `plain` their starts.
 
-    Inputs that a caller gives (`free`), those that controllers set at their samples, and those of events. InputError for a value
-    of another input, or one that is not finite.
+    Inputs that a caller gives (`free`), those that controllers set at their samples, and those of
+    events. InputError for a value of another input, or one that is not finite.
     """
 
     looks: Looks = "step"
@@ -66,13 +67,19 @@ class Feed(SingleSteps):
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
         super().__init__(plain, scheme)
         self.inputs = given_by_name(plain)
-        driven, smooth = {signal for _, signal in driving(plain.constraints)}, driving_inputs(plain)
+        driven = {signal for _, signal in driving(plain.constraints)}
+        smooth = driving_inputs(plain)
         self.given = {
-            name: GivenInput(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()
+            name: GivenInput(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth)
+            for name, one in self.inputs.items()
         }
         self.system = with_inputs(plain, self.given)
-        self.reads_states = bool(calls_of(plain.outputs))  # forces are found of compiled systems, of which every block has its own
-        self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
+        self.reads_states = bool(
+            calls_of(plain.outputs)
+        )  # forces are found of compiled systems, of which every block has its own
+        self.samplers = [
+            sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)
+        ]
         held = [one for one in self.inputs.values() if isinstance(one, Held)]
         own = [one.of for one in self.samplers] + held
         self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
@@ -80,19 +87,28 @@ class Feed(SingleSteps):
         self.rising = {name: Rising() for name in self.free}
         self.told = False  #: whether a warning of one that rises was shown
         #: ranges of those that have not left them
-        self.ranges = {name: ends for name in self.free if (ends := self.inputs[name].range) is not None}
+        self.ranges = {
+            name: ends for name in self.free if (ends := self.inputs[name].range) is not None
+        }
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
-        #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
+        #: columns of inputs that are signals as they are; None where others read them, which are
+        #: evaluated in every step
         self.columns: list[tuple[int, GivenInput]] | None = [
             (k, self.given[one.name])
             for k in reading
-            if isinstance(one := plain.signals[k], Input) and (k not in driven or isinstance(one, Held))
+            if isinstance(one := plain.signals[k], Input)
+            and (k not in driven or isinstance(one, Held))
         ]
         if len(self.columns) < len(reading):
             self.columns = None
-        self.histories = len(reading) < len(plain.signals)  #: whether there are others beside inputs
+        self.histories = len(reading) < len(
+            plain.signals
+        )  #: whether there are others beside inputs
         self.next: Mapping[str, float] = {}  #: new values for the next step
-        self.block, self.nowhere = np.zeros((0, 0)), np.zeros(0, np.int64)  #: rows of steps that are taken at once
+        self.block, self.nowhere = (
+            np.zeros((0, 0)),
+            np.zeros(0, np.int64),
+        )  #: rows of steps that are taken at once
 
     def begin(self, run: OpenRun) -> None:
         """Know what reads values for controllers."""
@@ -105,12 +121,20 @@ class Feed(SingleSteps):
         self.sample(run)
 
     def holds(self, run: OpenRun) -> bool:
-        """Whether steps with the same inputs differ in nothing else that is given, and nobody looks between them."""
+        """Whether steps with the same inputs differ in nothing else that is given, and nobody looks
+        between them.
+        """
         alone = all(one is self for one in run.close)
-        return alone and self.columns is not None and not (self.histories or self.record or run.jumps or run.steps)
+        return (
+            alone
+            and self.columns is not None
+            and not (self.histories or self.record or run.jumps or run.steps)
+        )
 
     def take_held(self, run: OpenRun, count: int) -> None:
-        """Take steps with inputs as they are, in one call; fewer where one fails, which is to be taken again by itself."""
+        """Take steps with inputs as they are, in one call; fewer where one fails, which is to be
+        taken again by itself.
+        """
         if len(self.block) != count:
             self.block, self.nowhere = np.zeros((count, self.row.shape[1])), np.full(count, -1)
         self.block[:] = self.row
@@ -133,7 +157,11 @@ class Feed(SingleSteps):
             del kept[0]
             one.first += 1
         for name, value in values.items():
-            if self.rising[name].add(value) and not self.told and (text := self.unsteady(Rising.found)):
+            if (
+                self.rising[name].add(value)
+                and not self.told
+                and (text := self.unsteady(Rising.found))
+            ):
                 self.told = True
                 notify(text)
 
@@ -147,8 +175,13 @@ class Feed(SingleSteps):
 
     def warn_outside(self, name: str, value: float) -> None:
         """A warning, once, of a value outside of the range of its input."""
-        (low, high), unit = self.ranges.pop(name), self.inputs[name].unit
-        why = "a reduced model was not trained there" if self.plain.components else "no reduced model is trained there"
+        (low, high) = self.ranges.pop(name)
+        unit = self.inputs[name].unit
+        why = (
+            "a reduced model was not trained there"
+            if self.plain.components
+            else "no reduced model is trained there"
+        )
         text = f"run.step: input '{name}' is set to {value:.6g}, outside of its range from {low:g} to {high:g} {unit}".rstrip()
         notify(f"{text}: {why}; limit it, or train with a wider `range`")
 
@@ -158,7 +191,9 @@ class Feed(SingleSteps):
         self.record[one.name][-1] = value
 
     def sample(self, run: OpenRun) -> None:
-        """Let controllers act whose instant it is; the state jumps with what they give for the next step."""
+        """Let controllers act whose instant it is; the state jumps with what they give for the next
+        step.
+        """
         changed = False
         for one in self.samplers:
             if run.done % one.every == 0:
@@ -178,7 +213,9 @@ class Feed(SingleSteps):
         found = one.of.law(time, self.reader.read(run, one.of.reads, time), one.memory)
         if not math.isfinite(found):
             text = f"controller '{one.of.name}' gives {found} at t = {time:.6g} s; look at what it reads, guard it with where(...)"
-            raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))
+            raise SolverError(
+                text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),)
+            )
         return found
 
     def jump(self, run: OpenRun) -> None:
@@ -209,16 +246,25 @@ class Feed(SingleSteps):
         """The system with what controllers gave so far as histories."""
         own = {one.of.name for one in self.samplers}
         told = {
-            name: GivenInput(self.scheme.step, values, smooth=self.given[name].smooth, controller=name if name in own else "")
+            name: GivenInput(
+                self.scheme.step,
+                values,
+                smooth=self.given[name].smooth,
+                controller=name if name in own else "",
+            )
             for name, values in self.record.items()
         }
         return with_inputs(self.plain, {**self.given, **told})
 
     def growing(self) -> str:
-        """What is said of a controller whose output grows ever more, quarter by quarter of its samples; nothing of others."""
+        """What is said of a controller whose output grows ever more, quarter by quarter of its
+        samples; nothing of others.
+        """
         for one in self.samplers:
             told = np.abs(self.record[one.of.name][1 :: one.every])
-            told = told[: int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1]  # what has no more room to grow stays
+            told = told[
+                : int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1
+            ]  # what has no more room to grow stays
             if len(told) < 4 * FEW:
                 continue
             most = [float(part.max()) for part in np.array_split(told, 4)]
@@ -228,7 +274,9 @@ class Feed(SingleSteps):
         return ""
 
     def unsteady(self, look: Callable[[Rising], tuple[float, float, int] | None]) -> str:
-        """What is said of an input that a caller raises as an unstable loop does; nothing where none rises."""
+        """What is said of an input that a caller raises as an unstable loop does; nothing where
+        none rises.
+        """
         for name, one in self.rising.items():
             if found := look(one):
                 low, high, steps = found
@@ -252,10 +300,14 @@ class Feed(SingleSteps):
         return motion
 
     def unstable(self, run: OpenRun) -> str:
-        """What is said of a controller whose output grows with the energy of the motion; nothing where none does."""
+        """What is said of a controller whose output grows with the energy of the motion; nothing
+        where none does.
+        """
         if not (told := self.growing()):
             return ""
-        motion = trajectory(run) if run.steps else motion_of(run, run.time)  # a live run stores none
+        motion = (
+            trajectory(run) if run.steps else motion_of(run, run.time)
+        )  # a live run stores none
         energy = survey_of(motion)[0][:, :2].sum(axis=1)
         rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
         return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
@@ -270,9 +322,13 @@ class Feed(SingleSteps):
             one.values = checkpoints.fitting(arrays, f"input {name}", np.array(one.values)).tolist()
             one.first = run.done + 1 - KEPT
         for each in self.samplers:
-            each.memory = checkpoints.fitting(arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
+            each.memory = checkpoints.fitting(
+                arrays, f"controller {each.of.name}", np.array(each.memory)
+            ).tolist()
         for name in self.record:
-            self.record[name] = checkpoints.fitting(arrays, f"told {name}", np.zeros(run.done + 1)).tolist()
+            self.record[name] = checkpoints.fitting(
+                arrays, f"told {name}", np.zeros(run.done + 1)
+            ).tolist()
 
 
 @offered
@@ -288,7 +344,11 @@ def _(setting: RunSetting) -> Iterator[Observer]:
 def is_fed(setting: RunSetting) -> bool:
     """Whether something is given while it runs: by a caller, by controllers or events."""
     system = setting.system
-    return setting.live or bool(system.triggers) or any(isinstance(one, Controlled) for one in system.signals)
+    return (
+        setting.live
+        or bool(system.triggers)
+        or any(isinstance(one, Controlled) for one in system.signals)
+    )
 
 
 def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:

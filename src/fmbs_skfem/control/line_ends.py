@@ -1,6 +1,8 @@
-"""Joints that slide come to the end of their line: a run stops there, and equilibria beyond it are refused.
+"""Joints that slide come to the end of their line: a run stops there, and equilibria beyond it are
+refused.
 
-Beyond an end the line would go on as the polynomials of its last cell do. A `sliding_stop` takes up to LEAVE of the length of it.
+Beyond an end the line would go on as the polynomials of its last cell do. A `sliding_stop` takes up
+to LEAVE of the length of it.
 """
 
 from __future__ import annotations
@@ -22,15 +24,21 @@ from ..systems.system import System
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun
 
-# on half of a cell of 50 a quartic is as good as on it; a stop that gives way by twice as much is one of a stiffness too small
+# on half of a cell of 50 a quartic is as good as on it; a stop that gives way by twice as much is
+# one of a stiffness too small
 LEAVE = 1e-2  #: part of the length of a line by which a joint with a stop may be beyond its end
 EXACT = 1e-9  #: the same of one without, by round-off
 STOP = "one_sided_plane"  #: law of stops
-REMEDIES = "let an event release the joint before, or give it a `sliding_stop`", "give its `sliding_stop` a larger stiffness"
+REMEDIES = (
+    "let an event release the joint before, or give it a `sliding_stop`",
+    "give its `sliding_stop` a larger stiffness",
+)
 
 
 class SlideEnd(NamedTuple):
-    """A joint that slides: its name, a row of it, and its place s = read @ x + offset on a line of some length [m]."""
+    """A joint that slides: its name, a row of it, and its place s = read @ x + offset on a line of
+    some length [m].
+    """
 
     joint: str
     row: int
@@ -51,9 +59,16 @@ def slides(system: System) -> Iterator[SlideEnd]:
             if joint not in seen:
                 seen.add(joint)
                 P = csr_array(system.probes.matrix)
-                read, offset, length = P[[rows[0]]], float(system.probes.offset[rows[0]]), along_lines.end_of(numbers)
+                read = P[[rows[0]]]
+                offset = float(system.probes.offset[rows[0]])
+                length = along_lines.end_of(numbers)
                 yield SlideEnd(
-                    joint, int(row), read, offset, length, any(not (P[[k]] - read).count_nonzero() for k in stops(system))
+                    joint,
+                    int(row),
+                    read,
+                    offset,
+                    length,
+                    any(not (P[[k]] - read).count_nonzero() for k in stops(system)),
                 )
 
 
@@ -82,10 +97,12 @@ class LineEnd(Observer):
     reads_states = False
 
     def __init__(self, slide: SlideEnd) -> None:
-        self.slide, self.name = slide, f"end of the line of {slide.joint}"
+        self.slide = slide
+        self.name = f"end of the line of {slide.joint}"
 
     def after(self, run: OpenRun) -> None:
-        x, one = run.step.state.x[np.argsort(run.model.order)], self.slide
+        x = run.step.state.x[np.argsort(run.model.order)]
+        one = self.slide
         if run.step.space.off[one.row] == 0.0 and beyond(one, x) > 0.0 and not run.ended:
             text = f"joint '{one.joint}' leaves its line at the end of the step to t = {run.time:.6g} s, where the run stops"
             notify(f"{text}; {REMEDIES[one.stopped]}")
@@ -97,6 +114,8 @@ def _(found: FoundEquilibria) -> Trajectory:
     for one in slides(found.motion.system):
         far = max(beyond(one, x) for x in found.motion.x)
         if far > 0.0:
-            text = f"joint '{one.joint}' is beyond the end of its line in equilibrium; {REMEDIES[1]}"
+            text = (
+                f"joint '{one.joint}' is beyond the end of its line in equilibrium; {REMEDIES[1]}"
+            )
             raise SolverError(text, Reason.NO_EQUILIBRIUM, 0.0, ((one.joint, far),))
     return found.motion

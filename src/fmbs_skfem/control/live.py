@@ -1,11 +1,13 @@
-"""A motion that is taken step by step, with inputs that are given from outside: control and co-simulation from Python.
+"""A motion that is taken step by step, with inputs that are given from outside: control and
+co-simulation from Python.
 
     run = dynamics.start(system, GeneralizedAlpha(1e-3))
     while run.time < 2.0:
         run.step({"u": -40.0 * run.outputs()["hinge"]})
 
-A step is that of `integrate`, bit for bit, with histories that have the same values at the ends of steps. An input that drives a
-joint is the cubic through its last four values; any other one acts with the value that it is given for the step.
+A step is that of `integrate`, bit for bit, with histories that have the same values at the ends of
+steps. An input that drives a joint is the cubic through its last four values; any other one acts
+with the value that it is given for the step.
 """
 
 from __future__ import annotations
@@ -48,21 +50,29 @@ def start(
     observers: Sequence[Observer] = (),
     accuracy: Mapping[str, float] | float | None = None,
 ) -> LiveRun:
-    """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`, and observers.
+    """A run at its consistent start, whose steps are taken one by one; errors as those of
+    `integrate`, and observers.
 
-    Parts are held against finer ones, which take the same steps. With an `accuracy`, largest errors as parts of the ranges of all
-    outputs or of some by name, the step is watched by a run with steps twice as long, for half as much again: a warning says where
-    it errs by more. InputError for an output that there is not, or none, and for a part that is not between 0 and 1; see `beside`.
+    Parts are held against finer ones, which take the same steps. With an `accuracy`, largest errors
+    as parts of the ranges of all outputs or of some by name, the step is watched by a run with
+    steps twice as long, for half as much again: a warning says where it errs by more. InputError
+    for an output that there is not, or none, and for a part that is not between 0 and 1; see
+    `beside`.
     """
     iteration = newton or Newton()
-    run, finer = LiveRun(system, scheme, iteration, observers), finer_parts.finer(system)
+    run = LiveRun(system, scheme, iteration, observers)
+    finer = finer_parts.finer(system)
     finer_parts.warn_unknown(system)
     with finer_parts.quietly():
         if finer is not None:
             run.beside.append(parts_beside(LiveRun(finer, scheme, iteration)))
         if accuracy is not None:
             require_accuracy(accuracy, system)
-            run.beside.append(step_beside(LiveRun(system, replace(scheme, step=TWICE * scheme.step), iteration), accuracy))
+            run.beside.append(
+                step_beside(
+                    LiveRun(system, replace(scheme, step=TWICE * scheme.step), iteration), accuracy
+                )
+            )
     return run
 
 
@@ -76,7 +86,9 @@ def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> N
     where, expected = "start: accuracy", "errors of outputs, parts of their ranges between 0 and 1"
     wanted = accuracy if isinstance(accuracy, Mapping) else dict.fromkeys(system.outputs, accuracy)
     if not wanted:
-        raise InputError(say(where, expected, f"{accuracy} of a system without outputs", "add outputs"))
+        raise InputError(
+            say(where, expected, f"{accuracy} of a system without outputs", "add outputs")
+        )
     for name, one in wanted.items():
         if name not in system.outputs:
             known = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
@@ -88,16 +100,29 @@ def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> N
 class LiveRun:
     """A run between two steps; see `start`.
 
-    `step(inputs)` takes one step of the scheme, `outputs()` reads the present state, `state` keeps it and goes back to it.
+    `step(inputs)` takes one step of the scheme, `outputs()` reads the present state, `state` keeps
+    it and goes back to it.
     """
 
-    def __init__(self, system: System, scheme: GeneralizedAlpha, newton: Newton, observers: Sequence[Observer] = ()) -> None:
-        self.run = begun(RunSetting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
+    def __init__(
+        self,
+        system: System,
+        scheme: GeneralizedAlpha,
+        newton: Newton,
+        observers: Sequence[Observer] = (),
+    ) -> None:
+        self.run = begun(
+            RunSetting(system, scheme, newton, 0, system, live=True),
+            np.zeros(1, np.int64),
+            observers,
+        )
         self.feed = self.run.find(Feed)
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
         self.turns = self.counter()
-        self.held: Mapping[str, np.ndarray] = {}  #: of the state that was put back last, for meters that are made later
+        self.held: Mapping[
+            str, np.ndarray
+        ] = {}  #: of the state that was put back last, for meters that are made later
         self.beside: list[Beside] = []  #: runs that say how good this one is
 
     @property
@@ -118,21 +143,35 @@ class LiveRun:
     @property
     def inputs(self) -> dict[str, float]:
         """Values of all inputs in the last step."""
-        return {name: one.values[-1] for name, one in self.feed.given.items() if not isinstance(self.feed.inputs[name], Held)}
+        return {
+            name: one.values[-1]
+            for name, one in self.feed.given.items()
+            if not isinstance(self.feed.inputs[name], Held)
+        }
 
     def step(self, inputs: Mapping[str, float] | None = None, count: int = 1) -> None:
-        """Take a step, or `count` of them, fewer where an event stops the run; inputs that are not named keep their values.
+        """Take a step, or `count` of them, fewer where an event stops the run; inputs that are not
+        named keep their values.
 
-        `inputs` by name, in the SI unit of each. Several steps are the same to the bit as one by one, and where nothing else looks
-        at them one call of compiled code, beside which other threads run. SolverError where a step cannot be taken; InputError for
-        an unknown name, a value that is not finite, and after an event has stopped the run.
+        `inputs` by name, in the SI unit of each. Several steps are the same to the bit as one by
+        one, and where nothing else looks at them one call of compiled code, beside which other
+        threads run. SolverError where a step cannot be taken; InputError for an unknown name, a
+        value that is not finite, and after an event has stopped the run.
         """
         if self.run.ended:
-            raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
+            raise InputError(
+                say(
+                    "run.step",
+                    "a run that goes on",
+                    f"one that an event has stopped at t = {self.time:g} s",
+                )
+            )
         if not is_count(count):
             raise InputError(say("run.step: count", "a whole number of steps, 1 or more", count))
         if not isinstance(inputs or {}, Mapping):
-            raise InputError(say("run.step: inputs", "numbers by the names of inputs", repr(inputs)))
+            raise InputError(
+                say("run.step: inputs", "numbers by the names of inputs", repr(inputs))
+            )
         self.feed.next = inputs or {}
         end = self.run.done + count
         while self.run.done < end and not self.run.ended:
@@ -146,10 +185,17 @@ class LiveRun:
 
     @property
     def state(self) -> Checkpoint:
-        """All that the next step reads: set it to go on from there, here or in another run of the same system and scheme."""
+        """All that the next step reads: set it to go on from there, here or in another run of the
+        same system and scheme.
+        """
         held = moment(self.run).checkpoint()
-        meters = [self.meter, *(meter for meter in self.meters.values() if isinstance(meter, Meter))]
-        shown = self.turns.kept() | {key: value for meter in meters for key, value in meter.kept().items()}
+        meters = [
+            self.meter,
+            *(meter for meter in self.meters.values() if isinstance(meter, Meter)),
+        ]
+        shown = self.turns.kept() | {
+            key: value for meter in meters for key, value in meter.kept().items()
+        }
         return replace(held, arrays=held.arrays | shown)
 
     @state.setter
@@ -159,13 +205,16 @@ class LiveRun:
         self.beside = []  # which stand elsewhere
         self.meter.take_up(self.run, held.arrays)
         self.turns.take_up(held.arrays)
-        self.meters, self.held = {}, held.arrays
+        self.meters = {}
+        self.held = held.arrays
 
     def outputs(self, names: Sequence[str] | None = None) -> dict[str, float]:
-        """Named outputs of the present state, all or those of some names, which costs less: by column, in SI units.
+        """Named outputs of the present state, all or those of some names, which costs less: by
+        column, in SI units.
 
-        Angles count their turns from the start on, whoever reads them and how often, and so do energies. Positions, velocities and
-        angles alone cost less than a step. InputError for a name that is none.
+        Angles count their turns from the start on, whoever reads them and how often, and so do
+        energies. Positions, velocities and angles alone cost less than a step. InputError for a
+        name that is none.
         """
         if names is None:
             return self.measured(self.meter)
@@ -181,7 +230,11 @@ class LiveRun:
         """What counts the turns of all angles whose formulas are known, beside the steps."""
         system = self.run.model.system
         angles = [(name, one) for name, one in system.outputs.items() if kind_of(one).counted]
-        known = [(name, one, found) for name, one in angles if (found := formula_of(one, system.dim)) is not None]
+        known = [
+            (name, one, found)
+            for name, one in angles
+            if (found := formula_of(one, system.dim)) is not None
+        ]
         return RowMeter(system, self.run.model.order, known, self.begin)
 
     def count_turns(self) -> None:
@@ -191,7 +244,9 @@ class LiveRun:
 
     @property
     def reach(self) -> int:
-        """Steps that may be taken before turns are counted again: at most OFTEN where there are any."""
+        """Steps that may be taken before turns are counted again: at most OFTEN where there are
+        any.
+        """
         if not self.turns.angles:
             return sys.maxsize
         step = self.run.scheme.step
@@ -203,7 +258,9 @@ class LiveRun:
         return meter.columns(self.time, state.x, state.v, state.acceleration)
 
     def measured(self, meter: Meter) -> dict[str, float]:
-        """Columns of the present state by a meter, which counts from the begin of the run; turns are those that were counted."""
+        """Columns of the present state by a meter, which counts from the begin of the run; turns
+        are those that were counted.
+        """
         now = motion_of(self.run, self.time)
         with warnings.catch_warnings():
             if self.turns.angles:
@@ -224,7 +281,11 @@ class LiveRun:
         system = self.run.model.system
         require_known("run.outputs", system, names)
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
-        known = [(name, system.outputs[name], one) for name, one in zip(names, formulas, strict=True) if one is not None]
+        known = [
+            (name, system.outputs[name], one)
+            for name, one in zip(names, formulas, strict=True)
+            if one is not None
+        ]
         if len(known) == len(names):
             rows = RowMeter(system, self.run.model.order, known, self.begin, self.turns)
             self.meters[names] = rows
@@ -240,4 +301,6 @@ class LiveRun:
 
         States (1, n), without the events so far.
         """
-        return replace(motion_of(self.run, self.time), statistics=cost_of(self.run), events=(), work=None)
+        return replace(
+            motion_of(self.run, self.time), statistics=cost_of(self.run), events=(), work=None
+        )

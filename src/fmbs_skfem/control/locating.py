@@ -1,18 +1,22 @@
-r"""Events in a run: found by the sign of their values after every step, located within it, and what they do to joints.
+r"""Events in a run: found by the sign of their values after every step, located within it, and what
+they do to joints.
 
     g(t_n) g(t_n + h) < 0        t* = t_n + theta h,  g(t*) = 0  by steps of theta h;  then on from t* to t_n + h
     lock         x+ = x-,        M (v+ - v-) + Phi_q^T p = 0,  Phi_q v+ + Phi_t = 0      loses  v-^T M v- / 2 - v+^T M v+ / 2
     release                      v+ = v-
 
-Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays of second order. Very short
-pieces of a step are too short for the method, whose reactions are noise there: they follow x + h v + h^2 q'' / 2. A value that is
-at rest at zero, from the start on or later, crosses it where it leaves it (`crossings`). A value that is on the same side at both
-ends of a step may have been at zero or beyond it between them (`dips`). An event that has happened is on guard again once its value
-is clearly not zero: neither its own action nor round-off make it happen twice at one instant. One that is to happen once is not.
-A value that is no number ends the run, at the last instant at which it is one; what crosses zero up to there happens.
+Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays
+of second order. Very short pieces of a step are too short for the method, whose reactions are noise
+there: they follow x + h v + h^2 q'' / 2. A value that is at rest at zero, from the start on or
+later, crosses it where it leaves it (`crossings`). A value that is on the same side at both ends of
+a step may have been at zero or beyond it between them (`dips`). An event that has happened is on
+guard again once its value is clearly not zero: neither its own action nor round-off make it happen
+twice at one instant. One that is to happen once is not. A value that is no number ends the run, at
+the last instant at which it is one; what crosses zero up to there happens.
 
-Source (events by the sign of functions, and starts after them): Hairer, Norsett, Wanner, Solving ordinary differential equations I,
-2nd ed., Springer 1993, section II.6; impulses on constraints: Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2.
+Source (events by the sign of functions, and starts after them): Hairer, Norsett, Wanner, Solving
+ordinary differential equations I, 2nd ed., Springer 1993, section II.6; impulses on constraints:
+Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2.
 """
 
 from __future__ import annotations
@@ -61,26 +65,39 @@ GAPS, RESTS, TRAIL = "event gaps", "events at rest", "event values"
 class EventObserver(Observer):
     """The events of a run.
 
-    After every step it looks for values that have crossed zero, finds the instant, takes the step up to there, changes the
-    joints, and takes the rest of it. SolverError where a piece cannot be taken, and where events happen again and again.
+    After every step it looks for values that have crossed zero, finds the instant, takes the step
+    up to there, changes the joints, and takes the rest of it. SolverError where a piece cannot be
+    taken, and where events happen again and again.
     """
 
     reads_states = False
 
     def __init__(self, feed: Feed) -> None:
-        system, self.feed = feed.system, feed
-        self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
+        system = feed.system
+        self.feed = feed
+        self.triggers = system.triggers
+        self.locks = {one.joint: one for one in system.locks}
         self.parks = {one.parks: one.joint for one in system.locks if one.parks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
-        self.closed = ~rows_of_locks(system)  #: rows that are to hold, whether or not others make them hold already
+        self.closed = ~rows_of_locks(
+            system
+        )  #: rows that are to hold, whether or not others make them hold already
         #: of values, and of the margins of those that are conditions behind them
-        self.margins = [k for k, one in enumerate(self.triggers) if one.margin is not None and one.margin >= 0]
-        self.numbers = [one.value for one in self.triggers] + [int(self.triggers[k].margin or 0) for k in self.margins]
+        self.margins = [
+            k for k, one in enumerate(self.triggers) if one.margin is not None and one.margin >= 0
+        ]
+        self.numbers = [one.value for one in self.triggers] + [
+            int(self.triggers[k].margin or 0) for k in self.margins
+        ]
         self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
-        self.jumps = np.zeros(len(self.triggers), dtype=bool)  #: which values jumped where they happened last
+        self.jumps = np.zeros(
+            len(self.triggers), dtype=bool
+        )  #: which values jumped where they happened last
         self.lately = set[int]()  #: events that have happened in the present step
         self.idle = set[str]()  #: remarks on what changes nothing, each made once
-        self.trail = (np.full(len(self.numbers), np.nan),) * 2  #: values and margins (t + b,) of the last two steps
+        self.trail = (
+            np.full(len(self.numbers), np.nan),
+        ) * 2  #: values and margins (t + b,) of the last two steps
         self.saved: list[np.ndarray] = []  #: the state before the present step
 
     def begin(self, run: OpenRun) -> None:
@@ -101,21 +118,29 @@ class EventObserver(Observer):
             raise failure(run, status, run.scheme.step * (run.done + 1))
 
     def read(self, run: OpenRun, place: float) -> np.ndarray:
-        """All values and margins (t + b,) in the present state, at a place in the step; NaN where one is no number."""
+        """All values and margins (t + b,) in the present state, at a place in the step; NaN where
+        one is no number.
+        """
         time = run.scheme.step * (run.done + place)
-        return np.clip(self.reader.read(run, self.numbers, time, within=0.0 < place < 1.0), -HUGE, HUGE)
+        return np.clip(
+            self.reader.read(run, self.numbers, time, within=0.0 < place < 1.0), -HUGE, HUGE
+        )
 
     def values(self, run: OpenRun, place: float) -> np.ndarray:
         """The values of all events (t,)."""
         return self.read(run, place)[: len(self.triggers)]
 
     def look(self, run: OpenRun, before: Sequence[np.ndarray]) -> int:
-        """Let happen what happens in the step that was taken from the state `before`; the status of a piece that failed."""
+        """Let happen what happens in the step that was taken from the state `before`; the status of
+        a piece that failed.
+        """
         self.lately = set()
         if run.done == 1:
             self.take_start(run, before)
         read = self.read(run, 0.0)
-        now, dip, touched = read[: len(self.triggers)], 1.0, NONE
+        now = read[: len(self.triggers)]
+        dip = 1.0
+        touched = NONE
         begun = bool(self.crossings.crossed(now).any() or self.broken(read).any())
         if not begun:
             dip, touched = self.dip(run, before, read)
@@ -150,7 +175,9 @@ class EventObserver(Observer):
         self.trail = then, then
 
     def broken(self, read: np.ndarray) -> np.ndarray:
-        """Which events (t,) read no number, of all values and margins (t + b,); one that is over reads nothing."""
+        """Which events (t,) read no number, of all values and margins (t + b,); one that is over
+        reads nothing.
+        """
         found = np.isnan(read[: len(self.triggers)])
         for k, margin in zip(self.margins, read[len(self.triggers) :], strict=True):
             found[k] |= np.isnan(margin) & self.triggers[k].alone
@@ -158,10 +185,17 @@ class EventObserver(Observer):
         return found
 
     def require_numbers(self, read: np.ndarray, time: float) -> np.ndarray:
-        """Values (t,) of what was read (t + b,) at this time [s]; SolverError where one is no number."""
+        """Values (t,) of what was read (t + b,) at this time [s]; SolverError where one is no
+        number.
+        """
         for one in (self.triggers[k] for k in np.flatnonzero(self.broken(read))):
             text = f"event '{one.name}': 'when' is no number (nan) at t = {time:.6g} s"
-            raise SolverError(f"{text}; guard it with where(...)", Reason.NOT_FINITE, time, ((f"event {one.name}", np.nan),))
+            raise SolverError(
+                f"{text}; guard it with where(...)",
+                Reason.NOT_FINITE,
+                time,
+                ((f"event {one.name}", np.nan),),
+            )
         return read[: len(self.triggers)]
 
     @property
@@ -170,13 +204,20 @@ class EventObserver(Observer):
         names = {one.name for one in self.happened}
         return [k for k, one in enumerate(self.triggers) if one.once and one.name in names]
 
-    def dip(self, run: OpenRun, before: Sequence[np.ndarray], read: np.ndarray) -> tuple[float, np.ndarray]:
-        """Where in the step that was taken from the state `before` a value is beyond zero that is not so at its end; 1 for none.
+    def dip(
+        self, run: OpenRun, before: Sequence[np.ndarray], read: np.ndarray
+    ) -> tuple[float, np.ndarray]:
+        """Where in the step that was taken from the state `before` a value is beyond zero that is
+        not so at its end; 1 for none.
 
         With numbers of events whose values touch zero there and go back.
         """
-        count, sides, trail = len(self.triggers), self.crossings.sides, (*self.trail, read)
-        signs = np.concatenate([sides, np.nan_to_num(np.sign(self.trail[1][count:])).astype(np.int64)])
+        count = len(self.triggers)
+        sides = self.crossings.sides
+        trail = (*self.trail, read)
+        signs = np.concatenate(
+            [sides, np.nan_to_num(np.sign(self.trail[1][count:])).astype(np.int64)]
+        )
         found = list(dips.search(run, self.numbers, before, trail, signs, self.noise))
         touching = [one.number < count and one.value > 0.0 for one in found]
         fits = self.crossings.fits(-sides)
@@ -186,10 +227,14 @@ class EventObserver(Observer):
             if one.value <= 0.0 or (touches and fits[one.number])
         ]
         first = min((one.place for one, _ in kept), default=1.0)
-        return first, np.array([one.number for one, touches in kept if touches and one.place == first], np.int64)
+        return first, np.array(
+            [one.number for one, touches in kept if touches and one.place == first], np.int64
+        )
 
     def remember(self, values: np.ndarray, but: Sequence[int] = ()) -> None:
-        """Remember on which side of zero values (t,) are, `but` those of some events, and of those that are over."""
+        """Remember on which side of zero values (t,) are, `but` those of some events, and of those
+        that are over.
+        """
         self.crossings.remember(values, [*but, *self.over], self.lately)
 
     def take_in_pieces(self, run: OpenRun, dip: float, touched: np.ndarray) -> None:
@@ -197,7 +242,9 @@ class EventObserver(Observer):
 
         Up to a `dip` values are looked at by themselves; some have `touched` zero there.
         """
-        place, acted, count = 0.0, set[int](), 0
+        place = 0.0
+        acted = set[int]()
+        count = 0
         due = NONE
         while not run.ended:
             if not len(due):
@@ -213,19 +260,26 @@ class EventObserver(Observer):
                 place = reached
             count += len(due)
             if count > MANY:
-                raise endless([self.triggers[k].name for k in due], run.scheme.step * (run.done + place))
+                raise endless(
+                    [self.triggers[k].name for k in due], run.scheme.step * (run.done + place)
+                )
             self.act(run, due, place)
-            acted, touched = acted | set(due.tolist()), NONE
+            acted = acted | set(due.tolist())
+            touched = NONE
             now = self.require_numbers(self.read(run, place), run.scheme.step * (run.done + place))
             due = np.setdiff1d(np.flatnonzero(self.crossings.crossed(now)), list(acted))
             self.remember(now, [*due, *(k for k in acted if abs(now[k]) <= STILL * self.size[k])])
 
     def go_on(self, run: OpenRun, place: float, end: float) -> tuple[float, np.ndarray]:
-        """Go from a place in the step, a part of it, to the next event or to the `end`: the place there, and the events.
+        """Go from a place in the step, a part of it, to the next event or to the `end`: the place
+        there, and the events.
 
-        Where a value is no number at the end, as log(x) beyond its root, it goes to the last instant at which all are numbers.
+        Where a value is no number at the end, as log(x) beyond its root, it goes to the last
+        instant at which all are numbers.
         """
-        before, count, known = [part.copy() for part in run.step.state], len(self.triggers), {place: self.read(run, place)}
+        before = [part.copy() for part in run.step.state]
+        count = len(self.triggers)
+        known = {place: self.read(run, place)}
 
         def move(to: float) -> np.ndarray:
             put(run.step.state, before)
@@ -233,7 +287,8 @@ class EventObserver(Observer):
             known[to] = self.read(run, to)
             return known[to]
 
-        last, beyond = move(end) if place < end else known[place], end
+        last = move(end) if place < end else known[place]
+        beyond = end
         if self.broken(last).any():
             end, beyond = last_place(lambda to: bool(self.broken(move(to)).any()), place, end)
             last = move(end)
@@ -243,12 +298,17 @@ class EventObserver(Observer):
             self.require_numbers(known[beyond], run.scheme.step * (run.done + beyond))
             self.remember(last[:count])
             return end, due
-        found = self.locate(due, (place, end), lambda to, k: float((known[to] if to in known else move(to))[k]))
-        reached, due = float(found.min()), due[found - found.min() < TOGETHER]
+        found = self.locate(
+            due, (place, end), lambda to, k: float((known[to] if to in known else move(to))[k])
+        )
+        reached = float(found.min())
+        due = due[found - found.min() < TOGETHER]
         self.remember(move(reached)[:count], due.tolist())
         return reached, due
 
-    def locate(self, due: np.ndarray, span: tuple[float, float], value: Callable[[float, int], float]) -> np.ndarray:
+    def locate(
+        self, due: np.ndarray, span: tuple[float, float], value: Callable[[float, int], float]
+    ) -> np.ndarray:
         """Places (d,) in a span of the step where events `due` happen, of their values at a place."""
         from scipy.optimize import brentq  # which imports all of scipy.optimize: here alone
 
@@ -269,13 +329,20 @@ class EventObserver(Observer):
         apart = found - place
         found = np.minimum(found + 4 * EXACT * early, end)  # jumps stand behind
         # the Taylor series of the shortest pieces does not know what begins at their begin
-        return np.where(at_rest & ((apart < LATE) | (np.abs(apart - TINY) < TOGETHER)), place, found)
+        return np.where(
+            at_rest & ((apart < LATE) | (np.abs(apart - TINY) < TOGETHER)), place, found
+        )
 
     def act(self, run: OpenRun, due: np.ndarray, place: float) -> None:
         """Do what events ask for at a place in the step, and start anew from there."""
-        model, state, h = run.model, run.step.state, run.scheme.step
-        system, back = model.system, np.argsort(model.order)
-        time, x, v = h * (run.done + place), state.x[back], state.v[back]
+        model = run.model
+        state = run.step.state
+        h = run.scheme.step
+        system = model.system
+        back = np.argsort(model.order)
+        time = h * (run.done + place)
+        x = state.x[back]
+        v = state.v[back]
         late = max(time, h * (run.done + LATE))
         self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
@@ -299,14 +366,23 @@ class EventObserver(Observer):
         self.lately |= set(due.tolist())
         loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))
         for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
-            self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap))
+            self.happened.append(
+                Happening(
+                    one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap
+                )
+            )
             loss = 0.0 if one.lock else loss
 
     def warn_of_conflict(self, due: np.ndarray, time: float) -> None:
-        """A notice of joints that some events lock and others release at one instant: in order, as if the last were alone."""
+        """A notice of joints that some events lock and others release at one instant: in order, as
+        if the last were alone.
+        """
         last: dict[str, str] = {}
         for one in (self.triggers[k] for k in due):
-            for name, act in [*dict.fromkeys(one.release, "releases").items(), *dict.fromkeys(one.lock, "locks").items()]:
+            for name, act in [
+                *dict.fromkeys(one.release, "releases").items(),
+                *dict.fromkeys(one.lock, "locks").items(),
+            ]:
                 if last.get(name, act) != act:
                     which = f"joint '{name}' is locked and released by events at one instant, t = {time:.6g} s"
                     notify(
@@ -319,13 +395,22 @@ class EventObserver(Observer):
         text = f"event '{event}' {act} joint '{name}', which is {state} already"
         if text not in self.idle:
             self.idle.add(text)
-            again = "; say 'once: true' if it is to happen once" if any(one.name == event for one in self.happened) else ""
+            again = (
+                "; say 'once: true' if it is to happen once"
+                if any(one.name == event for one in self.happened)
+                else ""
+            )
             remark(f"{text}, at t = {time:.6g} s{again}")
 
     def lock(self, model: Compiled, event: str, name: str, x: np.ndarray, time: float) -> Gap:
-        """Lock a joint in the state x (n,); the gap between its places, with a notice where a latch is far open."""
-        system, lock, mine = model.system, self.locks[name], self.joints == name
-        own, y = rows_of_locks(system)[mine], system.probes(x)
+        """Lock a joint in the state x (n,); the gap between its places, with a notice where a latch
+        is far open.
+        """
+        system = model.system
+        lock = self.locks[name]
+        mine = self.joints == name
+        own = rows_of_locks(system)[mine]
+        y = system.probes(x)
         already = bool(self.closed[mine][own].any())
         self.closed[mine] = own
         for signal, value in zip(lock.signals, numbers_of(lock, y), strict=True):
@@ -334,21 +419,25 @@ class EventObserver(Observer):
         if already:
             self.remark_no_effect(event, "locks", "locked", name, time)
         elif own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
-            text = (
-                f"event '{event}', t = {time:.6g} s: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
-            )
+            text = f"event '{event}', t = {time:.6g} s: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
             notify(f"{text}; let 'when' watch their distance, or name places that meet")
         return gap
 
-    def release(self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float) -> None:
-        """Release rows of joints; SolverError where a trained space knows no motion in which they do not hold."""
+    def release(
+        self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float
+    ) -> None:
+        """Release rows of joints; SolverError where a trained space knows no motion in which they
+        do not hold.
+        """
         size = lengths(model, x, time)
         for name in joints:
             mine = self.joints == name
             if self.closed[mine].any() and empty(model, size)[mine & self.closed].all():
                 text = f"event '{event}' releases joint '{name}', which holds in all motions that the reduced model knows"
                 remedy = "train it with a run in which the event happens"
-                raise SolverError(f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),))
+                raise SolverError(
+                    f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),)
+                )
             if not self.closed[mine].any():
                 self.remark_no_effect(event, "releases", "free", name, time)
             elif name in self.parks:
@@ -374,7 +463,8 @@ class EventObserver(Observer):
 
     def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
         self.crossings.sides, self.closed, run.step.space.off[:] = (
-            checkpoints.fitting(arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
+            checkpoints.fitting(arrays, name, array).copy()
+            for name, array in list(self.arrays(run).items())[:3]
         )
         self.crossings.rests = arrays[RESTS].copy()
         self.trail = (*arrays[TRAIL],)
@@ -383,8 +473,13 @@ class EventObserver(Observer):
         for number, time, loss in arrays["events"].tolist():
             one = self.triggers[int(number)]
             known = [(name, next(gaps)) for name in one.lock]
-            gap = tuple(Gap(name, *(None if np.isnan(part) else float(part) for part in parts)) for name, parts in known)
-            self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss, gap))
+            gap = tuple(
+                Gap(name, *(None if np.isnan(part) else float(part) for part in parts))
+                for name, parts in known
+            )
+            self.happened.append(
+                Happening(one.name, time, one.stop, one.release, one.lock, loss, gap)
+            )
 
 
 def endless(names: Sequence[str], time: float) -> SolverError:
@@ -394,4 +489,6 @@ def endless(names: Sequence[str], time: float) -> SolverError:
     """
     told = ", ".join(f"'{name}'" for name in names)
     text = f"events happen more than {MANY} times in the step from t = {time:.6g} s, the last of them {told}"
-    return SolverError(f"{text}; let them stop the run, or give them a direction", Reason.INCONSISTENT, time, ())
+    return SolverError(
+        f"{text}; let them stop the run, or give them a direction", Reason.INCONSISTENT, time, ()
+    )

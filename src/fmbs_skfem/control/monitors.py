@@ -1,10 +1,12 @@
-"""Monitors: what a scene has to look at its runs, from outside of the engine: an observer of one's own.
+"""Monitors: what a scene has to look at its runs, from outside of the engine: an observer of one's
+own.
 
     monitors:
       fence: {type: leaves_box, of: tip, low: [-1 m, -1 m], high: [1 m, 1 m]}
 
-A monitor makes an observer (`dynamics.observers`) for every run of the system, full or reduced, and for live runs. Observers read
-outputs by name, which every form of the system has. Files of reduced models keep monitors whose class is `storable`.
+A monitor makes an observer (`dynamics.observers`) for every run of the system, full or reduced, and
+for live runs. Observers read outputs by name, which every form of the system has. Files of reduced
+models keep monitors whose class is `storable`.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ from ..systems.places import Draft
 class Monitor(Declared, ABC):
     """Looks at runs: a frozen dataclass, see `core.declared`.
 
-    Derive one with a `word` for scenes; `observer()` is called once for every run, `reads` are checked when the system is
-    assembled.
+    Derive one with a `word` for scenes; `observer()` is called once for every run, `reads` are
+    checked when the system is assembled.
     """
 
     name: str
@@ -44,13 +46,21 @@ class Monitors(Addition):
     """Monitors that read outputs which there are; InputError else."""
 
     def __init__(self, given: Iterable[Monitor], draft: Draft) -> None:
-        self.monitors, outputs = tuple(given), draft.outputs
+        self.monitors = tuple(given)
+        outputs = draft.outputs
         for one in self.monitors:
             require_sound("monitor", getattr(one, "name", ""), one, Monitor, draft.layout.dim)
             for name in one.reads:
                 if name not in outputs:
-                    expected = f"one of the outputs {listed(outputs, name, 'of which there are none')}"
-                    raise InputError(say(f"monitor '{one.name}'", expected, f"'{name}'") + closest(name, list(outputs)))
+                    expected = (
+                        f"one of the outputs {listed(outputs, name, 'of which there are none')}"
+                    )
+                    raise InputError(
+                        say(f"monitor '{one.name}'", expected, f"'{name}'")
+                        + closest(name, list(outputs))
+                    )
 
-    def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
+    def add(
+        self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]
+    ) -> Mapping[str, Any]:
         return {"monitors": self.monitors}

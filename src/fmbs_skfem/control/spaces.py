@@ -1,4 +1,6 @@
-"""What environments need of gymnasium where that is not installed: boxes of numbers, and classes without anything."""
+"""What environments need of gymnasium where that is not installed: boxes of numbers, and classes
+without anything.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +15,18 @@ NEXT_STEP: Any = "NextStep"  #: how `gymnasium.vector.AutoresetMode` calls it th
 class Box:
     """Arrays of a shape between two bounds, as `gymnasium.spaces.Box`."""
 
-    def __init__(self, low: ArrayLike, high: ArrayLike, shape: tuple[int, ...] | None = None, dtype: Any = np.float64) -> None:
+    def __init__(
+        self,
+        low: ArrayLike,
+        high: ArrayLike,
+        shape: tuple[int, ...] | None = None,
+        dtype: Any = np.float64,
+    ) -> None:
         self.shape = np.broadcast(low, high).shape if shape is None else shape
         self.dtype = np.dtype(dtype)
-        self.low, self.high = (np.broadcast_to(np.asarray(one, dtype), self.shape).copy() for one in (low, high))
+        self.low, self.high = (
+            np.broadcast_to(np.asarray(one, dtype), self.shape).copy() for one in (low, high)
+        )
         self.random = np.random.default_rng()
 
     def seed(self, seed: int | None = None) -> int | None:
@@ -27,13 +37,17 @@ class Box:
     def sample(self) -> np.ndarray:
         """A random array: evenly between finite bounds, normal where there are none."""
         bounded = np.isfinite(self.low) & np.isfinite(self.high)
-        even = self.random.uniform(np.where(bounded, self.low, 0.0), np.where(bounded, self.high, 1.0))
+        even = self.random.uniform(
+            np.where(bounded, self.low, 0.0), np.where(bounded, self.high, 1.0)
+        )
         return np.asarray(np.where(bounded, even, self.random.normal(size=self.shape)), self.dtype)
 
     def contains(self, x: ArrayLike) -> bool:
         """Whether an array has the shape and is within the bounds."""
         found = np.asarray(x)
-        return found.shape == self.shape and bool(((self.low <= found) & (found <= self.high)).all())
+        return found.shape == self.shape and bool(
+            ((self.low <= found) & (found <= self.high)).all()
+        )
 
 
 class Env:

@@ -1,8 +1,10 @@
-"""Packages beside the engine, which register with it and which it never names, and other names of modules.
+"""Packages beside the engine, which register with it and which it never names, and other names of
+modules.
 
-The root of the package tells which there are (`tell`). They are loaded with the engine (`load`), so that files and systems with
-what is theirs are understood; what users look for in a package of the engine is found there (`names_of`), and so is a module
-under the name by which scripts and extensions know it.
+The root of the package tells which there are (`tell`). They are loaded with the engine (`load`), so
+that files and systems with what is theirs are understood; what users look for in a package of the
+engine is found there (`names_of`), and so is a module under the name by which scripts and
+extensions know it.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ _NAMES: dict[str, str] = {}
 
 
 def tell(packages: Iterable[str], names: Mapping[str, str]) -> None:
-    """Packages to load, and names of the package by where they are: a module, or `module:attribute`."""
+    """Packages to load, and names of the package by where they are: a module, or
+    `module:attribute`.
+    """
     _PACKAGES.extend(packages)
     _NAMES.update(names)
     sys.meta_path.append(Finder())
@@ -32,7 +36,8 @@ def load() -> None:
 
 
 def names_of(package: str, later: Mapping[str, str] | None = None) -> Callable[[str], Any]:
-    """`__getattr__` of a package of the engine; `later`: its modules -> names that are taken from them when they are first used.
+    """`__getattr__` of a package of the engine; `later`: its modules -> names that are taken from
+    them when they are first used.
 
     Such a name is that of something in the module, or, of a folder, of one of its modules.
     """
@@ -55,7 +60,9 @@ def names_of(package: str, later: Mapping[str, str] | None = None) -> Callable[[
 class Finder:
     """Finds a module under its other name, once Python has found none."""
 
-    def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         place = _NAMES.get(fullname)
         if place is None or ":" in place:
             return None

@@ -1,9 +1,11 @@
-"""Consent to the Python files of scenes, which are programs: they are run where whoever reads the scene allows it.
+"""Consent to the Python files of scenes, which are programs: they are run where whoever reads the
+scene allows it.
 
     fmbs run scene.yaml --allow-extensions      scenes.read(path, extensions="allow")      FMBS_EXTENSIONS=allow
 
-`allow` runs them, `refuse` does not. `ask`, the default, is a question on a terminal, whose answer is remembered by the SHA-256 of
-the files, elsewhere a refusal that names them and the call that allows them. What a call says goes before the environment.
+`allow` runs them, `refuse` does not. `ask`, the default, is a question on a terminal, whose answer
+is remembered by the SHA-256 of the files, elsewhere a refusal that names them and the call that
+allows them. What a call says goes before the environment.
 """
 
 from __future__ import annotations
@@ -43,7 +45,9 @@ def given(word: str | None) -> Iterator[None]:
 def checked(place: str, word: str) -> str:
     """A word of WORDS."""
     if word not in WORDS:
-        raise InputError(say(place, "one of " + ", ".join(WORDS), f"{word!r}{closest(word, WORDS)}"))
+        raise InputError(
+            say(place, "one of " + ", ".join(WORDS), f"{word!r}{closest(word, WORDS)}")
+        )
     return word
 
 
@@ -73,16 +77,24 @@ def store() -> Path:
 def remembered() -> set[str]:
     """SHA-256 of the files that were allowed on a terminal."""
     with contextlib.suppress(OSError):
-        return {line.split(" ", 1)[0] for line in store().read_text(encoding="utf-8", errors="replace").splitlines() if line}
+        return {
+            line.split(" ", 1)[0]
+            for line in store().read_text(encoding="utf-8", errors="replace").splitlines()
+            if line
+        }
     return set()
 
 
 def ask(files: Mapping[Path, str]) -> bool:
-    """Whether a person at the terminal allows files, which is remembered; False where nobody sits there."""
+    """Whether a person at the terminal allows files, which is remembered; False where nobody sits
+    there.
+    """
     if not all(stream is not None and stream.isatty() for stream in (sys.stdin, sys.stderr)):
         return False
     listed = "".join(f"  {path}\n" for path in files)
-    sys.stderr.write(f"The scene would run these Python files with all your rights:\n{listed}Run them, now and later? [y/N] ")
+    sys.stderr.write(
+        f"The scene would run these Python files with all your rights:\n{listed}Run them, now and later? [y/N] "
+    )
     sys.stderr.flush()
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
         return False

@@ -1,4 +1,6 @@
-"""Errors that users meet: each says the place, what was expected, what was found, and a remedy; each has an exit code."""
+"""Errors that users meet: each says the place, what was expected, what was found, and a remedy;
+each has an exit code.
+"""
 
 from __future__ import annotations
 
@@ -77,14 +79,20 @@ class Reason(Enum):
 class SolverError(FmbsError, RuntimeError):
     """A solve failed.
 
-    Attributes: `reason`; `time` [s] or load factor; `worst`, pairs (name of body, joint or coordinate, residual), largest first;
-    `partial`, the trajectory up to the failure (None where there is none).
+    Attributes: `reason`; `time` [s] or load factor; `worst`, pairs (name of body, joint or
+    coordinate, residual), largest first; `partial`, the trajectory up to the failure (None where
+    there is none).
     """
 
     exit_code = 4
 
     def __init__(
-        self, message: str, reason: Reason, time: float = 0.0, worst: tuple[tuple[str, float], ...] = (), partial: Any = None
+        self,
+        message: str,
+        reason: Reason,
+        time: float = 0.0,
+        worst: tuple[tuple[str, float], ...] = (),
+        partial: Any = None,
     ) -> None:
         super().__init__(message)
         self.reason, self.time, self.worst, self.partial = reason, time, worst, partial
@@ -93,13 +101,15 @@ class SolverError(FmbsError, RuntimeError):
 class Contradiction(SolverError):
     """Bad input of a system: joints or drives that contradict each other, or the initial state.
 
-    Attributes: `rows`, the constraint rows (JOINT.ROW) that it names, those of `worst` first; `place`, where they stand in the file
-    of a scene, which the message begins with.
+    Attributes: `rows`, the constraint rows (JOINT.ROW) that it names, those of `worst` first;
+    `place`, where they stand in the file of a scene, which the message begins with.
     """
 
     exit_code = InputError.exit_code
 
-    def __init__(self, message: str, worst: tuple[tuple[str, float], ...] = (), others: Iterable[str] = ()) -> None:
+    def __init__(
+        self, message: str, worst: tuple[tuple[str, float], ...] = (), others: Iterable[str] = ()
+    ) -> None:
         super().__init__(message, Reason.INCONSISTENT, 0.0, worst)
         self.rows = (*dict.fromkeys([*(name for name, _ in worst), *others]),)
         self.place = ""
@@ -116,10 +126,16 @@ def say(where: str, expected: str, got: object, remedy: str = "") -> str:
 
 
 def closest(word: str, candidates: Iterable[str]) -> str:
-    """`; did you mean 'x'?` for the candidate nearest to `word`, or nothing; of many such as b1, b2, ... none is nearest."""
+    """`; did you mean 'x'?` for the candidate nearest to `word`, or nothing; of many such as b1,
+    b2, ... none is nearest.
+    """
     known = list(candidates)
     near = difflib.get_close_matches(str(word), known, n=1, cutoff=0.6)
-    series = [name for name in known if near and DIGITS.sub("", name) == DIGITS.sub("", str(word)) == DIGITS.sub("", near[0])]
+    series = [
+        name
+        for name in known
+        if near and DIGITS.sub("", name) == DIGITS.sub("", str(word)) == DIGITS.sub("", near[0])
+    ]
     return f"; did you mean '{near[0]}'?" if near and len(series) <= MOST else ""
 
 
@@ -136,4 +152,6 @@ def require(where: str, name: str, error: float, tolerance: float) -> None:
     """Refuse an error of a contract check beyond the tolerance, or one that is not a number."""
     if not error <= tolerance:
         remedy = "correct the rules of this type"
-        raise InputError(say(f"{where}: {name}", f"an error of at most {tolerance:.1e}", f"{error:.3e}", remedy))
+        raise InputError(
+            say(f"{where}: {name}", f"an error of at most {tolerance:.1e}", f"{error:.3e}", remedy)
+        )

@@ -41,6 +41,15 @@ def install(extra: str) -> str:
 
 
 def need(extra: str, where: str) -> None:
-    """Raise MissingFeature, with the line that installs it, where a package of an extra is not there."""
+    """Raise MissingFeature, with the line that installs it, where a package of an extra is not
+    there.
+    """
     if lost := missing(extra):
-        raise MissingFeature(say(where, f"the packages of the extra `{extra}`", f"no {', '.join(lost)}", install(extra)))
+        raise MissingFeature(
+            say(
+                where,
+                f"the packages of the extra `{extra}`",
+                f"no {', '.join(lost)}",
+                install(extra),
+            )
+        )

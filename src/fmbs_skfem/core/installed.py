@@ -17,7 +17,9 @@ SUFFIX = ".dist-info"
 
 
 def version(name: str) -> str:
-    """The version of a package, by the name under which it is installed; empty where it is not there."""
+    """The version of a package, by the name under which it is installed; empty where it is not
+    there.
+    """
     return found(tuple(sys.path)).get(normalise(name), "")
 
 

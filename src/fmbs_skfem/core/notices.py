@@ -11,7 +11,9 @@ from typing import Any, TypeAlias
 
 from .storage.records import dataclass
 
-Progress: TypeAlias = Callable[[float], None]  #: is called with the finished part of some work, 0 to 1
+Progress: TypeAlias = Callable[
+    [float], None
+]  #: is called with the finished part of some work, 0 to 1
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,9 @@ class Labelled:
 
 
 def follow_up(progress: Progress | None, label: str) -> Progress | None:
-    """The progress of what is done after some work; none where that has no name, which would seem to begin again."""
+    """The progress of what is done after some work; none where that has no name, which would seem
+    to begin again.
+    """
     return replace(progress, label=label) if isinstance(progress, Labelled) else None
 
 
@@ -41,7 +45,9 @@ class Notice(UserWarning):
 
 
 class CoarseStep(Notice):
-    """A warning that the step is too large for what it reads of time, which a smaller one cures: such a run is no pilot."""
+    """A warning that the step is too large for what it reads of time, which a smaller one cures:
+    such a run is no pilot.
+    """
 
 
 class Remark(Notice):
@@ -52,7 +58,9 @@ RECORD: ContextVar[list[Notice] | None] = ContextVar("RECORD", default=None)
 
 
 def notify(text: str, about: str = "", kind: type[Notice] = Notice) -> None:
-    """Show a warning to the caller of the library; a command shows the first one that is `about` the same, as in many samples."""
+    """Show a warning to the caller of the library; a command shows the first one that is `about`
+    the same, as in many samples.
+    """
     notice = kind(text)
     notice.about = about
     show(notice, 4)

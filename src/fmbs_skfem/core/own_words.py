@@ -1,8 +1,9 @@
-"""Words that Python files of one's own share with the package: in the scenes that list such a file its own goes first.
+"""Words that Python files of one's own share with the package: in the scenes that list such a file
+its own goes first.
 
-A scene says `type: latch`, a class of its author's file; a later release has a latch as well. The class of the file is known as
-`latch_of_my_joints` beside the package's, and a scene that lists my_joints.py is read as if that was written. All other scenes get
-the package's.
+A scene says `type: latch`, a class of its author's file; a later release has a latch as well. The
+class of the file is known as `latch_of_my_joints` beside the package's, and a scene that lists
+my_joints.py is read as if that was written. All other scenes get the package's.
 """
 
 from __future__ import annotations
@@ -30,16 +31,31 @@ def own(module: str, word: str) -> str:
 
 
 def free(known: dict[str, T], word: str, module: str, module_of: Callable[[T], str]) -> str:
-    """The word under which a module can enter what has this one among what is known: another one where the package has it.
+    """The word under which a module can enter what has this one among what is known: another one
+    where the package has it.
 
-    `module_of` gives the module of what is known; that of the package is there before any file is run.
+    `module_of` gives the module of what is known; that of the package is there before any file is
+    run.
     """
-    if not module.startswith(PREFIX) or word not in known or module_of(known[word]).startswith(PREFIX):
+    if (
+        not module.startswith(PREFIX)
+        or word not in known
+        or module_of(known[word]).startswith(PREFIX)
+    ):
         return word
     SHARED.setdefault(module, set()).add(word)
     return own(module, word)
 
 
 def meant(word: str, known: Collection[str], modules: Iterable[str]) -> str:
-    """The word that a scene which lists these modules means: their own, where they have it as well as the package."""
-    return next((other for one in modules if word in SHARED.get(one, ()) and (other := own(one, word)) in known), word)
+    """The word that a scene which lists these modules means: their own, where they have it as well
+    as the package.
+    """
+    return next(
+        (
+            other
+            for one in modules
+            if word in SHARED.get(one, ()) and (other := own(one, word)) in known
+        ),
+        word,
+    )

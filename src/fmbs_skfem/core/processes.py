@@ -1,10 +1,12 @@
-"""Processes of this machine that run calls: an executor of so many, each of which may die without hurting the others.
+"""Processes of this machine that run calls: an executor of so many, each of which may die without
+hurting the others.
 
     call -> a process that is free -> what it gives, or BrokenExecutor where the process ends before
 
-They start as new interpreters (nothing is forked), have one thread for linear algebra, import nothing from the current folder, and
-run the Python files of scenes where this call may. What they read and write goes over a pair of sockets without an address, which
-nobody else can open. Each has its own, and this process keeps no copy of the far end, so that reading ends with the process:
+They start as new interpreters (nothing is forked), have one thread for linear algebra, import
+nothing from the current folder, and run the Python files of scenes where this call may. What they
+read and write goes over a pair of sockets without an address, which nobody else can open. Each has
+its own, and this process keeps no copy of the far end, so that reading ends with the process:
 `ProcessPoolExecutor` keeps one, and waits for ever for a process that is killed while it sends.
 """
 
@@ -32,7 +34,8 @@ from . import consents
 from .errors import InputError, say
 
 LEAVE = 5.0  #: longest wait for the end of a process that has closed its line [s]
-#: part of memory, in thousandths, by which Linux takes them for larger where memory is short: they have to go before this process
+#: part of memory, in thousandths, by which Linux takes them for larger where memory is short: they
+#: have to go before this process
 FIRST_TO_GO = 500
 ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 ENVIRONMENT = {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"}
@@ -41,24 +44,30 @@ ENVIRONMENT = {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"}
 class Processes(Executor):
     """So many processes of this machine, each of which runs one call after the other.
 
-    A process that ends by itself loses its own call alone (BrokenExecutor), and another one takes its place; a
-    `ProcessPoolExecutor` loses all calls and ends. InputError where no process can start, as in a script that it would run again.
+    A process that ends by itself loses its own call alone (BrokenExecutor), and another one takes
+    its place; a `ProcessPoolExecutor` loses all calls and ends. InputError where no process can
+    start, as in a script that it would run again.
     """
 
     def __init__(self, count: int) -> None:
         self._max_workers = count  # as those of concurrent.futures call it
         self.threads = ThreadPoolExecutor(count)  # one a process: it waits for the answers
         self.consent = consents.current()  # of this call: threads have none
-        self.running: dict[int, tuple[SpawnProcess, Any]] = {}  #: by thread, each with the end of its line
+        self.running: dict[
+            int, tuple[SpawnProcess, Any]
+        ] = {}  #: by thread, each with the end of its line
         self.lock = threading.Lock()
         self.closed = False
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
         return self.threads.submit(self.ask, function, arguments, more)
 
-    def ask(self, function: Callable[..., Any], arguments: tuple[Any, ...], more: Mapping[str, Any]) -> Any:
+    def ask(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], more: Mapping[str, Any]
+    ) -> Any:
         """What a call gives in the process of this thread."""
-        sent, thread = dumps((function, arguments, more)), threading.get_ident()
+        sent = dumps((function, arguments, more))
+        thread = threading.get_ident()
         with self.lock:  # one starts after the other: they are given an environment
             if self.closed:
                 raise BrokenExecutor("the worker processes are shut down")
@@ -85,7 +94,9 @@ class Processes(Executor):
         return value
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes at once, also where they work on a call or still start, which may take long; all calls are lost."""
+        """End the processes at once, also where they work on a call or still start, which may take
+        long; all calls are lost.
+        """
         with self.lock:
             self.closed = True
         for process, _ in self.running.values():
@@ -139,7 +150,9 @@ def environment(more: Mapping[str, str]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Processes that start inside get no Ctrl-C, which reaches all those of a terminal: this one decides what becomes of them."""
+    """Processes that start inside get no Ctrl-C, which reaches all those of a terminal: this one
+    decides what becomes of them.
+    """
     if sys.platform == "win32":
         yield
     else:
@@ -152,7 +165,9 @@ def interrupts_held() -> Iterator[None]:
 
 
 def dumps(value: Any) -> bytes:
-    """A pickle; what is defined in a notebook or a terminal, and functions without a name, go by value."""
+    """A pickle; what is defined in a notebook or a terminal, and functions without a name, go by
+    value.
+    """
     try:
         found = pickle.dumps(value)
     except (pickle.PicklingError, AttributeError, TypeError):
@@ -184,7 +199,9 @@ def end_with_parent() -> None:
 
 
 def answer(sent: bytes) -> bytes:
-    """What a call gives, or its error with the traceback of this process; exits and interrupts are errors here."""
+    """What a call gives, or its error with the traceback of this process; exits and interrupts are
+    errors here.
+    """
     try:
         function, arguments, more = pickle.loads(sent)
         return dumps((function(*arguments, **more), None))
@@ -193,18 +210,29 @@ def answer(sent: bytes) -> bytes:
         error.add_note(text)
         with contextlib.suppress(Exception):
             found = dumps((None, error))
-            pickle.loads(found)  # errors that want more than a message are written, but cannot be read
+            pickle.loads(
+                found
+            )  # errors that want more than a message are written, but cannot be read
             if isinstance(error, Exception):
                 return found
         return dumps((None, RuntimeError(text)))
 
 
 def cores(quotas: Path = Path("/sys/fs/cgroup")) -> int:
-    """How many cores this process may use: those of its affinity, or fewer by the quota of its container."""
+    """How many cores this process may use: those of its affinity, or fewer by the quota of its
+    container.
+    """
     affinity = getattr(os, "sched_getaffinity", None)
     found = len(affinity(0)) if affinity else os.cpu_count() or 1
-    for files in (("cpu.max",), ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us")):  # second and first version
-        with contextlib.suppress(OSError, ValueError):  # without a quota there is a word for it, or -1
-            quota, period = map(int, " ".join((quotas / name).read_text() for name in files).split())
+    for files in (
+        ("cpu.max",),
+        ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us"),
+    ):  # second and first version
+        with contextlib.suppress(
+            OSError, ValueError
+        ):  # without a quota there is a word for it, or -1
+            quota, period = map(
+                int, " ".join((quotas / name).read_text() for name in files).split()
+            )
             found = min(found, math.ceil(quota / period)) if quota > 0 else found
     return found

@@ -2,9 +2,9 @@
 
     once(path, ("line", unit), read)         what `read` gives of a file, or gave before
 
-A file is known by its name, its number on the disk, its size and the times of its last changes. File systems count these times in
-steps: a file that was changed just now may be changed again within the same one, and is not remembered yet. Notices that reading
-shows are shown again.
+A file is known by its name, its number on the disk, its size and the times of its last changes.
+File systems count these times in steps: a file that was changed just now may be changed again
+within the same one, and is not remembered yet. Notices that reading shows are shown again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from typing import Any, TypeVar
 from .notices import Notice, recorded, show
 
 Found = TypeVar("Found")
-# FAT counts times in 2 s, others in 10 ms or less: half of it would miss a change there, twice reads young files a little longer
+# FAT counts times in 2 s, others in 10 ms or less: half of it would miss a change there, twice
+# reads young files a little longer
 SETTLED = 2.0  #: age of the last change from which a file is remembered [s]
 MOST = 32  #: files, each as one reader has it, that are remembered
 
@@ -28,16 +29,25 @@ LOCK = Lock()
 
 
 def once(path: Path, kind: Hashable, read: Callable[[], Found]) -> Found:
-    """What `read` makes of a file, the first time; `kind` says which reader it is, with all its options.
+    """What `read` makes of a file, the first time; `kind` says which reader it is, with all its
+    options.
 
-    What is found belongs to all who ask: who hands it out copies what others could write to. Errors are not remembered, nor is a
-    file that is not there, of which `read` says so.
+    What is found belongs to all who ask: who hands it out copies what others could write to. Errors
+    are not remembered, nor is a file that is not there, of which `read` says so.
     """
     try:
         state = path.stat()
     except (OSError, ValueError):
         return read()
-    key = (kind, str(path), state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
+    key = (
+        kind,
+        str(path),
+        state.st_dev,
+        state.st_ino,
+        state.st_size,
+        state.st_mtime_ns,
+        state.st_ctime_ns,
+    )
     with LOCK:
         known = KNOWN.get(key)
         if known is not None:

@@ -16,7 +16,13 @@ if TYPE_CHECKING:
     from .near_state.buckling import BucklingModes, buckling
     from .near_state.campbell import CampbellDiagram, campbell
     from .near_state.linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
-    from .near_state.modes import ComplexModes, VibrationModes, complex_modes, real_modes, vibration_modes
+    from .near_state.modes import (
+        ComplexModes,
+        VibrationModes,
+        complex_modes,
+        real_modes,
+        vibration_modes,
+    )
     from .near_state.shapes import Shapes, find_free, shares
     from .near_state.statespace import StateSpace, state_space
     from .scheme import GeneralizedAlpha, Newton, acceleration_noise

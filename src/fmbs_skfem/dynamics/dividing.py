@@ -16,12 +16,17 @@ if TYPE_CHECKING:
 
 
 def retry_filtered(run: OpenRun, status: int, begin: float) -> int:
-    """What diverged in parts of all lengths once more, from filtered accelerations if the motion starts at `begin` [s]; the status.
+    """What diverged in parts of all lengths once more, from filtered accelerations if the motion
+    starts at `begin` [s]; the status.
 
-    M^-1 f of a force that begins at once is huge in waves that no step resolves, and no guess of the next q''. The last resort:
-    filtered accelerations leave out what divided steps would follow.
+    M^-1 f of a force that begins at once is huge in waves that no step resolves, and no guess of
+    the next q''. The last resort: filtered accelerations leave out what divided steps would follow.
     """
-    if begin != 0.0 or status != stepping.DIVERGED or (start := filtered_start(run.model, run.scheme)) is None:
+    if (
+        begin != 0.0
+        or status != stepping.DIVERGED
+        or (start := filtered_start(run.model, run.scheme)) is None
+    ):
         return status
     put(run.step.state, first_state(run.model, start, run.step.method.c))
     return run.packed.divide(status)
@@ -30,7 +35,8 @@ def retry_filtered(run: OpenRun, status: int, begin: float) -> int:
 def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
     """Put values back into arrays, as those of a state.
 
-    `arrays` are changed in place; both sequences have the same length, and arrays of the same shapes.
+    `arrays` are changed in place; both sequences have the same length, and arrays of the same
+    shapes.
     """
     for array, value in zip(arrays, values, strict=True):
         array[:] = value
@@ -39,6 +45,7 @@ def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
 def restart(state: State, work: Workspace) -> None:
     """Forget what was known of a motion that goes on otherwise: earlier accelerations and factors.
 
-    What is left is one known acceleration, order 0 of the predictor, and no factors. Both arguments are changed in place.
+    What is left is one known acceleration, order 0 of the predictor, and no factors. Both arguments
+    are changed in place.
     """
     state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0

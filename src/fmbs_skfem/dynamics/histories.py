@@ -1,4 +1,6 @@
-"""Histories of loads and driven joints over time: their values, their names, and the error where one is no number."""
+"""Histories of loads and driven joints over time: their values, their names, and the error where
+one is no number.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ from ..systems.system import System, driven_rows, driving
 from .names import owners
 
 Found = TypeVar("Found")
-# six megabytes with their derivatives; a run of twice as many takes a second, beside which finding them is nothing
+# six megabytes with their derivatives; a run of twice as many takes a second, beside which finding
+# them is nothing
 ROOM = 200_000  #: values of signals in a run, up to which they are found at once, and kept for other runs
 
 
@@ -29,7 +32,9 @@ def signal_names(system: System) -> list[str]:
     names: list[list[str]] = [[] for _ in system.signals]
     for row, signal in driving(system.constraints):
         names[signal].append(f"joint {system.constraints.names[row][0]}")
-    for signal, row in (pushed for force in system.loads.forces for pushed in forces.histories(force)):
+    for signal, row in (
+        pushed for force in system.loads.forces for pushed in forces.histories(force)
+    ):
         names[signal].append(pushed_body(system, row))
     return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
 
@@ -43,8 +48,11 @@ def pushed_body(system: System, row: int) -> str:
     return f"a load on {owners(system)[int(weights.argmax())]}" if weights.any() else "a load"
 
 
-def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.ndarray, SolverError | None]:
-    """Signals at the ends of steps of length `step` [s] up to the first one where a value is not finite, and the error of it.
+def leading_signals(
+    system: System, times: np.ndarray, step: float
+) -> tuple[np.ndarray, SolverError | None]:
+    """Signals at the ends of steps of length `step` [s] up to the first one where a value is not
+    finite, and the error of it.
 
     Where constraints read signals their first three derivatives stand beside the values, (s, 4 k).
     """
@@ -54,25 +62,34 @@ def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.
     return np.hstack([table, *derivatives(system, times[: len(table)], table, step)]), broken
 
 
-def signals_of_steps(system: System, step: float, steps: int, first: int, many: int) -> tuple[np.ndarray, SolverError | None]:
+def signals_of_steps(
+    system: System, step: float, steps: int, first: int, many: int
+) -> tuple[np.ndarray, SolverError | None]:
     """`leading_signals` at the ends of some of the steps of a run, from the number `first` on.
 
-    `many` steps of length `step` [s] of a run of `steps`; the values (s, k), or (s, 4 k) with derivatives, and the error as
-    there.
+    `many` steps of length `step` [s] of a run of `steps`; the values (s, k), or (s, 4 k) with
+    derivatives, and the error as there.
     """
-    # long tables are made as they are needed, or a run would begin with as much memory as it stores; so is what is not remembered
+    # long tables are made as they are needed, or a run would begin with as much memory as it
+    # stores; so is what is not remembered
     if steps * len(system.signals) > ROOM or not repeatable(system):
         return leading_signals(system, step * (first + 1 + np.arange(many)), step)
     all_of_them = lambda: leading_signals(system, step * (1 + np.arange(steps)), step)[0]  # noqa: E731
     table = of_histories(system, "steps", step, steps, all_of_them)[first : first + many]
-    return table, None if len(table) == many else leading_values(system, step * (first + 1 + np.arange(many)))[1]
+    return table, None if len(table) == many else leading_values(
+        system, step * (first + 1 + np.arange(many))
+    )[1]
 
 
-def of_histories(system: System, name: str, step: float, steps: int, make: Callable[[], Found]) -> Found:
-    """What follows from the histories of a system in a run, and from nothing else: of data it is found once for all its numbers.
+def of_histories(
+    system: System, name: str, step: float, steps: int, make: Callable[[], Found]
+) -> Found:
+    """What follows from the histories of a system in a run, and from nothing else: of data it is
+    found once for all its numbers.
 
-    `make` finds it; `name` says what it is. Histories that are functions of Python are asked anew each time. Where loads act is no
-    part of it, nor are names: a member of a family may have other probes.
+    `make` finds it; `name` says what it is. Histories that are functions of Python are asked anew
+    each time. Where loads act is no part of it, nor are names: a member of a family may have other
+    probes.
     """
     if not repeatable(system):
         return make()
@@ -80,13 +97,18 @@ def of_histories(system: System, name: str, step: float, steps: int, make: Calla
     return prepare(system).find(name, parts, make)
 
 
-def derivatives(system: System, times: np.ndarray, table: np.ndarray, step: float) -> list[np.ndarray]:
-    """First three derivatives (s, k) of the cubics through the values at the ends and at two points inside of every step.
+def derivatives(
+    system: System, times: np.ndarray, table: np.ndarray, step: float
+) -> list[np.ndarray]:
+    """First three derivatives (s, k) of the cubics through the values at the ends and at two points
+    inside of every step.
 
-    They read the step alone, so that what a history does before and after it is left out; 0 where a value inside is not finite.
+    They read the step alone, so that what a history does before and after it is left out; 0 where a
+    value inside is not finite.
     """
     d = step / 3
-    # inside the step: a history that bends at its end has two derivatives there, and this step goes by the one before
+    # inside the step: a history that bends at its end has two derivatives there, and this step goes
+    # by the one before
     a, b, c = (signal_table(system, times - k * d) for k in (1, 2, 3))
     with np.errstate(invalid="ignore", over="ignore"):
         first = (11 * table - 18 * a + 9 * b - 2 * c) / (6 * d)
@@ -97,17 +119,23 @@ def derivatives(system: System, times: np.ndarray, table: np.ndarray, step: floa
 
 
 def leading_values(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
-    """Values of all signals (s, k) at the given times up to the first one where one is not finite, and the error of it.
+    """Values of all signals (s, k) at the given times up to the first one where one is not finite,
+    and the error of it.
 
-    The error is returned, not raised: None where all values are finite, else it has the reason NOT_FINITE, the time [s] and the
-    names.
+    The error is returned, not raised: None where all values are finite, else it has the reason
+    NOT_FINITE, the time [s] and the names.
     """
     table = signal_table(system, times)
     if np.isfinite(table).all():
         return table, None
     bad = np.argwhere(~np.isfinite(table))
-    s, time = int(bad[0, 0]), float(times[bad[0, 0]])
-    broken = {name: float(value) for name, value in zip(signal_names(system), table[s], strict=True) if not np.isfinite(value)}
+    s = int(bad[0, 0])
+    time = float(times[bad[0, 0]])
+    broken = {
+        name: float(value)
+        for name, value in zip(signal_names(system), table[s], strict=True)
+        if not np.isfinite(value)
+    }
     listed = ", ".join(f"{name} is {value}" for name, value in broken.items())
     text = f"the history of {listed} at t = {time:.6g} s; guard it with where(...)"
     return table[:s], SolverError(text, Reason.NOT_FINITE, time, tuple(broken.items()))
@@ -116,7 +144,8 @@ def leading_values(system: System, times: np.ndarray) -> tuple[np.ndarray, Solve
 def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
     """Signals at the given times; a value that is not finite stops the run with its place.
 
-    Values (s, k) of k signals at times (s,) [s]. SolverError with the reason NOT_FINITE and the names of the signals.
+    Values (s, k) of k signals at times (s,) [s]. SolverError with the reason NOT_FINITE and the
+    names of the signals.
     """
     table, broken = leading_values(system, times)
     if broken is not None:

@@ -1,4 +1,5 @@
-r"""The start of a run: consistent velocities, accelerations and multipliers, and the space of the iteration.
+r"""The start of a run: consistent velocities, accelerations and multipliers, and the space of the
+iteration.
 
 Phi_q v0 + Phi_t = 0,    [ M      Phi_q^T ] [ q''    ]     [ f                              ]
                          [ Phi_q  0       ] [ lambda ] = - [ d2/dt2 Phi(q0 + t v0, t) at t = 0 ]
@@ -23,7 +24,13 @@ from ..systems import assembly, evaluation, layouts
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, repeatable, signal_table
 from ..systems.connections import mechanism
-from ..systems.connections.redundancy import notify_projected, rows_of, scale_of, singular_start, without_redundant
+from ..systems.connections.redundancy import (
+    notify_projected,
+    rows_of,
+    scale_of,
+    singular_start,
+    without_redundant,
+)
 from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
 from ..systems.prepared import prepare
@@ -34,25 +41,37 @@ from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
 
-# first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for longer ways: accelerations of a
-# heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE, third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
-DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
-# each leaves the friction coefficient squared or less of what is left, where mass and curvature are ordinary
+# first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for
+# longer ways: accelerations of a heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE,
+# third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
+DRIFT, CURVATURE = (
+    1e-3,
+    0.25,
+)  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
+# each leaves the friction coefficient squared or less of what is left, where mass and curvature are
+# ordinary
 REACTIONS = 4  #: corrections of what depends on the forces of joints, such as friction in them
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
-# factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice as many, half and twice of both
-SHARED = 2000  #: unknowns up to which a system keeps the factors of a start, for other numbers and steps
-# double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave 2.6e-10 without secants, 7
-# with half as many 1.1e-10, 6 with twice 1.5e-10
+# factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice
+# as many, half and twice of both
+SHARED = (
+    2000  #: unknowns up to which a system keeps the factors of a start, for other numbers and steps
+)
+# double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave
+# 2.6e-10 without secants, 7 with half as many 1.1e-10, 6 with twice 1.5e-10
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
-RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])  #: first derivative at the first instant, times 12 d
+RATE = np.array(
+    [-25.0, 48.0, -36.0, 16.0, -3.0]
+)  #: first derivative at the first instant, times 12 d
 BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 
 
 Found = TypeVar("Found")
 Solver = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
-Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]  #: (M, J) -> b -> z
+Inverter = Callable[
+    [Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None
+]  #: (M, J) -> b -> z
 
 
 class Instant(NamedTuple):
@@ -63,7 +82,9 @@ class Instant(NamedTuple):
     v: np.ndarray
     off: np.ndarray  #: (m,) bool, constraint rows that do not hold
     memory: np.ndarray | None = None  #: (l,) what forces keep, see `compiled.place`
-    first: bool = False  #: whether the motion starts there: velocities are projected, and no impulse acts
+    first: bool = (
+        False  #: whether the motion starts there: velocities are projected, and no impulse acts
+    )
 
 
 DRIVEN = "drives begin with rates that their bodies do not have, an impulse: let them begin gently, or give the bodies these rates"
@@ -77,7 +98,9 @@ class Start(NamedTuple):
     a: np.ndarray  #: q''
     multipliers: np.ndarray  #: (m,) physical
     shift: np.ndarray  #: (2, n) what the first step adds to v, by (4) of `stepping`, and to the algorithmic acceleration
-    balance: tuple[np.ndarray, np.ndarray] | None = None  #: q'' and multipliers that balance all forces, where they are others
+    balance: tuple[np.ndarray, np.ndarray] | None = (
+        None  #: q'' and multipliers that balance all forces, where they are others
+    )
 
     @property
     def shown(self) -> tuple[np.ndarray, np.ndarray]:
@@ -86,17 +109,25 @@ class Start(NamedTuple):
 
 
 def startable(system: System, scheme: GeneralizedAlpha) -> System:
-    """The system without redundant rows; SolverError where a signal is no number at an instant that the start reads."""
+    """The system without redundant rows; SolverError where a signal is no number at an instant that
+    the start reads.
+    """
     finite_signals(system, scheme.step * np.outer((DRIFT, CURVATURE), np.arange(5)).ravel())
     return without_redundant(system)
 
 
 def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
-    """x0 and v0 with Phi_q v + Phi_t = 0, as `consistent_start`; SolverError where Phi(x0) is not zero.
+    """x0 and v0 with Phi_q v + Phi_t = 0, as `consistent_start`; SolverError where Phi(x0) is not
+    zero.
 
-    Of wide systems at rest nothing is solved. Nothing is compiled, but where velocities of flexible bodies, or beside forces, jump.
+    Of wide systems at rest nothing is solved. Nothing is compiled, but where velocities of flexible
+    bodies, or beside forces, jump.
     """
-    if system.size >= layouts.WIDE and not system.v0.any() and not driven_rows(system.constraints).any():
+    if (
+        system.size >= layouts.WIDE
+        and not system.v0.any()
+        and not driven_rows(system.constraints).any()
+    ):
         jacobian_at_start(system)
         return system.x0, system.v0
     J, gap = velocity_gaps(system, scheme)
@@ -104,7 +135,9 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
     if rigid or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
         try:
             solve = kkt_solver(system, system.mass, J)
-            return system.x0, warned(system, system.v0, change_of(solve, np.zeros(system.size), gap))
+            return system.x0, warned(
+                system, system.v0, change_of(solve, np.zeros(system.size), gap)
+            )
         except SolverError:
             if rigid:
                 raise
@@ -112,7 +145,9 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
 
 
 def jacobian_at_start(system: System) -> csr_array:
-    """Phi_x (m, n) at the start; Contradiction, by name, where the joints do not hold there: Phi(x0) is not zero."""
+    """Phi_x (m, n) at the start; Contradiction, by name, where the joints do not hold there:
+    Phi(x0) is not zero.
+    """
     if not system.constraints.names:
         return csr_array((0, system.size))
     rows, z = rows_of(system)
@@ -128,19 +163,24 @@ def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray,
     J = jacobian_at_start(system).toarray()
     if is_linear(system.constraints).all():
         return J, J @ system.v0
-    (rows, z), d = rows_of(system), DRIFT * scheme.step
+    (rows, z) = rows_of(system)
+    d = DRIFT * scheme.step
     table = signal_table(system, d * np.arange(5.0))
     drift = RATE @ np.stack([replace(rows, signals=signals)(z)[0] for signals in table]) / (12 * d)
     return J, J @ system.v0 + drift
 
 
 def is_filtered(system: System) -> bool:
-    """Whether steps begin without the waves that none of them resolves: those of bodies with a strain energy."""
+    """Whether steps begin without the waves that none of them resolves: those of bodies with a
+    strain energy.
+    """
     return bool(system.elastic)
 
 
 def has_massless_directors(system: System) -> bool:
-    """Whether a body is a beam with directors, the first of which have no mass: M alone determines no accelerations."""
+    """Whether a body is a beam with directors, the first of which have no mass: M alone determines
+    no accelerations.
+    """
     return any(part.gather.law is Law.BEAM for part in system.elastic)
 
 
@@ -150,64 +190,105 @@ def speed_of(v: np.ndarray) -> float:
 
 
 def closed(system: System, phi: np.ndarray, J: Array) -> None:
-    """Refuse an initial state that the joints do not hold in: phi (m,) over what large changes make of it, by J (m, n)."""
-    large = np.sqrt((J * J) @ scale_of(system) ** 2)  # of axes and angles 1, whatever the size of the system
+    """Refuse an initial state that the joints do not hold in: phi (m,) over what large changes make
+    of it, by J (m, n).
+    """
+    large = np.sqrt(
+        (J * J) @ scale_of(system) ** 2
+    )  # of axes and angles 1, whatever the size of the system
     wrong = np.flatnonzero(np.abs(phi) > 1e-6 * np.maximum(large, system.scale))
     if len(wrong):
-        worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
+        worst = tuple(
+            (".".join(system.constraints.names[k]), abs(float(phi[k])))
+            for k in wrong[np.argsort(-np.abs(phi[wrong]))]
+        )
         listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
         remedy = "draw the bodies where their joints hold, or begin with `start: equilibrium`"
-        raise Contradiction(say("the initial state does not satisfy the joints", "no gaps", listed, remedy), worst)
+        raise Contradiction(
+            say("the initial state does not satisfy the joints", "no gaps", listed, remedy), worst
+        )
 
 
 def start_of(model: Compiled) -> Instant:
     """The start of a motion, in which all rows hold."""
-    return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True)
+    return Instant(
+        0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True
+    )
 
 
 def begins_by_jump(model: Compiled) -> bool:
-    """Whether a step finds by itself what steps begin with, see `pieces.release`: where joints ask for no accelerations.
+    """Whether a step finds by itself what steps begin with, see `pieces.release`: where joints ask
+    for no accelerations.
 
-    It takes 0.1 ms of a beam of 100 cells, where matrices of SciPy take 1.9 ms; runs of 100 steps take 3 ms. Forces that depend on
-    the motion are left to those: factors of bands and blocks are of the symmetric part of W alone.
+    It takes 0.1 ms of a beam of 100 cells, where matrices of SciPy take 1.9 ms; runs of 100 steps
+    take 3 ms. Forces that depend on the motion are left to those: factors of bands and blocks are
+    of the symmetric part of W alone.
     """
     dead = not compilation.reads_slopes(model) and not any(force.reacts for force in model.forces)
     free = not model.pattern and has_steady_joints(model) and dead
     return free and is_filtered(model.system) and not has_massless_directors(model.system)
 
 
-def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, filtered: bool | None = None) -> Start:
-    """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
+def consistent_start(
+    model: Compiled,
+    scheme: GeneralizedAlpha,
+    at: Instant | None = None,
+    filtered: bool | None = None,
+) -> Start:
+    """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' =
+    0, of the rows that hold.
 
-    Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the
-    waves that the step h does not resolve, and the run would carry them on. So does whatever is `filtered`, and nothing that is
-    said not to be, but beams whose M alone is singular. What that leaves out is of second order in h. Where nothing holds what
-    begins to move, q'' K q'' < 0, steps begin with M. An impulse, of drives that begin with a rate or of joints that lock, changes
-    velocities by `jump`. By M alone a drive would turn one node of a beam, with rates of strain that no step resolves: a damped
-    beam driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
+    Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts
+    as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry
+    them on. So does whatever is `filtered`, and nothing that is said not to be, but beams whose M
+    alone is singular. What that leaves out is of second order in h. Where nothing holds what begins
+    to move, q'' K q'' < 0, steps begin with M. An impulse, of drives that begin with a rate or of
+    joints that lock, changes velocities by `jump`. By M alone a drive would turn one node of a
+    beam, with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began
+    with 0.16 J in place of 6e-7 J.
     """
     at = at or start_of(model)
-    system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
-    phi, J = (part[on] for part in of_joints(model, at, "gap", (), lambda: compilation.gap(model, x, at.time)))
+    system = model.system
+    h = scheme.step
+    on = ~at.off
+    x = at.x
+    v = at.v
+    phi, J = (
+        part[on]
+        for part in of_joints(model, at, "gap", (), lambda: compilation.gap(model, x, at.time))
+    )
     closed(held(system, on), phi, J)
     invert = partial(augmented, model) if model.pattern else None
-    still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
+    still = np.zeros(len(x))
+    k = np.arange(5.0)[:, None]
 
     def along(d: float, *rates: np.ndarray) -> np.ndarray:
-        """Phi (5, m) at the instants 0, d, ..., 4 d on the path with the given derivatives at its start."""
-        path = x + sum((k * d) ** (order + 1) * rate / (order + 1) for order, rate in enumerate(rates))
+        """Phi (5, m) at the instants 0, d, ..., 4 d on the path with the given derivatives at its
+        start.
+        """
+        path = x + sum(
+            (k * d) ** (order + 1) * rate / (order + 1) for order, rate in enumerate(rates)
+        )
         return compilation.gaps(model, path, at.time + k.ravel() * d)[:, on]
 
     # joints that neither turn nor move have no curvature: two evaluations of paths are left out
-    steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
+    steady = (
+        is_linear(system.constraints) | ~on
+    ).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = (
         np.zeros(len(phi))
         if steady
-        else of_joints(model, at, "drift", (d, on.tobytes()), lambda: RATE @ along(d, still) / (12 * d))
+        else of_joints(
+            model, at, "drift", (d, on.tobytes()), lambda: RATE @ along(d, still) / (12 * d)
+        )
     )
     leap = partial(jump, model, held(system, on), x, J, h=h, invert=invert)
-    v = projected(held(system, on), v, J, drift, leap, invert) if at.first else v + leap(J @ v + drift)
+    v = (
+        projected(held(system, on), v, J, drift, leap, invert)
+        if at.first
+        else v + leap(J @ v + drift)
+    )
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     bend = np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d)
@@ -219,12 +300,23 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
         solve = kkt_solver(held(system, on), M, J, at.first, invert)
         a, multipliers = solve(-f, bend)
         for _ in range(REACTIONS if any(force.reacts for force in model.forces) else 0):
-            pushed = compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0] - J.T @ multipliers
+            pushed = (
+                compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0]
+                - J.T @ multipliers
+            )
             a, multipliers = solve(-pushed, bend)
         change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
-        return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+        return Start(
+            x,
+            v,
+            a,
+            spread(multipliers, on),
+            np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]),
+        )
 
-    massless, touches, M = has_massless_directors(system), len(model.arrays.forces.judged) > 0, system.mass
+    massless = has_massless_directors(system)
+    touches = len(model.arrays.forces.judged) > 0
+    M = system.mass
     filtered = massless or (is_filtered(system) if filtered is None else filtered)
     if not (filtered or touches):
         return start_by(M)
@@ -234,25 +326,37 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
         M = M + compilation.probe_tangent(*state) / method.bh
     if not filtered:
         return start_by(M)
-    # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with the step's own matrix
+    # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with
+    # the step's own matrix
     K = compilation.tangent(*state)
     start = start_by(system.mass + K / method.bh)
     if massless:
         return start
     balanced = start_by(M)
-    return start._replace(balance=balanced.shown) if float(start.a @ (K @ start.a)) >= 0.0 else balanced
+    return (
+        start._replace(balance=balanced.shown)
+        if float(start.a @ (K @ start.a)) >= 0.0
+        else balanced
+    )
 
 
-def of_joints(model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
-    """What follows from joints and their histories at an instant; where motions start it is found once for all numbers."""
+def of_joints(
+    model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]
+) -> Found:
+    """What follows from joints and their histories at an instant; where motions start it is found
+    once for all numbers.
+    """
     system = model.system
     if not at.first or (system.signals and not repeatable(system)):
         return make()
-    return prepare(system).find(name, (system.constraints, system.probes, system.signals, at.x, at.time, *parts), make)
+    return prepare(system).find(
+        name, (system.constraints, system.probes, system.signals, at.x, at.time, *parts), make
+    )
 
 
 def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
-    """The start of rigid bodies without the waves that its step does not resolve; None where nothing holds what begins to move.
+    """The start of rigid bodies without the waves that its step does not resolve; None where
+    nothing holds what begins to move.
 
     None for elastic bodies, too, which start so anyway.
     """
@@ -261,22 +365,31 @@ def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
 
 
 def jump(
-    model: Compiled, system: System, x: np.ndarray, J: np.ndarray, gap: np.ndarray, h: float, invert: Inverter | None
+    model: Compiled,
+    system: System,
+    x: np.ndarray,
+    J: np.ndarray,
+    gap: np.ndarray,
+    h: float,
+    invert: Inverter | None,
 ) -> np.ndarray:
-    """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints, which closes a gap Phi_x v + Phi_t (m,).
+    """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints, which closes a gap
+    Phi_x v + Phi_t (m,).
 
-    M u + J^T mu = 0 of rigid bodies. Of strains that vibrate by w [rad/s], with the damping time beta, rates keep
+    M u + J^T mu = 0 of rigid bodies. Of strains that vibrate by w [rad/s], with the damping time
+    beta, rates keep
 
         (1 + 2 y) / (1 + y)^2,  y = h beta w^2 + (h w)^2 / 4,    u = 2 d(M d0) - d(M d(M d0)),
         (M + h C + h^2 K / 4) d(f) + J^T mu = f,    J d = J d0 = -gap
 
-    of it: to second order all that a step resolves, and little of what it does not, whose forces would be those of no motion.
+    of it: to second order all that a step resolves, and little of what it does not, whose forces
+    would be those of no motion.
     """
     M = system.mass
     if not system.elastic:
         return change_of(kkt_solver(system, M, J, False, invert), np.zeros(len(x)), gap)
-    # by M alone an arm with 5 ms of damping that catches a mass fails at any step; a bar that does keeps its energy within 5 %
-    # so, and loses 8 to 24 % with M
+    # by M alone an arm with 5 ms of damping that catches a mass fails at any step; a bar that does
+    # keeps its energy within 5 % so, and loses 8 to 24 % with M
     A = M + 0.25 * h * h * csr_array(compilation.elastic_tangent(model, x, 4.0 / h))  # K + 4 / h C
     solve = kkt_solver(system, csr_array(A), J, False, invert)
     once = change_of(solve, np.zeros(len(x)), gap)  # M d0 is a force of the rows
@@ -296,13 +409,23 @@ def projected(
     leap: Callable[[np.ndarray], np.ndarray],
     invert: Inverter | None,
 ) -> np.ndarray:
-    """v (n,) at the first instant and what closes Phi_x v + Phi_t (m,), `drift` the latter; a warning says so, and round-off stays.
+    """v (n,) at the first instant and what closes Phi_x v + Phi_t (m,), `drift` the latter; a
+    warning says so, and round-off stays.
 
-    Linear rows that nothing drives change v by the least kinetic energy, as where they are eliminated, and all others by `leap`.
+    Linear rows that nothing drives change v by the least kinetic energy, as where they are
+    eliminated, and all others by `leap`.
     """
-    given, fixed, least = v, is_linear(system.constraints), ROUND_OFF * speed_of(v)
+    given = v
+    fixed = is_linear(system.constraints)
+    least = ROUND_OFF * speed_of(v)
     if np.abs(J[fixed] @ v).max(initial=0.0) > least:
-        solve = kkt_solver(keep_constraints(system, np.flatnonzero(fixed)), assembly.mass_of_speeds(system), J[fixed], True, invert)
+        solve = kkt_solver(
+            keep_constraints(system, np.flatnonzero(fixed)),
+            assembly.mass_of_speeds(system),
+            J[fixed],
+            True,
+            invert,
+        )
         v = v + change_of(solve, np.zeros(len(v)), J[fixed] @ v)
     if np.abs(gap := J @ v + drift).max(initial=0.0) > least:
         v = v + leap(gap)
@@ -310,7 +433,9 @@ def projected(
 
 
 def warned(system: System, v: np.ndarray, change: np.ndarray, driven: bool = False) -> np.ndarray:
-    """v (n,) at the first instant with its change (n,), of which a warning says; round-off is left out."""
+    """v (n,) at the first instant with its change (n,), of which a warning says; round-off is left
+    out.
+    """
     if float(np.abs(change).max(initial=0.0)) <= 1e-9 * speed_of(v):
         return v
     notify_projected(system, change, DRIVEN if driven else "")
@@ -329,12 +454,16 @@ def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
     return found
 
 
-def kkt_solver(system: System, M: Array, J: np.ndarray, first: bool = True, invert: Inverter | None = None) -> Solver:
-    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g), J (m, n) of the rows that a system holds; redundant ones are named in the error.
+def kkt_solver(
+    system: System, M: Array, J: np.ndarray, first: bool = True, invert: Inverter | None = None
+) -> Solver:
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g), J (m, n) of the rows that a system holds; redundant
+    ones are named in the error.
 
-    `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position, where rows depend on each other
-    for an instant, independent ones determine a, and l has least norm; behind the `first` instant of a motion no position is looked
-    at any further. Factors of the mass of a system that is not large are found once.
+    `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position,
+    where rows depend on each other for an instant, independent ones determine a, and l has least
+    norm; behind the `first` instant of a motion no position is looked at any further. Factors of
+    the mass of a system that is not large are found once.
     """
     if M is not system.mass or invert or system.size > SHARED:
         return factored(system, M, J, first, invert)
@@ -342,37 +471,52 @@ def kkt_solver(system: System, M: Array, J: np.ndarray, first: bool = True, inve
     return prepare(system).find("start", parts, lambda: factored(system, M, J, first))
 
 
-def factored(system: System, M: Array, J: np.ndarray, first: bool, invert: Inverter | None = None) -> Solver:
+def factored(
+    system: System, M: Array, J: np.ndarray, first: bool, invert: Inverter | None = None
+) -> Solver:
     """`kkt_solver`, found anew."""
     size = float(abs(M).max()) or 1.0
     rows = ranks.independent_rows(J, units=scale_of(system))
     if len(rows) < len(J) and first and not singular_start(system):
         raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
-    inverse = invert(M / size, J[rows]) if invert else saddle.inverse(saddle.matrix(M / size, J[rows]))
+    inverse = (
+        invert(M / size, J[rows]) if invert else saddle.inverse(saddle.matrix(M / size, J[rows]))
+    )
     if inverse is None:
         raise weightless(system, M)
 
     def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         z = inverse(np.concatenate([f / size, g[rows]]))
         found = size * z[len(f) :]
-        return z[: len(f)], found if len(rows) == len(J) else ranks.least(J.T, J[rows].T @ found, len(rows))
+        return z[: len(f)], found if len(rows) == len(J) else ranks.least(
+            J.T, J[rows].T @ found, len(rows)
+        )
 
     return solve
 
 
 def dependent(system: System, rows: np.ndarray) -> Contradiction:
-    """The error of rows that follow from others and cannot be left out: a drive is among them, or they have no common position."""
+    """The error of rows that follow from others and cannot be left out: a drive is among them, or
+    they have no common position.
+    """
     full = system.full or system
     if driven := mechanism.driven_against(full, mechanism.redundant(full)):
         return mechanism.conflict(driven)
     names = tuple((".".join(system.constraints.names[k]), 0.0) for k in rows)
     listed = ", ".join(name for name, _ in names)
-    text = say("joints", "rows that do not follow from others, or can be left out", listed, "remove one of these joints")
+    text = say(
+        "joints",
+        "rows that do not follow from others, or can be left out",
+        listed,
+        "remove one of these joints",
+    )
     return Contradiction(text, names)
 
 
 def weightless(system: System, M: Array) -> SolverError:
-    """The error of a start whose accelerations are not determined: unknowns without mass that no joint holds."""
+    """The error of a start whose accelerations are not determined: unknowns without mass that no
+    joint holds.
+    """
     m = M.diagonal()
     names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
     listed = ", ".join(names[:5])
@@ -382,8 +526,11 @@ def weightless(system: System, M: Array) -> SolverError:
 
 
 def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Solve [[M, J^T], [J, 0]] for large models by M + J^T J, which is definite where M is on the null space of J."""
-    n, m = M.shape[0], len(J)
+    """Solve [[M, J^T], [J, 0]] for large models by M + J^T J, which is definite where M is on the
+    null space of J.
+    """
+    n = M.shape[0]
+    m = len(J)
     scale = np.sqrt(M.diagonal().max()) / max(float(np.abs(J).max(initial=0.0)), 1e-300)
     rows = csr_array(scale * J)
     A = csr_array(M + rows.T @ rows)
@@ -392,7 +539,8 @@ def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray]
     schur = rows @ spread.T
 
     def solve(right: np.ndarray) -> np.ndarray:
-        f, g = right[:n], scale * right[n:]
+        f = right[:n]
+        g = scale * right[n:]
         x = large.refined(A, approximate, (f + rows.T @ g)[None, :])[0]
         multipliers = np.linalg.solve(schur, rows @ x - g) if m else np.zeros(0)
         return np.concatenate([x - multipliers @ spread, scale * multipliers])
@@ -400,13 +548,19 @@ def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray]
     return solve
 
 
-def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | None = None, time: float = 0.0) -> State:
-    """The state as outputs show it, with what the first step begins with for `begin_steps`, in the order of the model.
+def first_state(
+    model: Compiled, start: Start, c: float, memory: np.ndarray | None = None, time: float = 0.0
+) -> State:
+    """The state as outputs show it, with what the first step begins with for `begin_steps`, in the
+    order of the model.
 
     `memory` as of `compiled.place`.
     """
-    moved, (shown, multipliers) = (start.v + start.shift[0], start.a + start.shift[1]), start.shown
-    xc, vc, ac, early, now = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a, shown))
+    moved = (start.v + start.shift[0], start.a + start.shift[1])
+    (shown, multipliers) = start.shown
+    xc, vc, ac, early, now = (
+        np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a, shown)
+    )
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
     memory = compilation.accepted(model, start.x, start.v) if memory is None else memory
@@ -428,14 +582,18 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
         work=np.zeros(2),
         push=push,
         gradients=gradients,
-        signals=signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0),
+        signals=signal_table(model.system, np.array([time]))[0]
+        if histories_work(model.system)
+        else np.zeros(0),
     )
 
 
 def begin_steps(state: State) -> None:
-    """Put a state whose motion starts, which shows what balances all forces, to what steps begin with; `state` is changed in place.
+    """Put a state whose motion starts, which shows what balances all forces, to what steps begin
+    with; `state` is changed in place.
 
-    The last q'' and multipliers of what predicts the next ones are others than those of the state at no other instant.
+    The last q'' and multipliers of what predicts the next ones are others than those of the state
+    at no other instant.
     """
     if state.known[0] == 1:
         state.acceleration[:], state.multipliers[:] = state.history[0], state.past[0]
@@ -443,12 +601,17 @@ def begin_steps(state: State) -> None:
 
 def histories_work(system: System) -> bool:
     """Whether histories drive joints, or stand in potentials of forces."""
-    return bool(driven_rows(system.constraints).any()) or any(map(forces.histories, system.loads.forces))
+    return bool(driven_rows(system.constraints).any()) or any(
+        map(forces.histories, system.loads.forces)
+    )
 
 
-def first_step(model: Compiled, start: Start, method: Method, stored: int, memory: np.ndarray | None = None) -> Step:
+def first_step(
+    model: Compiled, start: Start, method: Method, stored: int, memory: np.ndarray | None = None
+) -> Step:
     """A step with its space and room for so many states; `memory` as in `first_state`."""
-    n, m = model.system.size, model.constraints
+    n = model.system.size
+    m = model.constraints
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
     settle = 0 if has_steady_joints(model) else settling.settle.address
     first = evaluation.evaluate, *factors.doors(model.layout.storage)
@@ -470,38 +633,65 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
         touch=np.zeros(2),
     )
     none = np.zeros(0, np.int64)
-    space, state = compilation.space(model), first_state(model, start, method.c, memory)
+    space = compilation.space(model)
+    state = first_state(model, start, method.c, memory)
     space.gradients[evaluation.ACCEPTED] = state.gradients
-    state = state._replace(gradients=space.gradients[evaluation.ACCEPTED])  # one memory, so that a step copies them once
-    return Step(space, model.arrays, doors, state, workspace(model), rotations, method, job, Levels(none, none, none, 0, 0, none))
+    state = state._replace(
+        gradients=space.gradients[evaluation.ACCEPTED]
+    )  # one memory, so that a step copies them once
+    return Step(
+        space,
+        model.arrays,
+        doors,
+        state,
+        workspace(model),
+        rotations,
+        method,
+        job,
+        Levels(none, none, none, 0, 0, none),
+    )
 
 
 def has_steady_joints(model: Compiled) -> bool:
-    """Whether all constraints are linear in the unknowns and independent of time: Phi_x is constant.
+    """Whether all constraints are linear in the unknowns and independent of time: Phi_x is
+    constant.
 
-    Velocities are then on the joints at the end of a step as they are: two solutions a step for nothing, 0.110 for 0.089 s of the
-    reduced double pendulum with points, and a routine more to compile (1.2 s).
+    Velocities are then on the joints at the end of a step as they are: two solutions a step for
+    nothing, 0.110 for 0.089 s of the reduced double pendulum with points, and a routine more to
+    compile (1.2 s).
     """
     A = model.arrays
     return not len(A.laws.records) and bool(((A.terms.j < 0) & (A.terms.signal == -1)).all())
 
 
 def columns_apart(model: Compiled) -> int:
-    """Largest number of columns of derivatives of low rank that are not added to W; 0 where all are."""
+    """Largest number of columns of derivatives of low rank that are not added to W; 0 where all
+    are.
+    """
     apart = model.layout.storage in (Storage.BAND, Storage.BLOCKS)
-    return sum(force.low.terms for force in model.forces) * max([0, *(force.low.rank for force in model.forces)]) if apart else 0
+    return (
+        sum(force.low.terms for force in model.forces)
+        * max([0, *(force.low.rank for force in model.forces)])
+        if apart
+        else 0
+    )
 
 
 def workspace(model: Compiled) -> Workspace:
     """Space of the solver; without factors where these are kept elsewhere."""
-    A, n, m = model.arrays, model.system.size, model.constraints
+    A = model.arrays
+    n = model.system.size
+    m = model.constraints
     form, tree = model.layout.storage, model.layout.tree
-    stored, blocks = 0 if model.pattern else n, form is Storage.BLOCKS
-    band, rank = stored if form is Storage.BAND else 0, columns_apart(model)
+    stored = 0 if model.pattern else n
+    blocks = form is Storage.BLOCKS
+    band = stored if form is Storage.BAND else 0
+    rank = columns_apart(model)
     # bands keep none: their factors cost as little as secants
     secants = SECANTS if (A.dense or blocks) and has_dear_factors(model) else 0
     bordered = A.dense and model.layout.loose
-    dense, closed = (n + m if bordered else n) if A.dense else 0, 0 if bordered else m
+    dense = (n + m if bordered else n) if A.dense else 0
+    closed = 0 if bordered else m
     return Workspace(
         addresses=lapack.ADDRESSES,
         kkt=np.zeros((dense, dense)),

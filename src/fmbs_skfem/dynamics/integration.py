@@ -1,4 +1,6 @@
-"""Time integration of a System: compiled steps in chunks, halving on failure, partial results on errors."""
+"""Time integration of a System: compiled steps in chunks, halving on failure, partial results on
+errors.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,15 @@ from .compiled_step.step import STEPS
 from .compiled_step.touching import HALVINGS
 from .dividing import retry_filtered
 from .histories import leading_values, signals_of_steps
-from .initial import Instant, Start, begin_steps, begins_by_jump, consistent_start, first_step, startable
+from .initial import (
+    Instant,
+    Start,
+    begin_steps,
+    begins_by_jump,
+    consistent_start,
+    first_step,
+    startable,
+)
 from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
 from .observers import HistorySource, Observer, PauseCall, RunSetting, observers_of
@@ -42,7 +52,9 @@ REASONS = {
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
 # what `judge` measures again counts steps of the run: a stop between two of these would shift it
-WHOLE = stepping.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
+WHOLE = (
+    stepping.REMEASURE
+)  #: steps are taken in multiples of this number, so that a stop between them changes nothing
 PACE = 0.2  #: time between two looks at a run that is watched [s]
 
 
@@ -59,20 +71,24 @@ def integrate(
     observers: Sequence[Observer] = (),
     states: int | None = None,
 ) -> Trajectory:
-    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the end, or after the steps listed.
+    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the
+    end, or after the steps listed.
 
-    It starts in the reference, or in the equilibrium of the loads: `GeneralizedAlpha(step, start="equilibrium")`.
+    It starts in the reference, or in the equilibrium of the loads: `GeneralizedAlpha(step,
+    start="equilibrium")`.
 
-    The trajectory holds times (s,), x, v and a (s, n) in the unknowns of the system, and multipliers (s, m). The number of steps is
-    duration / step, rounded with a notice. Initial velocities are projected onto the constraints with a notice. A step that fails
-    is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
+    The trajectory holds times (s,), x, v and a (s, n) in the unknowns of the system, and
+    multipliers (s, m). The number of steps is duration / step, rounded with a notice. Initial
+    velocities are projected onto the constraints with a notice. A step that fails is halved;
+    SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
-    `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
-    the same numbers as a run that was never stopped. `observers` look at the run beside those that the system offers, see
-    `observers`.
+    `record` sees the run a few times a second and may keep its states and a checkpoint; `resume`
+    goes on from those, and ends in the same numbers as a run that was never stopped. `observers`
+    look at the run beside those that the system offers, see `observers`.
 
-    With a number of `states`, outputs and energies are read while the run goes, at all stored times, and so many states are kept,
-    evenly spread, the first and the last one among them: `Trajectory.kept`. Where an observer reads states, all are kept.
+    With a number of `states`, outputs and energies are read while the run goes, at all stored
+    times, and so many states are kept, evenly spread, the first and the last one among them:
+    `Trajectory.kept`. Where an observer reads states, all are kept.
     """
     steps = steps_in(scheme, duration)
     stored = len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1
@@ -81,9 +97,15 @@ def integrate(
     def repeat(other: System, shown: Progress | None) -> Trajectory:
         return integrate(other, scheme, duration, newton, every, shown)
 
-    watching = [PauseCall(lambda run: progress(run.done / run.steps), reads_states=False)] if progress else []
+    watching = (
+        [PauseCall(lambda run: progress(run.done / run.steps), reads_states=False)]
+        if progress
+        else []
+    )
     watching += [PauseCall(lambda run: record(moment(run)), reads_states=False)] if record else []
-    setting = RunSetting(system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress)
+    setting = RunSetting(
+        system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress
+    )
     run = begun(setting, kept_steps(every, steps), [*watching, *observers], resume, states)
     try:
         advance(run)
@@ -118,12 +140,19 @@ def finished(run: OpenRun) -> Trajectory:
 
 
 def fitting(system: System, steps: int, stored: int) -> None:
-    """Refuse a run whose stored states exceed the memory of the machine, before any of them is there."""
+    """Refuse a run whose stored states exceed the memory of the machine, before any of them is
+    there.
+    """
     needed = 8.0 * (steps + stored * (3 * system.size + len(system.constraints.names)))
     if needed > (there := machine_memory.built_in()):
         got = f"{stored} of {needed / 1e9:.3g} GB"
         raise InputError(
-            say("analysis.every", f"stored states that fit into the {there / 1e9:.3g} GB of this machine", got, "store fewer")
+            say(
+                "analysis.every",
+                f"stored states that fit into the {there / 1e9:.3g} GB of this machine",
+                got,
+                "store fewer",
+            )
         )
 
 
@@ -134,11 +163,17 @@ def begun(
     resume: Resumed | None = None,
     states: int | None = None,
 ) -> OpenRun:
-    """A run at its start, or where it was left, with more observers than are offered. Progress is 0 on the way to a start."""
+    """A run at its start, or where it was left, with more observers than are offered. Progress is 0
+    on the way to a start.
+    """
     scheme, newton, steps = setting.scheme, setting.newton, setting.steps
     system = startable(setting.system, scheme)
     at_rest = scheme.start == "equilibrium" and resume is None
-    x, v, memory = rest.in_equilibrium(system, newton, setting.progress) if at_rest else (system.x0, system.v0, None)
+    x, v, memory = (
+        rest.in_equilibrium(system, newton, setting.progress)
+        if at_rest
+        else (system.x0, system.v0, None)
+    )
     observers = [*observers_of(replace(setting, system=system)), *more]
     # what is given between steps needs them one by one, from one source
     source = next((one for one in observers if isinstance(one, HistorySource)), None)
@@ -146,8 +181,10 @@ def begun(
         source = SingleSteps(system, scheme)
     model = compile_system(source.plain if source else system)
     if source:
-        system, model = source.system, replace(model, system=source.system)
-    n, m = system.size, model.constraints
+        system = source.system
+        model = replace(model, system=source.system)
+    n = system.size
+    m = model.constraints
     none = np.zeros(n)
     first = Instant(0.0, x, v, open_at_start(model, x), memory, first=True)
     by_jump = begins_by_jump(model)
@@ -162,7 +199,9 @@ def begun(
     kept_by_forces = None if memory is None else accepted(model, x, start.v, memory)
     few = keeps_few(model.system, observers, len(kept), states, resume)
     tracer, room = tracer_of(model, scheme, steps, len(kept), few) if few else (None, len(kept))
-    step = first_step(model, start, method_of(scheme, newton, scheme.step, model), room, kept_by_forces)
+    step = first_step(
+        model, start, method_of(scheme, newton, scheme.step, model), room, kept_by_forces
+    )
     step.space.off[:] = first.off
     a, multipliers = start.shown
     step.job.out[0, 0, model.order], step.job.out[1:, 0] = step.state.x, (start.v, a)
@@ -194,17 +233,29 @@ def begun(
     return run
 
 
-def keeps_few(system: System, observers: Sequence[Observer], stored: int, states: int | None, resume: Resumed | None) -> int:
+def keeps_few(
+    system: System,
+    observers: Sequence[Observer],
+    stored: int,
+    states: int | None,
+    resume: Resumed | None,
+) -> int:
     """How many states a run keeps of those stored, 0 for all: as it began, where it goes on."""
     if resume is not None and resume.checkpoint.kept:
         return min(states or FEW, stored) if resume.rows.trace is not None else 0
-    trained = bool(system.components) and bool(loose_rows(system.constraints).any())  # whose reactions the last state tells
-    asked = states is None or states >= stored or trained or any(one.reads_states for one in observers)
+    trained = bool(system.components) and bool(
+        loose_rows(system.constraints).any()
+    )  # whose reactions the last state tells
+    asked = (
+        states is None or states >= stored or trained or any(one.reads_states for one in observers)
+    )
     return 0 if asked else int(states or 0)
 
 
 def choose_chunk(chunk: int, seconds: float) -> int:
-    """Steps to take at once, in units of WHOLE, so that they take about PACE seconds; results do not depend on it."""
+    """Steps to take at once, in units of WHOLE, so that they take about PACE seconds; results do
+    not depend on it.
+    """
     if seconds < 0.5 * PACE:
         # doubled and halved: after some ten pauses they are PACE apart, whatever a step costs
         return 2 * chunk
@@ -231,7 +282,8 @@ def march(run: OpenRun, many: int) -> None:
 
 def take_steps(run: OpenRun, many: int) -> int:
     """Take some steps, or fewer; the status."""
-    scheme, many = run.scheme, run.last_stored(run.done + many) - run.done
+    scheme = run.scheme
+    many = run.last_stored(run.done + many) - run.done
     signals, broken = signals_of_steps(run.model.system, scheme.step, run.steps, run.done, many)
     status, taken = run.take(signals, run.rows_from(run.done + 1))
     run.done += taken
@@ -263,7 +315,9 @@ def take_step(run: OpenRun) -> None:
 
 
 def take_filtered(run: OpenRun, status: int) -> None:
-    """Take the first step from filtered accelerations; SolverError where it cannot be taken, and of any other step that failed."""
+    """Take the first step from filtered accelerations; SolverError where it cannot be taken, and of
+    any other step that failed.
+    """
     status = retry_filtered(run, status, run.scheme.step * run.done)
     if status != stepping.DONE:
         give_up(run, status)
@@ -272,7 +326,9 @@ def take_filtered(run: OpenRun, status: int) -> None:
 
 
 def take_between_jumps(run: OpenRun) -> None:
-    """Take a step in which loads jump, from jump to jump; SolverError where a piece of it cannot be taken."""
+    """Take a step in which loads jump, from jump to jump; SolverError where a piece of it cannot be
+    taken.
+    """
     steps = int(run.step.job.counters[STEPS])
     try:
         take_piece(run, 0.0, 1.0)
@@ -287,18 +343,30 @@ def give_up(run: OpenRun, status: int) -> NoReturn:
     """Raise the SolverError of a step that failed, in the words of an observer that knows why."""
     failed = failure(run, status, run.packed.reached)
     if text := next((text for one in run.observers if (text := one.explain(run))), ""):
-        raise SolverError(text, Reason.GROWING, failed.time, failed.worst, failed.partial) from failed
+        raise SolverError(
+            text, Reason.GROWING, failed.time, failed.worst, failed.partial
+        ) from failed
     raise failed
 
 
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
-    """Numbers of the steps after which states are kept, 0 first: those listed, or every so many and the last one."""
+    """Numbers of the steps after which states are kept, 0 first: those listed, or every so many and
+    the last one.
+    """
     if isinstance(every, np.ndarray):
         if every.ndim != 1 or every.dtype.kind not in "iu":
-            raise InputError(say("steps to keep", "a list of whole numbers", f"an array {every.shape} of {every.dtype}"))
+            raise InputError(
+                say(
+                    "steps to keep",
+                    "a list of whole numbers",
+                    f"an array {every.shape} of {every.dtype}",
+                )
+            )
         kept = np.union1d(0, every.astype(np.int64))
         if kept[0] < 0 or kept[-1] > steps:
-            raise InputError(say("steps to keep", f"numbers from 0 to {steps}", f"{kept[0]} to {kept[-1]}"))
+            raise InputError(
+                say("steps to keep", f"numbers from 0 to {steps}", f"{kept[0]} to {kept[-1]}")
+            )
         return kept
     if every < 1:
         raise InputError(say("analysis.every", "at least 1", every))
@@ -306,7 +374,9 @@ def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
 
 
 class FailedStep(SolverError):
-    """A step that could not be taken; `run` stands before it, its work space holds the last trial (see `diagnosis.explain`)."""
+    """A step that could not be taken; `run` stands before it, its work space holds the last trial
+    (see `diagnosis.explain`).
+    """
 
     def __init__(self, error: SolverError, run: OpenRun) -> None:
         super().__init__(str(error), error.reason, error.time, error.worst, error.partial)
@@ -315,14 +385,22 @@ class FailedStep(SolverError):
 
 def failure(run: OpenRun, status: int, time: float) -> SolverError:
     """The error of a step that failed, with the worst residuals by name: forces [N] and gaps."""
-    model, partial = run.model, trajectory(run)
+    model = run.model
+    partial = trajectory(run)
     _, broken = leading_values(model.system, np.array([time]))
     if broken is not None:
         broken.partial = partial
         return broken
-    reason, n = REASONS[status], model.system.size
+    reason = REASONS[status]
+    n = model.system.size
     names = row_names(model.system)
     largest = worst(names, last_residual(run, time))
     text = f"{reason.value} at t = {time:.6g} s, also with the step divided by {2**HALVINGS}; largest residuals: {as_text(largest)}"
-    error = SolverError(f"{text}; try a smaller step, or look at loads and joints there (n = {n})", reason, time, largest, partial)
+    error = SolverError(
+        f"{text}; try a smaller step, or look at loads and joints there (n = {n})",
+        reason,
+        time,
+        largest,
+        partial,
+    )
     return FailedStep(error, run)

@@ -35,14 +35,17 @@ def integrate_many(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> list[Result]:
-    """Trajectories of all systems from t = 0 over `duration` [s], in their order; the SolverError of a system that failed.
+    """Trajectories of all systems from t = 0 over `duration` [s], in their order; the SolverError
+    of a system that failed.
 
-    `schemes` is one for all or one for each, `every` as in `integrate`, a number or steps (s,); `progress` receives the part of the
-    runs that is done.
+    `schemes` is one for all or one for each, `every` as in `integrate`, a number or steps (s,);
+    `progress` receives the part of the runs that is done.
     """
     chosen = [schemes] * len(systems) if isinstance(schemes, GeneralizedAlpha) else list(schemes)
     if len(chosen) != len(systems):
-        raise InputError(say("integrate_many: schemes", f"one for all or {len(systems)}", len(chosen)))
+        raise InputError(
+            say("integrate_many: schemes", f"one for all or {len(systems)}", len(chosen))
+        )
     if threads < 1:
         raise InputError(say("integrate_many: threads", "at least 1", threads))
 
@@ -52,7 +55,9 @@ def integrate_many(
             found = integrate(system, scheme, duration, newton, every)
         except SolverError as error:
             return error
-        return replace(found, statistics=replace(found.statistics, cpu_s=clock.thread_time() - begin))
+        return replace(
+            found, statistics=replace(found.statistics, cpu_s=clock.thread_time() - begin)
+        )
 
     found: list[Result] = []
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:

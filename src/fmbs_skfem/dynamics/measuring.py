@@ -1,6 +1,7 @@
 """Outputs of single states of a run, and what controllers and events read of them.
 
-Angles count their turns, and potential energies, works and losses their changes, from the last state that was kept.
+Angles count their turns, and potential energies, works and losses their changes, from the last
+state that was kept.
 """
 
 from __future__ import annotations
@@ -44,13 +45,18 @@ class Meter:
     def columns(self, now: Trajectory) -> dict[str, float]:
         """Columns of outputs of one instant."""
         if self.seen is None:
-            alone = replace(now, work=None, events=())  # what was done before is as little known as the potential at the start
+            alone = replace(
+                now, work=None, events=()
+            )  # what was done before is as little known as the potential at the start
             found = {name: float(column[0]) for name, column in outputs(alone, self.names).items()}
         else:
             before, values = self.seen
-            columns, counted = outputs(joined(before, now), self.names), counted_columns(now.system.outputs)
+            columns = outputs(joined(before, now), self.names)
+            counted = counted_columns(now.system.outputs)
             found = {
-                name: float(values[name] + (b - a) if name in counted and values[name] != a else b)  # inputs may differ before
+                name: float(
+                    values[name] + (b - a) if name in counted and values[name] != a else b
+                )  # inputs may differ before
                 for name, (a, b) in columns.items()
             }
         self.last = now, found
@@ -66,7 +72,10 @@ class Meter:
             return {}
         motion, values = self.seen
         found = {f"{self.word} {key}": getattr(motion, key) for key in COLUMNS}
-        found |= {f"{self.word} memory": motion.memory, f"{self.word} values": np.array(list(values.values()))}
+        found |= {
+            f"{self.word} memory": motion.memory,
+            f"{self.word} values": np.array(list(values.values())),
+        }
         return found if motion.work is None else found | {f"{self.word} work": motion.work}
 
     def take_up(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
@@ -76,20 +85,26 @@ class Meter:
             return
         now = motion_of(run, 0.0)
         kept: dict[str, Any] = {
-            key: checkpoints.fitting(arrays, f"{self.word} {key}", getattr(now, key)) for key in (*COLUMNS, "memory")
+            key: checkpoints.fitting(arrays, f"{self.word} {key}", getattr(now, key))
+            for key in (*COLUMNS, "memory")
         }
         outputs = run.model.system.outputs
-        names = [column for name in (outputs if self.names is None else self.names) for column in outputs[name].columns]
+        names = [
+            column
+            for name in (outputs if self.names is None else self.names)
+            for column in outputs[name].columns
+        ]
         values = checkpoints.fitting(arrays, f"{self.word} values", np.zeros(len(names)))
         kept["work"] = arrays.get(f"{self.word} work")
         self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
 
 
 class RowMeter:
-    """Columns of outputs that are formulas of their sensor rows, state by state, as a `Meter` finds them.
+    """Columns of outputs that are formulas of their sensor rows, state by state, as a `Meter` finds
+    them.
 
-    Rows are read by one small product, and formulas are evaluated for numbers: after a step of 12.5 us of an arm with 16 unknowns
-    a position takes 8 us, all outputs by a `Meter` 256 us.
+    Rows are read by one small product, and formulas are evaluated for numbers: after a step of 12.5
+    us of an arm with 16 unknowns a position takes 8 us, all outputs by a `Meter` 256 us.
     """
 
     def __init__(
@@ -112,15 +127,20 @@ class RowMeter:
             for (name, output, formula), first, last in zip(known, ends, ends[1:], strict=False)
         ]
         self.word = f"columns of {', '.join(name for name, *_ in self.known)}:"  #: before what is kept of it
-        #: by output, as it was read last: time [s], angle with its turns [rad], rate [rad/s] and acceleration [rad/s2]
+        #: by output, as it was read last: time [s], angle with its turns [rad], rate [rad/s] and
+        #: acceleration [rad/s2]
         self.angles: dict[str, tuple[float, float, float, float]] = {}
         if turns is not None:
             self.angles = turns.angles  # counted from whoever has read them last
         else:
-            self.columns(float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a)))
+            self.columns(
+                float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a))
+            )
 
     def columns(self, time: float, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, float]:
-        """Columns in a state (n,) of the order in which the model steps [s]; turns are counted from the one before."""
+        """Columns in a state (n,) of the order in which the model steps [s]; turns are counted from
+        the one before.
+        """
         state, used = self.state, self.used
         state[0], state[1], state[2] = x[used], v[used], a[used]
         y, rate, change = (state @ self.matrix + self.offset).tolist()
@@ -132,20 +152,29 @@ class RowMeter:
             found.update(zip(columns, values, strict=False))
         return found
 
-    def continued(self, name: str, time: float, angle: float, speed: float, acceleration: float) -> tuple[float, float]:
+    def continued(
+        self, name: str, time: float, angle: float, speed: float, acceleration: float
+    ) -> tuple[float, float]:
         """An angle with the turns that it has made since the state before, and its rate."""
         if (before := self.angles.get(name)) is not None:
             t, value, w, change = before
             expected = change_between(time - t, (w, speed), (change, acceleration))
             angle += TURN * round((expected - (angle - value)) / TURN)
             if abs(angle - value - expected) > DOUBT:
-                notify(f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps")
+                notify(
+                    f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps"
+                )
         self.angles[name] = time, angle, speed, acceleration
         return angle, speed
 
     def due(self, longest: float) -> float:
-        """The time [s] by which an angle may have changed by TURNED at its rate and acceleration, `longest` after it was read."""
-        return min(t + min(time_of(TURNED, abs(w), abs(change)), longest) for t, _, w, change in self.angles.values())
+        """The time [s] by which an angle may have changed by TURNED at its rate and acceleration,
+        `longest` after it was read.
+        """
+        return min(
+            t + min(time_of(TURNED, abs(w), abs(change)), longest)
+            for t, _, w, change in self.angles.values()
+        )
 
     def kept(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
@@ -155,14 +184,18 @@ class RowMeter:
         """Put back what was kept."""
         for name in self.angles:
             if (key := f"{self.word} {name}") in arrays:
-                time, angle, speed, acceleration = checkpoints.fitting(arrays, key, np.zeros(4)).tolist()
+                time, angle, speed, acceleration = checkpoints.fitting(
+                    arrays, key, np.zeros(4)
+                ).tolist()
                 self.angles[name] = time, angle, speed, acceleration
 
 
 class Reader(Meter, Observer):
     """Values that controllers and events of a run read, by number; see `systems.measures.readings`."""
 
-    word, looks, reads_states = "read", "end", False
+    word = "read"
+    looks = "end"
+    reads_states = False
 
     def __init__(self, system: System) -> None:
         self.readings = system.readings
@@ -175,8 +208,12 @@ class Reader(Meter, Observer):
     def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
         self.take_up(run, arrays)
 
-    def read(self, run: OpenRun, numbers: Sequence[int], time: float, within: bool = False) -> list[float]:
-        """Their values in the present state, at this time [s]; `within` a step with reactions that are found anew."""
+    def read(
+        self, run: OpenRun, numbers: Sequence[int], time: float, within: bool = False
+    ) -> list[float]:
+        """Their values in the present state, at this time [s]; `within` a step with reactions that
+        are found anew.
+        """
         memory = run.step.state.memory
         found = dict[str, float]()
         if any(number < 0 for number in numbers):
@@ -188,13 +225,19 @@ class Reader(Meter, Observer):
 
         return [self.value(run, k, memory, found) for k in numbers]
 
-    def value(self, run: OpenRun, number: int, memory: np.ndarray, columns: Mapping[str, float]) -> float:
+    def value(
+        self, run: OpenRun, number: int, memory: np.ndarray, columns: Mapping[str, float]
+    ) -> float:
         """A value of what forces keep (l,), and of columns of outputs by name."""
 
         def kept(k: int) -> float:
             return float(memory[run.kept_values[k]])
 
-        return kept(number) if number >= 0 else readings.evaluate(self.readings[-1 - number], kept, columns)
+        return (
+            kept(number)
+            if number >= 0
+            else readings.evaluate(self.readings[-1 - number], kept, columns)
+        )
 
     @property
     def size(self) -> float:
@@ -214,18 +257,31 @@ def counted_columns(found: Mapping[str, Output]) -> set[str]:
 
 
 def motion_of(run: OpenRun, time: float) -> Trajectory:
-    """The present state of a run as a trajectory of one instant [s], with the work and the events so far."""
-    state, back = run.step.state, np.argsort(run.model.order)
+    """The present state of a run as a trajectory of one instant [s], with the work and the events
+    so far.
+    """
+    state = run.step.state
+    back = np.argsort(run.model.order)
     x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
     held = state.multipliers[None] / run.step.method.c
     work = state.work[:1].copy() if np.isfinite(state.work[0]) else None
     now = np.array([time]), x, v, a, held
-    return Trajectory(run.model.system, *now, memory=state.memory[None].copy(), events=tuple(run.happened), work=work)
+    return Trajectory(
+        run.model.system,
+        *now,
+        memory=state.memory[None].copy(),
+        events=tuple(run.happened),
+        work=work,
+    )
 
 
 def balanced(run: OpenRun, time: float) -> Trajectory:
-    """The same with the accelerations and reactions that balance its forces: those of a short piece of a step are noise."""
+    """The same with the accelerations and reactions that balance its forces: those of a short piece
+    of a step are noise.
+    """
     now = motion_of(run, time)
     off = run.step.space.off > 0.0
-    start = consistent_start(run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory), False)
+    start = consistent_start(
+        run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory), False
+    )
     return replace(now, a=start.a[None], multipliers=start.multipliers[None])

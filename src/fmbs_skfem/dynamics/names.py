@@ -13,13 +13,23 @@ SHOWN = 5  #: entries of a residual in a message
 
 
 def coordinate_names(system: System) -> list[str]:
-    """A name for every unknown: body and coordinate of a full model, component and mode of a reduced one.
+    """A name for every unknown: body and coordinate of a full model, component and mode of a
+    reduced one.
 
-    One text for each of the n unknowns. Of lines and surfaces it says where they act most, `beam at s = 0.45 m, y`.
+    One text for each of the n unknowns. Of lines and surfaces it says where they act most, `beam at
+    s = 0.45 m, y`.
     """
     if system.components:
-        return [f"{name} mode {k + 1}" for name, first, last in system.components for k in range(last - first)]
-    names = [f"{body} coordinate {k}" for body, first, last in system.coordinates for k in range(last - first)]
+        return [
+            f"{name} mode {k + 1}"
+            for name, first, last in system.components
+            for k in range(last - first)
+        ]
+    names = [
+        f"{body} coordinate {k}"
+        for body, first, last in system.coordinates
+        for k in range(last - first)
+    ]
     for k, name in places(system).items():
         names[k] = name
     lead = csr_array(system.lift.matrix).tocsc()
@@ -27,8 +37,12 @@ def coordinate_names(system: System) -> list[str]:
 
 
 def places(system: System) -> dict[int, str]:
-    """Where coordinates of lines and surfaces act most, by their numbers in q: `beam at s = 0.45 m, y`."""
-    q, dim, found = system.lift(system.x0), system.dim, dict[int, str]()
+    """Where coordinates of lines and surfaces act most, by their numbers in q: `beam at s = 0.45 m,
+    y`.
+    """
+    q = system.lift(system.x0)
+    dim = system.dim
+    found = dict[int, str]()
     first = {name: (start, end) for name, start, end in system.coordinates}
     for line in system.lines:
         points = positions(line, q[None], dim)[0]
@@ -40,7 +54,9 @@ def places(system: System) -> dict[int, str]:
                 found[start + k] = f"{line.name} at s = {along[row // dim]:.3g} m, {AXES[k % dim]}"
     for skin in system.skins:
         points = skins(system, q)[skin.name][0]
-        for b, place in enumerate(np.ravel(abs(csr_array(skin.samples)[: len(points)]).argmax(axis=0))):
+        for b, place in enumerate(
+            np.ravel(abs(csr_array(skin.samples)[: len(points)]).argmax(axis=0))
+        ):
             at = ", ".join(f"{value:.3g}" for value in points[place])
             for c in range(dim):
                 found[skin.columns.start + b * dim + c] = f"{skin.name} at ({at}), {AXES[c]}"
@@ -52,7 +68,9 @@ def row_names(system: System) -> list[str]:
 
     n + m texts, `joint name.row` behind the unknowns.
     """
-    return coordinate_names(system) + [f"joint {joint}.{label}" for joint, label in system.constraints.names]
+    return coordinate_names(system) + [
+        f"joint {joint}.{label}" for joint, label in system.constraints.names
+    ]
 
 
 def worst(names: list[str], residual: np.ndarray) -> tuple[tuple[str, float], ...]:
@@ -75,7 +93,8 @@ def as_text(values: tuple[tuple[str, float], ...]) -> str:
 def owners(system: System) -> list[str]:
     """The body or component of every unknown, and the joint of every constraint row.
 
-    n + m texts. An unknown of an eliminated system belongs to the body of the first coordinate that it moves.
+    n + m texts. An unknown of an eliminated system belongs to the body of the first coordinate that
+    it moves.
     """
     if system.components:
         names = [name for name, first, last in system.components for _ in range(last - first)]

@@ -2,9 +2,10 @@
 
     integrate:   observers begin,   then  before - step - after  until the end,   then  finish
 
-The driver knows arrays and observers, and nothing of what they are for: events, controllers, parts, records, progress and warnings
-are observers. Whatever has one of its own offers it for a `RunSetting`, by `@offered`; those of a caller are arguments of `integrate`
-and `start`, those of a scene its `monitors`.
+The driver knows arrays and observers, and nothing of what they are for: events, controllers, parts,
+records, progress and warnings are observers. Whatever has one of its own offers it for a
+`RunSetting`, by `@offered`; those of a caller are arguments of `integrate` and `start`, those of a
+scene its `monitors`.
 """
 
 from __future__ import annotations
@@ -30,13 +31,15 @@ Looks: TypeAlias = Literal["step", "pause", "end"]
 class Observer:
     """Looks at a run; every method may be left out.
 
-    `looks` says when `before` and `after` are called: about every "step", where the run makes a "pause" (`after` alone: a few times
-    a second, always after a multiple of 8 steps), or not at all until its "end".
+    `looks` says when `before` and `after` are called: about every "step", where the run makes a
+    "pause" (`after` alone: a few times a second, always after a multiple of 8 steps), or not at all
+    until its "end".
     """
 
     looks: Looks = "step"
     name: str = ""  #: of the one of several of a kind; what it keeps in checkpoints goes by it
-    #: whether it reads states of the motion that a run leaves, or of its stored ones: all are kept then
+    #: whether it reads states of the motion that a run leaves, or of its stored ones: all are kept
+    #: then
     reads_states: bool = True
 
     def begin(self, run: OpenRun) -> None:
@@ -46,10 +49,14 @@ class Observer:
         """A step is to be taken."""
 
     def after(self, run: OpenRun) -> None:
-        """A step was taken: `run.stop(self)` ends the run there, `run.shorten(k)` takes the next step in 2^k parts."""
+        """A step was taken: `run.stop(self)` ends the run there, `run.shorten(k)` takes the next
+        step in 2^k parts.
+        """
 
     def explain(self, run: OpenRun) -> str:
-        """What is known of a step that could not be taken, which stands in the place of its error; nothing by default."""
+        """What is known of a step that could not be taken, which stands in the place of its error;
+        nothing by default.
+        """
         return ""
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
@@ -67,8 +74,9 @@ class Observer:
 class HistorySource(Observer):
     """An observer that gives the histories of every step, and takes it.
 
-    A run takes its steps by the first one. `system` has its inputs as signals, which `take` sets before a step; `recorded`
-    replaces them by the histories that they had, so that the motion can be computed again without it.
+    A run takes its steps by the first one. `system` has its inputs as signals, which `take` sets
+    before a step; `recorded` replaces them by the histories that they had, so that the motion can
+    be computed again without it.
     """
 
     plain: System  #: as it is compiled, with what it gives at its start
@@ -108,8 +116,8 @@ _OFFERS: list[Offer] = []
 def offered(offer: Offer) -> Offer:
     """Register what offers observers of every run, of those that it is for.
 
-    A decorator of a function of a `RunSetting` that gives observers; it is asked before every run of `integrate` and of live runs,
-    in the order of registration.
+    A decorator of a function of a `RunSetting` that gives observers; it is asked before every run
+    of `integrate` and of live runs, in the order of registration.
     """
     _OFFERS.append(offer)
     return offer
@@ -133,7 +141,8 @@ def observers_of(setting: RunSetting) -> list[Observer]:
 
 @dataclass(frozen=True)
 class FoundEquilibria:
-    """Equilibria, or a path of them, with what finds those of another system, and numbers (k,) that both have in common.
+    """Equilibria, or a path of them, with what finds those of another system, and numbers (k,) that
+    both have in common.
 
     What registers with `reviews` gets it, and gives the motion back, with what is to be said of it.
     """
@@ -150,10 +159,11 @@ _REVIEWS: list[Review] = []
 
 
 def reviews(review: Review) -> Review:
-    """Register what looks at equilibria once they are found, as `finish` of an observer does at motions.
+    """Register what looks at equilibria once they are found, as `finish` of an observer does at
+    motions.
 
-    A decorator of a function of a `FoundEquilibria` that gives its motion, changed or as it was; several are called in the order of
-    registration.
+    A decorator of a function of a `FoundEquilibria` that gives its motion, changed or as it was;
+    several are called in the order of registration.
     """
     _REVIEWS.append(review)
     return review
@@ -187,13 +197,15 @@ class PauseCall(Observer):
 class Judge(Observer):
     """Calls a function, which may warn, with the motion of a run that has ended.
 
-    `call(run, motion)` gets the finished run and its Trajectory; what it gives back is not used. All stored states
-    are kept for it unless `reads_states` is false.
+    `call(run, motion)` gets the finished run and its Trajectory; what it gives back is not used.
+    All stored states are kept for it unless `reads_states` is false.
     """
 
     looks: Looks = "end"
 
-    def __init__(self, call: Callable[[OpenRun, Trajectory], object], reads_states: bool = True) -> None:
+    def __init__(
+        self, call: Callable[[OpenRun, Trajectory], object], reads_states: bool = True
+    ) -> None:
         self.call, self.reads_states = call, reads_states
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:

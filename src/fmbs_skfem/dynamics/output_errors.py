@@ -2,8 +2,9 @@ r"""Errors of outputs, column by column, over the ranges that count.
 
 e = max_t |y(t) - y_ref(t)| / range,    range = max(range of the column, `still` times the largest one of its output and unit)
 
-A column that is zero up to round-off counts with `still` times the largest range of its unit in all outputs: a force that is 1e-9 N
-beside one of 10 N is as wrong as what another model gives in its place is to the 10 N.
+A column that is zero up to round-off counts with `still` times the largest range of its unit in all
+outputs: a force that is 1e-9 N beside one of 10 N is as wrong as what another model gives in its
+place is to the 10 N.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ SHOWN = 3  #: errors that a sentence lists
 TOLD = 1e-2  #: error over the range of an output, or of a frequency, from which a warning is shown
 STILL = 1e-2  #: least part of the range of its output that a column counts with
 ROUND = 1e-12  #: range, over the largest number, of an output that stands still
-#: range, over the largest of its unit or what a mechanism of this size and mass does in its time, that is round-off of the motion:
-#: 1e-10 of the forces at Newton's usual tolerance, 100 times more where joints fight a stiff body
+#: range, over the largest of its unit or what a mechanism of this size and mass does in its time,
+#: that is round-off of the motion: 1e-10 of the forces at Newton's usual tolerance, 100 times more
+#: where joints fight a stiff body
 NOTHING = 1e-8
 
 
@@ -35,7 +37,8 @@ NOTHING = 1e-8
 class OutputError:
     """The error of one column.
 
-    `error` = max_t |y - y_ref| in the unit of the output, `relative` = error / range that counts, see the module.
+    `error` = max_t |y - y_ref| in the unit of the output, `relative` = error / range that counts,
+    see the module.
     """
 
     output: str
@@ -46,20 +49,25 @@ class OutputError:
 
 
 def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where these are fewer than two.
+    """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where
+    these are fewer than two.
 
-    Two times are one where they differ by at most 1e-9 of the last of `b`; a and b (s,) each, rising.
+    Two times are one where they differ by at most 1e-9 of the last of `b`; a and b (s,) each,
+    rising.
     """
     slack = 1e-9 * float(b[-1])
     near = np.clip(np.searchsorted(b, a - slack), 0, len(b) - 1)
     same = np.abs(b[near] - a) <= slack
     if same.sum() < 2:
-        raise InputError(say(where, "two trajectories with common times", f"{same.sum()} common times"))
+        raise InputError(
+            say(where, "two trajectories with common times", f"{same.sum()} common times")
+        )
     return np.flatnonzero(same), near[same]
 
 
 def columns(motion: Trajectory) -> dict[str, np.ndarray]:
-    """All outputs of a motion by column, (s,) each; NaN, without a notice, where it does not know one.
+    """All outputs of a motion by column, (s,) each; NaN, without a notice, where it does not know
+    one.
 
     A column is one component of an output, in its SI unit.
     """
@@ -75,14 +83,20 @@ def between(
     still: float = STILL,
     nothing: Mapping[str, float] | None = None,
 ) -> dict[str, OutputError]:
-    """Errors of columns (s,) at common times, of those that both have; `nothing` are ranges by unit that are round-off.
+    """Errors of columns (s,) at common times, of those that both have; `nothing` are ranges by unit
+    that are round-off.
 
-    `still` is the least part of the largest range of its output that a column counts with; energies count with all of it. A
-    column that hardly moves beside others of its unit, or whose range is below `nothing`, counts with `still` times the largest
-    range of its unit. The relative error is NaN where nothing of that unit moves.
+    `still` is the least part of the largest range of its output that a column counts with; energies
+    count with all of it. A column that hardly moves beside others of its unit, or whose range is
+    below `nothing`, counts with `still` times the largest range of its unit. The relative error is
+    NaN where nothing of that unit moves.
     """
     titles = {
-        name: [(column, unit) for column, unit in zip(one.columns, probes.units(name, one), strict=True) if column in reference]
+        name: [
+            (column, unit)
+            for column, unit in zip(one.columns, probes.units(name, one), strict=True)
+            if column in reference
+        ]
         for name, one in outputs.items()
     }
     widest: dict[str, float] = {}
@@ -98,8 +112,12 @@ def between(
                 zero = max((nothing or {}).get(unit, 0.0), NOTHING * widest[unit])
                 theirs = other[column]
                 if outputs[name].columns.index(column) in kind.pausing:
-                    theirs = np.where((theirs == 0.0) | (reference[column] == 0.0), reference[column], theirs)
-                found[column] = single(name, unit, reference[column], theirs, group, least, zero, still * widest[unit])
+                    theirs = np.where(
+                        (theirs == 0.0) | (reference[column] == 0.0), reference[column], theirs
+                    )
+                found[column] = single(
+                    name, unit, reference[column], theirs, group, least, zero, still * widest[unit]
+                )
     return found
 
 
@@ -113,12 +131,16 @@ def single(
     zero: float,
     elsewhere: float,
 ) -> OutputError:
-    """The error of one column; `group` are the columns of its output and unit, of whose range it counts with the `least` part.
+    """The error of one column; `group` are the columns of its output and unit, of whose range it
+    counts with the `least` part.
 
     Where that is no more than `zero` [unit], it counts with the range `elsewhere` [unit].
     """
     error, span = float(np.abs(other - reference).max()), float(np.ptp(reference))
-    widest, size = max(float(np.ptp(values)) for values in group), max(float(np.abs(values).max()) for values in group)
+    widest, size = (
+        max(float(np.ptp(values)) for values in group),
+        max(float(np.abs(values).max()) for values in group),
+    )
     scale = max(span, least * widest)
     if scale <= max(ROUND * size, zero):
         scale = elsewhere if elsewhere > zero else 0.0
@@ -128,11 +150,20 @@ def single(
 def smallest_ranges(system: System, span: float, part: float) -> dict[str, float]:
     """A part of what a mechanism of this size and mass does in a time `span` [s], by the unit.
 
-    With size L [m], mass w [kg] and time T: L, L/T, L/T^2, 1 rad, 1/T, w L/T^2 and w L^2/T^2 times `part`. A span of 0 counts as
-    1 s.
+    With size L [m], mass w [kg] and time T: L, L/T, L/T^2, 1 rad, 1/T, w L/T^2 and w L^2/T^2 times
+    `part`. A span of 0 counts as 1 s.
     """
-    s, w, t = system.scale, system.weight, span or 1.0
-    sizes = {"m": s, "m/s": s / t, "m/s^2": s / t**2, "rad": 1.0, "rad/s": 1.0 / t, "N": w * s / t**2}
+    s = system.scale
+    w = system.weight
+    t = span or 1.0
+    sizes = {
+        "m": s,
+        "m/s": s / t,
+        "m/s^2": s / t**2,
+        "rad": 1.0,
+        "rad/s": 1.0 / t,
+        "N": w * s / t**2,
+    }
     sizes |= {"N m": w * s**2 / t**2, "J": w * s**2 / t**2}
     return {unit: part * size for unit, size in sizes.items()}
 
@@ -150,7 +181,10 @@ def largest(found: Mapping[str, float]) -> str:
 
     Three at most, with the number of the others; errors up to 1 % are not told.
     """
-    order = sorted((name for name, error in found.items() if abs(error) > TOLD), key=lambda name: -abs(found[name]))
+    order = sorted(
+        (name for name, error in found.items() if abs(error) > TOLD),
+        key=lambda name: -abs(found[name]),
+    )
     listed = ", ".join(f"{name} is off by {percent(found[name])}" for name in order[:SHOWN])
     return listed + (f" (and {len(order) - SHOWN} more)" if len(order) > SHOWN else "")
 

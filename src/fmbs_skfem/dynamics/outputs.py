@@ -34,7 +34,9 @@ DELTA = 1e-6  #: relative time difference for Phi_t
 
 @checked
 def energies(trajectory: Trajectory) -> np.ndarray:
-    """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work + lost) [J], (s, 4)."""
+    """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work
+    + lost) [J], (s, 4).
+    """
     found = balance_of(trajectory)
     return np.column_stack([found.stored, found.balance])
 
@@ -63,9 +65,11 @@ def rest_of(system: System, span: float) -> float:
 
 
 def work_of(trajectory: Trajectory, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Work of all that has no potential (s,) [J], and the doubt about it: none where the steps of the run have summed it.
+    """Work of all that has no potential (s,) [J], and the doubt about it: none where the steps of
+    the run have summed it.
 
-    Else it is that of its power (s,) [W] at the stored states, in doubt by what every second of them gives differently.
+    Else it is that of its power (s,) [W] at the stored states, in doubt by what every second of
+    them gives differently.
     """
     times = trajectory.times
     if trajectory.work is not None and len(trajectory.work) == len(times):
@@ -89,28 +93,37 @@ def work_done(times: np.ndarray, power: np.ndarray) -> np.ndarray:
 
 
 def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Kinetic energy, that of strains and springs, potential one (s, 3) [J], and the power (s,) [W] of the rest.
+    """Kinetic energy, that of strains and springs, potential one (s, 3) [J], and the power (s,) [W]
+    of the rest.
 
-    That is: of drives and damping, and of loads without a potential. Linear springs, which rest in the reference x0, have
-    1/2 u^T K u + u . (K x0 - c), u = x - x0, with the part c of the constant force that a change of coordinates has made theirs.
+    That is: of drives and damping, and of loads without a potential. Linear springs, which rest in
+    the reference x0, have 1/2 u^T K u + u . (K x0 - c), u = x - x0, with the part c of the constant
+    force that a change of coordinates has made theirs.
     """
     if trajectory.trace is not None:
         return trajectory.trace.survey[:, :3], trajectory.trace.survey[:, 3]
-    found = survey(compile_system(trajectory.system), trajectory, trajectory.x[0], float(trajectory.times[-1]))
+    found = survey(
+        compile_system(trajectory.system), trajectory, trajectory.x[0], float(trajectory.times[-1])
+    )
     return found[:, :3], found[:, 3]
 
 
 def survey(model: Compiled, part: Trajectory, start: np.ndarray, end: float) -> np.ndarray:
-    """Energies and power (s, 4) as of `survey_of`, of a part of a motion that begins with `start` (n,) and lasts up to `end` [s].
+    """Energies and power (s, 4) as of `survey_of`, of a part of a motion that begins with `start`
+    (n,) and lasts up to `end` [s].
 
-    Every row is that of its state alone, to the bit, so that parts of any lengths make the same numbers: BLAS sums in an order that
-    depends on their number.
+    Every row is that of its state alone, to the bit, so that parts of any lengths make the same
+    numbers: BLAS sums in an order that depends on their number.
     """
-    system, times = model.system, part.times
+    system = model.system
+    times = part.times
     delta = DELTA * max(end, 1e-12)
     span = np.maximum(times - delta, 0.0), times + delta
-    found = on_samples(work.survey, model, 3, times, part.x, part.v, part.a, part.multipliers, span, part.memory)
-    loads, K = system.loads.constant, system.stiffness
+    found = on_samples(
+        work.survey, model, 3, times, part.x, part.v, part.a, part.multipliers, span, part.memory
+    )
+    loads = system.loads.constant
+    K = system.stiffness
     springs = system.loads.springs if len(system.loads.springs) else np.zeros_like(loads)
     if not is_zero(K) or springs.any():
         u = part.x - system.x0
@@ -132,12 +145,17 @@ def on_samples(
     span: tuple[np.ndarray, np.ndarray] | None = None,
     memory: np.ndarray | None = None,
 ) -> np.ndarray:
-    """What a routine of `evaluation` makes of all states of a motion, (s, width); `span` are instants before and after them.
+    """What a routine of `evaluation` makes of all states of a motion, (s, width); `span` are
+    instants before and after them.
 
     Without `memory` (s, l), what forces kept of the states follows from them.
     """
     x, v, a = (np.ascontiguousarray(part) for part in (x, v, a))
-    held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
+    held = (
+        np.zeros((len(times), model.constraints))
+        if multipliers is None
+        else np.ascontiguousarray(multipliers)
+    )
     before, after = span or (times, times)
     # drives are evaluated in Python: the same instants are asked for once
     signals = signal_table(model.system, times)
@@ -161,15 +179,19 @@ def on_samples(
 
 
 def sizes_of(trajectory: Trajectory) -> np.ndarray:
-    """Largest entry of v, size of its change since the state before over the time [m/s2], and displacement [m], (s, 3).
+    """Largest entry of v, size of its change since the state before over the time [m/s2], and
+    displacement [m], (s, 3).
 
-    Those that were read while the motion ran have zeros from where accelerations are clear of round-off, see `tracing`.
+    Those that were read while the motion ran have zeros from where accelerations are clear of
+    round-off, see `tracing`.
     """
     if trajectory.trace is not None:
         return trajectory.trace.sizes
     system, v = trajectory.system, trajectory.v
     changes = sizes(system, np.diff(v, axis=0) / np.diff(trajectory.times)[:, None])
-    return np.column_stack([fastest(v), np.append(0.0, changes), sizes(system, trajectory.x - trajectory.x[0])])
+    return np.column_stack(
+        [fastest(v), np.append(0.0, changes), sizes(system, trajectory.x - trajectory.x[0])]
+    )
 
 
 def fastest(v: np.ndarray) -> np.ndarray:
@@ -178,7 +200,9 @@ def fastest(v: np.ndarray) -> np.ndarray:
 
 
 def size_of(stored: np.ndarray) -> float:
-    """The largest kinetic energy, or change of the strain or potential energy [J]: a steady motion exchanges none."""
+    """The largest kinetic energy, or change of the strain or potential energy [J]: a steady motion
+    exchanges none.
+    """
     return max(float(stored[:, 0].max()), float(np.ptp(stored[:, 1:], axis=0).max()))
 
 
@@ -198,16 +222,21 @@ class EnergyErrors(NamedTuple):
 
 @checked
 def energy_errors(trajectory: Trajectory) -> EnergyErrors:
-    """Errors of the energy balance: a rise is one of the step, a fall is what the method damps, unasked.
+    """Errors of the energy balance: a rise is one of the step, a fall is what the method damps,
+    unasked.
 
-    Both are over the largest energy or work. A fall is also beside what elastic damping takes: where loads put in what damping
-    takes, as in a limit cycle, energies stay while both grow with time, and so does what the method damps.
-    Where the work of loads is that of the stored states alone, rise and fall are less by three times what every second of them
-    gives differently, so that few states feign none.
+    Both are over the largest energy or work. A fall is also beside what elastic damping takes:
+    where loads put in what damping takes, as in a limit cycle, energies stay while both grow with
+    time, and so does what the method damps. Where the work of loads is that of the stored states
+    alone, rise and fall are less by three times what every second of them gives differently, so
+    that few states feign none.
     """
     found = balance_of(trajectory)
-    change, doubt = found.balance - found.balance[0], float(found.doubt.max())
-    scale = max(size_of(found.stored), float(np.abs(found.work).max()))  # what damping takes as it comes is stored nowhere
+    change = found.balance - found.balance[0]
+    doubt = float(found.doubt.max())
+    scale = max(
+        size_of(found.stored), float(np.abs(found.work).max())
+    )  # what damping takes as it comes is stored nowhere
     drift = float(np.abs(change).max())
     if len(change) < FEW or scale <= found.rest:
         return EnergyErrors(drift, 0.0, 0.0)
@@ -224,8 +253,12 @@ def residual_samples(
     multipliers: np.ndarray | None = None,
     memory: np.ndarray | None = None,
 ) -> np.ndarray:
-    """M q'' + f - Q + Phi_q^T lambda of a system on any motion, (s, n); without multipliers (s, m) the last part is left out."""
-    found = on_samples(evaluation.residuals, model, model.system.size, times, x, v, a, multipliers, memory=memory)
+    """M q'' + f - Q + Phi_q^T lambda of a system on any motion, (s, n); without multipliers (s, m)
+    the last part is left out.
+    """
+    found = on_samples(
+        evaluation.residuals, model, model.system.size, times, x, v, a, multipliers, memory=memory
+    )
     return found[:, np.argsort(model.order)]
 
 
@@ -234,9 +267,9 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
     Rows that were eliminated are recovered from the residual of the full system by least squares,
-    Phi_q^T lambda = - (M q'' + f - Q), see `recovery`; those that follow from others share what they carry. What joints with
-    multipliers leave out as redundant carries nothing. Rows that hold in all motions which a reduced model knows are NaN, where
-    events release them.
+    Phi_q^T lambda = - (M q'' + f - Q), see `recovery`; those that follow from others share what
+    they carry. What joints with multipliers leave out as redundant carries nothing. Rows that hold
+    in all motions which a reduced model knows are NaN, where events release them.
     """
     system = trajectory.system
     if (trace := trajectory.trace) is not None:
@@ -260,7 +293,10 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     if trajectory.system.size != full.size:
         r = residual_samples(model, trajectory.times, q, v, a, held, trajectory.memory)
         rows, C = recovery.of_rows(full, frozenset(known))
-        known |= {full.constraints.names[row]: values for row, values in zip(rows, np.asarray(C.T @ r.T), strict=True)}
+        known |= {
+            full.constraints.names[row]: values
+            for row, values in zip(rows, np.asarray(C.T @ r.T), strict=True)
+        }
     none = np.zeros(len(trajectory.times))
     return {name: known.get(name, none) for name in full.constraints.names}
 
@@ -268,7 +304,13 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
 def require_read(expected: Sized, read: np.ndarray, call: str) -> None:
     """InputError where an output asks for what was not read of states that are gone."""
     if read.shape[1] < len(expected):
-        raise InputError(say(f"an output that calls {call}()", f"a class with '{call}' in its `calls`", "one without"))
+        raise InputError(
+            say(
+                f"an output that calls {call}()",
+                f"a class with '{call}' in its `calls`",
+                "one without",
+            )
+        )
 
 
 def pushes(trajectory: Trajectory) -> np.ndarray:
@@ -300,18 +342,29 @@ def body_coordinates(trajectory: Trajectory) -> np.ndarray:
 
 
 def rows_read(system: System) -> np.ndarray:
-    """Sensor rows (i,) that outputs read, ascending: those of loads that none measures are among the others."""
-    return distinct(np.array([row for one in system.outputs.values() for row in one.rows], np.int64))
+    """Sensor rows (i,) that outputs read, ascending: those of loads that none measures are among
+    the others.
+    """
+    return distinct(
+        np.array([row for one in system.outputs.values() for row in one.rows], np.int64)
+    )
 
 
 def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sensor rows y = S x + s that outputs read, of a motion, their rates and accelerations, (s, i) each."""
+    """Sensor rows y = S x + s that outputs read, of a motion, their rates and accelerations, (s, i)
+    each.
+    """
     system = trajectory.system
     if (trace := trajectory.trace) is not None:
         return trace.values, trace.rates, trace.accelerations
     rows = rows_read(system)
-    matrix, used = remembered(system, "sensors", lambda: narrowed(rows_at(system.sensors.matrix, rows)))
-    y, rate, change = (np.asarray(matrix @ part[:, used].T).T for part in (trajectory.x, trajectory.v, trajectory.a))
+    matrix, used = remembered(
+        system, "sensors", lambda: narrowed(rows_at(system.sensors.matrix, rows))
+    )
+    y, rate, change = (
+        np.asarray(matrix @ part[:, used].T).T
+        for part in (trajectory.x, trajectory.v, trajectory.a)
+    )
     return y + system.sensors.offset[rows], rate, change
 
 
@@ -319,14 +372,17 @@ def require_known(where: str, system: System, names: Sequence[str]) -> None:
     """InputError for a name that is none of the outputs."""
     for name in names:
         if name not in system.outputs:
-            expected = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
+            expected = (
+                f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
+            )
             raise InputError(say(where, expected, f"'{name}'") + closest(name, system.outputs))
 
 
 @checked
 def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
     """Named outputs, all by default: column name -> values (s,)."""
-    columns, system = dict[str, np.ndarray](), trajectory.system
+    columns = dict[str, np.ndarray]()
+    system = trajectory.system
     require_known("outputs", system, names or ())
     y, rate, change = read_sensors(trajectory)
     read = rows_read(system)
@@ -334,7 +390,8 @@ def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[
     for name, output in system.outputs.items():
         if names is not None and name not in names:
             continue
-        rows, at = list(output.rows), np.searchsorted(read, output.rows)
+        rows = list(output.rows)
+        at = np.searchsorted(read, output.rows)
         sensed = Sensed(
             name=name,
             dim=system.dim,
@@ -347,7 +404,9 @@ def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[
             pushes=partial(pushes, trajectory),
             forces=system.loads.forces,
             signals=partial(signal_table, system, trajectory.times),
-            way=None if trajectory.way is None else (trajectory.way.values[:, rows], trajectory.way.kept),
+            way=None
+            if trajectory.way is None
+            else (trajectory.way.values[:, rows], trajectory.way.kept),
         )
         kind = kind_of(output)
         values = [np.asarray(one) for one in kind.evaluate(output, sensed)]
@@ -356,14 +415,17 @@ def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[
             raise InputError(say(f"output '{name}': evaluate", expected, f"{len(values)} values"))
         for one in values:
             if one.shape != trajectory.times.shape or one.dtype.kind not in "biuf":
-                expected, got = f"{len(trajectory.times)} numbers a column, one an instant", f"an array {one.shape} of {one.dtype}"
+                expected = f"{len(trajectory.times)} numbers a column, one an instant"
+                got = f"an array {one.shape} of {one.dtype}"
                 raise InputError(say(f"output '{name}': evaluate", expected, got))
         columns.update(zip(output.columns, values, strict=True))
     return columns
 
 
 def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
-    """Positions, slopes and curvature vectors along every body for samples q (s, q): (s, 3, x, c) by body name."""
+    """Positions, slopes and curvature vectors along every body for samples q (s, q): (s, 3, x, c)
+    by body name.
+    """
     found = {}
     for line in system.lines:
         values = np.asarray(line.samples @ q.T).T
@@ -378,7 +440,8 @@ def positions(line: LineSamples, q: np.ndarray, dim: int) -> np.ndarray:
 
 
 def skins(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
-    """Positions, then the vectors of the law in local coordinates, on every plate and shell for one q (q,): (1 + k, x, c) by name.
+    """Positions, then the vectors of the law in local coordinates, on every plate and shell for one
+    q (q,): (1 + k, x, c) by name.
 
     The samples of a large body are many: take one instant after the other.
     """
@@ -390,7 +453,8 @@ def skins(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def distances(one: System, q: np.ndarray, other: System, p: np.ndarray) -> np.ndarray:
-    """Largest distance (s,) [m] of corresponding points of two motions q (s, q) and p (s, p): centre lines and middle surfaces.
+    """Largest distance (s,) [m] of corresponding points of two motions q (s, q) and p (s, p):
+    centre lines and middle surfaces.
 
     Surfaces correspond where both have the same cells; NaN where no body of the two corresponds.
     """
@@ -407,5 +471,7 @@ def distances(one: System, q: np.ndarray, other: System, p: np.ndarray) -> np.nd
         first, second = skins(one, q[s]), skins(other, p[s])
         for name in first.keys() & second.keys():
             if first[name].shape == second[name].shape:
-                worst[s] = np.fmax(worst[s], np.linalg.norm(first[name][0] - second[name][0], axis=1).max())
+                worst[s] = np.fmax(
+                    worst[s], np.linalg.norm(first[name][0] - second[name][0], axis=1).max()
+                )
     return worst

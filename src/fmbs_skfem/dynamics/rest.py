@@ -2,8 +2,9 @@
 
     f(x) - Q(0) + Phi_x^T lambda = 0,  Phi(x, 0) = 0;    v = u + omega x r at x, by the rigid motion (u, omega) of v0 at x0
 
-Histories and drives have their values at t = 0, inputs and controllers those that they start with, and forces that depend on rates
-see none. Velocities are no part of the equilibrium: the initial motion of the system is put on top of it, turned with every body.
+Histories and drives have their values at t = 0, inputs and controllers those that they start with,
+and forces that depend on rates see none. Velocities are no part of the equilibrium: the initial
+motion of the system is put on top of it, turned with every body.
 """
 
 from __future__ import annotations
@@ -35,14 +36,16 @@ class Rest(NamedTuple):
 
     x: np.ndarray  #: (n,)
     v: np.ndarray  #: (n,)
-    memory: np.ndarray | None  #: (l,) what forces keep, such as turns of springs; None for what they start with
+    memory: (
+        np.ndarray | None
+    )  #: (l,) what forces keep, such as turns of springs; None for what they start with
 
 
 def in_equilibrium(system: System, newton: Newton, progress: Progress | None = None) -> Rest:
     """The equilibrium of `solve_statics` at t = 0, and the initial velocities there.
 
-    A warning says that it is unstable. InputError where there is none as bodies are free to move, SolverError, without a partial
-    trajectory, where none is found otherwise.
+    A warning says that it is unstable. InputError where there is none as bodies are free to move,
+    SolverError, without a partial trajectory, where none is found otherwise.
     """
     whole = system.full or system
     if not whole.components and (swings := hinged_rims.pushed(whole, 0.0)):
@@ -50,7 +53,9 @@ def in_equilibrium(system: System, newton: Newton, progress: Progress | None = N
     try:
         path = loaded(system, newton, progress)
         if unstable := modes.instability(path):
-            notify(f"the start of the motion: {unstable}: the smallest disturbance moves the bodies away; use `start: reference`")
+            notify(
+                f"the start of the motion: {unstable}: the smallest disturbance moves the bodies away; use `start: reference`"
+            )
     except Notice as notice:
         notice.partial = None
         raise
@@ -58,7 +63,9 @@ def in_equilibrium(system: System, newton: Newton, progress: Progress | None = N
         if not whole.components and (free := free_motions.unsupported(whole)[0]):
             raise unheld(free, FREE) from error
         text = "no equilibrium with the loads at t = 0 was found"
-        raise SolverError(f"{text}: {error}, or use `start: reference`", Reason.NO_EQUILIBRIUM, 0.0, error.worst) from error
+        raise SolverError(
+            f"{text}: {error}, or use `start: reference`", Reason.NO_EQUILIBRIUM, 0.0, error.worst
+        ) from error
     x = path.x[-1]
     return Rest(x, turned(system, x), None if path.memory is None else path.memory[-1])
 
@@ -70,10 +77,12 @@ def unheld(free: Sequence[free_motions.FreeMotion], remedy: str) -> InputError:
 
 
 def loaded(system: System, newton: Newton, progress: Progress | None = None) -> Trajectory:
-    """The path to the equilibrium: in one step from near it, where a state is known, or by load steps from x0.
+    """The path to the equilibrium: in one step from near it, where a state is known, or by load
+    steps from x0.
 
-    A hyper-reduction knows the forces of states like those of its training, not of those between the reference and the equilibrium.
-    What forces keep, as turns of springs, is known by load steps alone.
+    A hyper-reduction knows the forces of states like those of its training, not of those between
+    the reference and the equilibrium. What forces keep, as turns of springs, is known by load steps
+    alone.
     """
     if len(system.near) and not len(compile_system(system).memory):
         with contextlib.suppress(SolverError):
@@ -82,14 +91,23 @@ def loaded(system: System, newton: Newton, progress: Progress | None = None) -> 
 
 
 def turned(system: System, x: np.ndarray) -> np.ndarray:
-    """Velocities (n,) at x (n,) of the rigid motions of all bodies that v0 is at x0; what is none of them stays as it is."""
+    """Velocities (n,) at x (n,) of the rigid motions of all bodies that v0 is at x0; what is none
+    of them stays as it is.
+    """
     if not system.v0.any():
         return system.v0
-    start, now, given = system.lift(system.x0), system.lift(x), system.lift.matrix @ system.v0
+    start = system.lift(system.x0)
+    now = system.lift(x)
+    given = system.lift.matrix @ system.v0
     change = np.zeros(len(start))
-    for (_, first, last), B in zip(system.coordinates, mechanism.motions(system, start), strict=True):
+    for (_, first, last), B in zip(
+        system.coordinates, mechanism.motions(system, start), strict=True
+    ):
         rates = ranks.least(B, given[first:last])[system.dim :] / system.scale
         apart = (now - start)[first:last].reshape(-1, system.dim)
         axes = np.eye(3)[2 if system.dim == 2 else 0 :]
-        change[first:last] = sum(rate * mechanism.turn(apart, axis).ravel() for rate, axis in zip(rates, axes, strict=True))
+        change[first:last] = sum(
+            rate * mechanism.turn(apart, axis).ravel()
+            for rate, axis in zip(rates, axes, strict=True)
+        )
     return system.v0 + project(system.lift.matrix, change)

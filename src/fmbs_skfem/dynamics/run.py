@@ -32,7 +32,10 @@ from .trajectory import COLUMNS, Happening, Statistics, Trajectory
 
 Found = TypeVar("Found", bound=Observer)
 EQUAL = 1e-9  #: of a step, within which instants are one
-STOPPED, BY = "stopped", "stopped by"  #: in checkpoints: when an observer has stopped the run [s], and its name in bytes
+STOPPED, BY = (
+    "stopped",
+    "stopped by",
+)  #: in checkpoints: when an observer has stopped the run [s], and its name in bytes
 
 
 @dataclass
@@ -56,11 +59,17 @@ class OpenRun:
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
     happened: list[Happening] = field(default_factory=list)
     stopped: Happening | None = None  #: by an observer
-    meters: dict[tuple[str, ...], Meter] = field(default_factory=dict)  #: by the outputs that they read
+    meters: dict[tuple[str, ...], Meter] = field(
+        default_factory=dict
+    )  #: by the outputs that they read
     tracer: Tracer | None = None  #: of a run that keeps few of its states
     base: int = 0  #: number of the stored state in the first row of the arrays: those before were read, and have gone
-    resumed: Mapping[str, np.ndarray] = field(default_factory=dict)  #: arrays of the checkpoint that it goes on from
-    facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
+    resumed: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  #: arrays of the checkpoint that it goes on from
+    facts: dict[str, str] = field(
+        default_factory=dict
+    )  #: of model and method, found when they are needed
 
     @cached_property
     def close(self) -> list[Observer]:
@@ -92,7 +101,9 @@ class OpenRun:
         return self.scheme.step * self.done if self.end_time is None else self.end_time
 
     def outputs(self, *names: str) -> dict[str, float]:
-        """Columns of outputs in the present state; angles count their turns, and energies their changes, from call to call."""
+        """Columns of outputs in the present state; angles count their turns, and energies their
+        changes, from call to call.
+        """
         if names not in self.meters:
             self.meters[names] = Meter(names)
             self.meters[names].word = f"outputs {', '.join(names)}:"
@@ -121,7 +132,10 @@ class OpenRun:
         if self.steps:
             facts_of(self)
             row = int(np.searchsorted(self.times, time - EQUAL * self.scheme.step))
-            self.kept, self.times = np.append(self.kept[:row], self.done), np.append(self.times[:row], time)
+            self.kept, self.times = (
+                np.append(self.kept[:row], self.done),
+                np.append(self.times[:row], time),
+            )
             self.rows = np.append(self.rows[: self.done], row)
 
     def store(self) -> None:
@@ -175,7 +189,9 @@ class OpenRun:
         return PackedStep(self.model, self.step, self.large)
 
     def take(self, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
-        """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
+        """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the
+        status and the steps done.
+        """
         status = self.packed.advance(signals, rows[: len(signals)], self.scheme.step * self.done)
         self.packed.check()
         return status, int(self.step.job.done[0])
@@ -213,7 +229,14 @@ def restore(run: OpenRun, held: Checkpoint) -> None:
     run.meters.clear()
     for one in run.observers:
         begin = prefix(one)
-        one.put(run, {name.removeprefix(begin): array for name, array in held.arrays.items() if name.startswith(begin)})
+        one.put(
+            run,
+            {
+                name.removeprefix(begin): array
+                for name, array in held.arrays.items()
+                if name.startswith(begin)
+            },
+        )
     if STOPPED in held.arrays:
         run.put_stop(held.arrays[BY].tobytes().decode(), float(held.arrays[STOPPED][0]))
     if run.end_time is not None:
@@ -231,10 +254,14 @@ def count_stored(run: OpenRun) -> int:
 
 
 def states(run: OpenRun, first: int, last: int) -> Rows:
-    """Stored states from `first` up to `last` in the order of the system; of a run that keeps few, what was read of them."""
+    """Stored states from `first` up to `last` in the order of the system; of a run that keeps few,
+    what was read of them.
+    """
     if run.tracer is not None:
         found = traced(run, run.tracer).part(slice(first, last))
-        columns = {name: getattr(found, name) for name in (*COLUMNS, "memory", "work", "trace", "kept")}
+        columns = {
+            name: getattr(found, name) for name in (*COLUMNS, "memory", "work", "trace", "kept")
+        }
         return Rows(**columns)
     return rows_of(run, first, last)
 
@@ -244,7 +271,15 @@ def rows_of(run: OpenRun, first: int, last: int) -> Rows:
     begin, end = first - run.base, last - run.base
     x, v, a = run.step.job.out[:, begin:end]
     memory = run.step.job.memory[begin:end, : 0 if run.forgotten else None]
-    return Rows(run.times[first:last], x, v, a, run.step.job.multipliers[begin:end], memory, run.step.job.work[begin:end])
+    return Rows(
+        run.times[first:last],
+        x,
+        v,
+        a,
+        run.step.job.multipliers[begin:end],
+        memory,
+        run.step.job.work[begin:end],
+    )
 
 
 def given(run: OpenRun) -> Compiled:
@@ -256,7 +291,9 @@ def given(run: OpenRun) -> Compiled:
 def motion_of_rows(run: OpenRun, rows: Rows) -> Trajectory:
     """Stored states as a motion, of which some may be gone."""
     motion = rows.times, rows.x, rows.v, rows.a, rows.multipliers
-    found = Trajectory(given(run).system, *motion, memory=rows.memory, events=tuple(run.happened), work=rows.work)
+    found = Trajectory(
+        given(run).system, *motion, memory=rows.memory, events=tuple(run.happened), work=rows.work
+    )
     return replace(found, trace=rows.trace, kept=rows.kept)
 
 
@@ -288,7 +325,8 @@ def moment(run: OpenRun) -> RunState:
     """What `record` sees."""
 
     def checkpoint() -> Checkpoint:
-        facts, arrays = facts_of(run), checkpoints.arrays(run.step, run.large)
+        facts = facts_of(run)
+        arrays = checkpoints.arrays(run.step, run.large)
         for one in run.observers:
             arrays |= {prefix(one) + name: array for name, array in one.arrays(run).items()}
         for meter in run.meters.values():
@@ -298,10 +336,22 @@ def moment(run: OpenRun) -> RunState:
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 
-    numbers = 3 * run.model.system.size + run.model.constraints if run.tracer is None else run.tracer.width(run.model.system)
+    numbers = (
+        3 * run.model.system.size + run.model.constraints
+        if run.tracer is None
+        else run.tracer.width(run.model.system)
+    )
     size = 8 * numbers
     calls = partial(states, run), checkpoint
-    return RunState(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, *calls, cost_of(run).halved)
+    return RunState(
+        run.done,
+        run.steps,
+        run.scheme.step * run.done,
+        count_stored(run),
+        size,
+        *calls,
+        cost_of(run).halved,
+    )
 
 
 def solver_of(run: OpenRun) -> str:
@@ -311,12 +361,19 @@ def solver_of(run: OpenRun) -> str:
     layout = run.model.layout
     if layout.storage is Storage.BLOCKS:
         return f"LDL^T of blocks, {layout.numbers} numbers"
-    return "dense Cholesky or LU" if layout.dense else f"band Cholesky or LU, half width {layout.width}"
+    return (
+        "dense Cholesky or LU"
+        if layout.dense
+        else f"band Cholesky or LU, half width {layout.width}"
+    )
 
 
 def last_residual(run: OpenRun, time: float) -> np.ndarray:
-    """Forces [N] and gaps (n + m,) that are left at the last trial state of the shortest step that was tried."""
-    s, order = run.step.space, np.argsort(run.model.order)
+    """Forces [N] and gaps (n + m,) that are left at the last trial state of the shortest step that
+    was tried.
+    """
+    s = run.step.space
+    order = np.argsort(run.model.order)
     c = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, run.model).c
     state = (part[order] for part in (s.x, s.v, s.acceleration))
     x, v, a = state

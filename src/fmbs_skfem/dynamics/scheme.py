@@ -24,24 +24,35 @@ from .compiled_step.step import LEAST, Method
 
 LEAST_STEP = 1e-100  #: [s], whose square is a number
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
-# double pendulums, full and in 30 modes, in steps of 0.05 to 1 ms: two corrections leave less, so that half, twice and none of it
-# take the same
+# double pendulums, full and in 30 modes, in steps of 0.05 to 1 ms: two corrections leave less, so
+# that half, twice and none of it take the same
 SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave
-# BRISK, 2004 corrections and 185 factorisations of a double pendulum (20 cells, 1000 steps of 0.5 ms): half 2000 and 269, twice
-# 2182 and 211, in equal time. LAZY, 255 and 33 in 30 modes (50 steps of 4 ms): half 211 and 45, twice 305 and 19; a crank-slider
-# of full size has one factorisation with any
-BRISK, LAZY = 0.005, 0.05  #: contractions above which new factors pay, where they cost little and much
-# below it a sharper iteration is bought: steps of a double pendulum take 16 us with BRISK and 12 us with LAZY in 12 unknowns, 37
-# and 27 in 24, 70 and 45 in 40
+# BRISK, 2004 corrections and 185 factorisations of a double pendulum (20 cells, 1000 steps of 0.5
+# ms): half 2000 and 269, twice 2182 and 211, in equal time. LAZY, 255 and 33 in 30 modes (50 steps
+# of 4 ms): half 211 and 45, twice 305 and 19; a crank-slider of full size has one factorisation
+# with any
+BRISK, LAZY = (
+    0.005,
+    0.05,
+)  #: contractions above which new factors pay, where they cost little and much
+# below it a sharper iteration is bought: steps of a double pendulum take 16 us with BRISK and 12 us
+# with LAZY in 12 unknowns, 37 and 27 in 24, 70 and 45 in 40
 FEW = 24  #: unknowns of reduced models whose factors cost little
-# 2e-12 leaves 2.9e-8 of the motion of a reduced double pendulum over 3 s; half of it 1.3e-8, 50 times of it 7e-7. Positions then
-# are within 1 % of the error of the step in all verification cases
-DYNAMIC, STATIC = 2e-12, 1e-10  #: default tolerances: errors of steps add up, those of equilibria do not
-# the spectral radius of guess, iteration and step is 1 + 6e-6 at most with it, 1 + 1e-4 with twice and 1.02 with three times of it,
-# for rho_inf from 0 to 0.95; with four times of it single spin-ups (8 cells, 4500 to 4800 steps) err by 2e-7 to 8e-6 m for 1e-11
+# 2e-12 leaves 2.9e-8 of the motion of a reduced double pendulum over 3 s; half of it 1.3e-8, 50
+# times of it 7e-7. Positions then are within 1 % of the error of the step in all verification cases
+DYNAMIC, STATIC = (
+    2e-12,
+    1e-10,
+)  #: default tolerances: errors of steps add up, those of equilibria do not
+# the spectral radius of guess, iteration and step is 1 + 6e-6 at most with it, 1 + 1e-4 with twice
+# and 1.02 with three times of it, for rho_inf from 0 to 0.95; with four times of it single spin-ups
+# (8 cells, 4500 to 4800 steps) err by 2e-7 to 8e-6 m for 1e-11
 SHARE = 0.0055  #: part of the error of a guess that an iteration may leave, over (1 - rho_inf)^2
-FALLING = 16.0  #: parts of a step up to which a touch is resolved the better the shorter the step is
-# each may begin by itself, in a step that ends there: many that do so in every step would cost more than they are worth
+FALLING = (
+    16.0  #: parts of a step up to which a touch is resolved the better the shorter the step is
+)
+# each may begin by itself, in a step that ends there: many that do so in every step would cost more
+# than they are worth
 FEW_PLACES = 16  #: places that may touch, in whose impacts errors fall with the step
 Solver: TypeAlias = Literal["own", "pardiso"]
 Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does so
@@ -51,12 +62,15 @@ Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does s
 @dataclass(frozen=True)
 @checked
 class GeneralizedAlpha:
-    """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping).
+    """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to
+    1 (no damping).
 
-    A scheme of one's own is a frozen dataclass with this base and its own `coefficients`, all that a step reads of it.
+    A scheme of one's own is a frozen dataclass with this base and its own `coefficients`, all that
+    a step reads of it.
 
-    Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`. With a `local_error` a step is taken in
-    1, 2, 4, ... or 32 parts, as few as keep its error below that, see `compiled_step.parts`.
+    Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`. With a
+    `local_error` a step is taken in 1, 2, 4, ... or 32 parts, as few as keep its error below that,
+    see `compiled_step.parts`.
     """
 
     step: float
@@ -71,15 +85,23 @@ class GeneralizedAlpha:
 
     def __post_init__(self) -> None:
         if not LEAST_STEP <= self.step <= 1.0 / LEAST_STEP:
-            raise InputError(say("analysis.step", f"a positive time [s], {LEAST_STEP:g} at least", self.step))
+            raise InputError(
+                say("analysis.step", f"a positive time [s], {LEAST_STEP:g} at least", self.step)
+            )
         if not 0 <= self.rho_inf <= 1:
             raise InputError(say("analysis.rho_inf", "a number between 0 and 1", self.rho_inf))
         if not 0 <= self.local_error < 1:
-            raise InputError(say("analysis.local_error", "a number between 0 and 1", self.local_error))
+            raise InputError(
+                say("analysis.local_error", "a number between 0 and 1", self.local_error)
+            )
         if self.start not in get_args(Start):
             raise InputError(say("analysis.start", " or ".join(get_args(Start)), self.start))
         found: Any = self.coefficients  # of one's own may be anything
-        four = isinstance(found, tuple) and len(found) == 4 and all(isinstance(one, int | float) for one in found)
+        four = (
+            isinstance(found, tuple)
+            and len(found) == 4
+            and all(isinstance(one, int | float) for one in found)
+        )
         if not (four and np.isfinite(found).all() and max(found[:2]) < 1 and min(found[2:]) > 0):
             expected = "four finite numbers alpha_m < 1, alpha_f < 1, gamma > 0, beta > 0"
             raise InputError(say(f"class {type(self).__qualname__}.coefficients", expected, found))
@@ -97,15 +119,19 @@ class GeneralizedAlpha:
 @dataclass(frozen=True)
 @checked
 class Newton:
-    """Iteration control; the tolerance is an error of the positions, root mean square, relative to the size of the mechanism.
+    """Iteration control; the tolerance is an error of the positions, root mean square, relative to
+    the size of the mechanism.
 
-    A correction d (n,) ends the iteration where |d|_M <= tolerance L, L the size of the mechanism [m]. InputError for a tolerance
-    outside of 0 to 0.01 and an unknown solver, MissingFeature for `pardiso` where the extra is not installed.
+    A correction d (n,) ends the iteration where |d|_M <= tolerance L, L the size of the mechanism
+    [m]. InputError for a tolerance outside of 0 to 0.01 and an unknown solver, MissingFeature for
+    `pardiso` where the extra is not installed.
     """
 
     tolerance: float = DYNAMIC
     iterations: int = 25
-    slow: float | None = None  #: contraction above which the iteration matrix is factored anew; by the cost of its factors
+    slow: float | None = (
+        None  #: contraction above which the iteration matrix is factored anew; by the cost of its factors
+    )
     solver: Solver = "own"  #: of large models: factors or multigrid of this package, or PARDISO (the extra `pardiso`)
 
     def __post_init__(self) -> None:
@@ -117,42 +143,62 @@ class Newton:
             raise InputError(say("newton.tolerance", "a number between 0 and 0.01", self.tolerance))
         if self.iterations < 1 or (self.slow is not None and not self.slow >= 0):
             got = f"{self.iterations} and {self.slow}"
-            raise InputError(say("newton: iterations and slow", "1 or more, and a contraction that is not negative", got))
+            raise InputError(
+                say(
+                    "newton: iterations and slow",
+                    "1 or more, and a contraction that is not negative",
+                    got,
+                )
+            )
 
 
 def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
-    """The number of steps of a run over `duration` [s], the nearest one; a notice where that is another duration.
+    """The number of steps of a run over `duration` [s], the nearest one; a notice where that is
+    another duration.
 
     InputError for a duration of less than half a step, and one without an end.
     """
     if not 0.5 < duration / scheme.step < np.inf:
-        raise InputError(say("analysis.duration", f"at least one step of {scheme.step} s, and an end", f"{duration} s"))
+        raise InputError(
+            say(
+                "analysis.duration",
+                f"at least one step of {scheme.step} s, and an end",
+                f"{duration} s",
+            )
+        )
     steps = round(duration / scheme.step)
     if abs(steps * scheme.step - duration) > WHOLE * duration:
         end = f"{steps} steps of {scheme.step:.6g} s end at {steps * scheme.step:.6g} s"
-        notify(f"the duration of {duration:.6g} s is no whole number of steps: {end}; choose a step that divides it")
+        notify(
+            f"the duration of {duration:.6g} s is no whole number of steps: {end}; choose a step that divides it"
+        )
     return steps
 
 
 def has_dear_factors(model: Compiled) -> bool:
-    """Whether factors cost ten corrections or more: of reduced models and parts with more than FEW unknowns, and of large ones.
+    """Whether factors cost ten corrections or more: of reduced models and parts with more than FEW
+    unknowns, and of large ones.
 
-    Velocities settle on the joints along directions that follow from the factors: full models take those of newer ones.
+    Velocities settle on the joints along directions that follow from the factors: full models take
+    those of newer ones.
     """
     return model.pattern is not None or are_factors_dear(model.system, model.arrays.dense)
 
 
 def are_factors_dear(system: System, dense: bool) -> bool:
     """The same of a system that is no large one."""
-    full = is_sparse(system.lift.matrix) and any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)
+    full = is_sparse(system.lift.matrix) and any(
+        terms.numbers_read(one.gather) > 0.0 for one in system.elastic
+    )
     return not full and (dense or len(system.elastic) > 0) and system.size > FEW
 
 
 def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compiled) -> Method:
     """Coefficients of a step h [s], and the tolerance of the iteration in metres.
 
-    Where factors cost as much as a few corrections, new ones at a contraction of BRISK pay: what two corrections leave is then far
-    below the tolerance. Where they cost ten, those of reduced and of large models, LAZY is faster.
+    Where factors cost as much as a few corrections, new ones at a contraction of BRISK pay: what
+    two corrections leave is then far below the tolerance. Where they cost ten, those of reduced and
+    of large models, LAZY is faster.
     """
     method = method_for(scheme, newton, h, model.system, model.arrays.dense)
     if touches_in_few_places(model):
@@ -163,48 +209,71 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
 
 
 def touches_in_few_places(model: Compiled) -> bool:
-    """Whether forces that begin and end are few, at single places: ropes, stops, and contacts of single points."""
+    """Whether forces that begin and end are few, at single places: ropes, stops, and contacts of
+    single points.
+    """
     places = [one.places for one in model.forces if one.routines.judge is not None]
     return len(places) > 0 and all(place > 0 for place in places) and sum(places) <= FEW_PLACES
 
 
-def method_for(scheme: GeneralizedAlpha, newton: Newton, h: float, system: System, dense: bool) -> Method:
+def method_for(
+    scheme: GeneralizedAlpha, newton: Newton, h: float, system: System, dense: bool
+) -> Method:
     """The same of a system that is no large one."""
-    slow = newton.slow if newton.slow is not None else LAZY if are_factors_dear(system, dense) else BRISK
+    slow = (
+        newton.slow
+        if newton.slow is not None
+        else LAZY
+        if are_factors_dear(system, dense)
+        else BRISK
+    )
     am, af, gamma, beta = scheme.coefficients
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
     left = 0.0, largest_share(scheme), DYNAMIC * system.scale
     whole = False, scheme.local_error * system.scale
     touching = 1.0, False
-    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, *whole, *touching), h)
+    return of_length(
+        Method(
+            0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, *whole, *touching
+        ),
+        h,
+    )
 
 
 def largest_share(scheme: GeneralizedAlpha) -> float:
-    """Part of the error of the guess of q'' that an iteration may leave without growing from step to step.
+    """Part of the error of the guess of q'' that an iteration may leave without growing from step
+    to step.
 
         0.0055 (1 - rho_inf)^2,    rho_inf the spectral radius of the scheme at infinite frequency
 
-    With a part k left, a step takes an oscillator of frequency w from (q, v, a, q'', and two earlier q'') to
+    With a part k left, a step takes an oscillator of frequency w from (q, v, a, q'', and two
+    earlier q'') to
 
         q1'' = e + k (g - e),    e = - w^2 q1 of a step solved exactly,    g constant, linear or quadratic extrapolation of q'',
 
-    a map with a spectral radius above 1 for larger k of either sign, the more so where the scheme itself damps little.
+    a map with a spectral radius above 1 for larger k of either sign, the more so where the scheme
+    itself damps little.
     """
     _, af, gamma, beta = scheme.coefficients
-    # q stays 0 where the frequency is infinite: what is left of (v, a), and q'' by its own recursion
-    limit = np.array([[1 - gamma / beta, 1 - gamma - gamma * (0.5 - beta) / beta], [-1 / beta, 1 - 0.5 / beta]])
+    # q stays 0 where the frequency is infinite: what is left of (v, a), and q'' by its own
+    # recursion
+    limit = np.array(
+        [[1 - gamma / beta, 1 - gamma - gamma * (0.5 - beta) / beta], [-1 / beta, 1 - 0.5 / beta]]
+    )
     radius = max(float(np.abs(np.linalg.eigvals(limit)).max()), abs(af / (1 - af)))
     return SHARE * max(0.0, 1.0 - radius) ** 2
 
 
 def allowed_change(h: Any, whole: float) -> Any:
-    """Change of speed by forces that begin or end in a step h [s], over the one that they allow, in a run with steps H [s].
+    """Change of speed by forces that begin or end in a step h [s], over the one that they allow, in
+    a run with steps H [s].
 
         min(1, max(1 / 2048, (H / 16 h)^4))
 
-    A vibration of frequency w on what is touched is resolved by min(r, r^(1/3) (w H / 16)^(2/3)) rad a step, r the resolution, so
-    that its error falls with H, faster than H: lengths are powers of two, and with H itself every second one could be as long as
-    the one before. What is below 1 / 2048, 0.001 rad, stands.
+    A vibration of frequency w on what is touched is resolved by min(r, r^(1/3) (w H / 16)^(2/3))
+    rad a step, r the resolution, so that its error falls with H, faster than H: lengths are powers
+    of two, and with H itself every second one could be as long as the one before. What is below 1 /
+    2048, 0.001 rad, stands.
     """
     return np.clip((whole / (FALLING * h)) ** 4, LEAST, 1.0)
 
@@ -227,7 +296,8 @@ def round_off(system: System) -> float:
 
 @checked
 def acceleration_noise(scheme: GeneralizedAlpha, system: System) -> float:
-    """Noise of q'', and over the mass of reactions, that the round-off of positions makes, root mean square [m/s2]: d / (beta h^2).
+    """Noise of q'', and over the mass of reactions, that the round-off of positions makes, root
+    mean square [m/s2]: d / (beta h^2).
 
     Velocities that settle on the joints after every step do not carry it on.
     """

@@ -11,12 +11,19 @@ import numpy as np
 from ..core.storage.records import dataclass
 from ..systems.system import System
 
-# a hyper-reduced beam whose 250 steps were divided 140 times ended 89 % off; a first step that is divided is no doubt
+# a hyper-reduced beam whose 250 steps were divided 140 times ended 89 % off; a first step that is
+# divided is no doubt
 OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted
 ONE_STEP = 6  #: failures of a single step that is divided by 64
 COLUMNS = ("times", "x", "v", "a", "multipliers")  #: of a motion, a row a state
 STORED = ("memory", "work", "negative")  #: columns that not every motion has
-OF_STATES = ("x", "v", "a", "multipliers", "memory")  #: those with a row for every state that is kept
+OF_STATES = (
+    "x",
+    "v",
+    "a",
+    "multipliers",
+    "memory",
+)  #: those with a row for every state that is kept
 
 
 @dataclass(frozen=True)
@@ -33,13 +40,17 @@ class Statistics:
 
     @property
     def unresolved(self) -> bool:
-        """Whether the iteration failed so often that the motion is hardly resolved and may have left its path."""
+        """Whether the iteration failed so often that the motion is hardly resolved and may have
+        left its path.
+        """
         return self.halved > max(ONE_STEP, OFTEN * self.steps)
 
 
 @dataclass(frozen=True)
 class Gap:
-    """How far apart the two places of a joint are where it is locked, which stays so; None where there is no second place."""
+    """How far apart the two places of a joint are where it is locked, which stays so; None where
+    there is no second place.
+    """
 
     joint: str
     distance: float | None  #: [m]
@@ -61,7 +72,9 @@ class Happening:
 
 @dataclass(frozen=True)
 class Crossing:
-    """What lies between two equilibria that follow one another on a path of them, or in one of its points."""
+    """What lies between two equilibria that follow one another on a path of them, or in one of its
+    points.
+    """
 
     kind: Literal["leap", "branch point", "limit point"]
     before: float  #: load factor, or time [s]
@@ -82,7 +95,9 @@ class Way:
 
 @dataclass(frozen=True)
 class Trace:
-    """What was read of the states of a motion while it ran, at all of its times, of which not all keep their states."""
+    """What was read of the states of a motion while it ran, at all of its times, of which not all
+    keep their states.
+    """
 
     values: np.ndarray  #: (s, i) sensor rows that outputs read, see `outputs.rows_read`
     rates: np.ndarray  #: (s, i)
@@ -99,7 +114,9 @@ class Trace:
 
 def joined_traces(parts: Sequence[Trace]) -> Trace:
     """Parts of a trace behind each other."""
-    return Trace(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+    return Trace(
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])}
+    )
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,28 +132,50 @@ class Trajectory:
     statistics: Statistics = Statistics()  #: zeros of states that no run has made
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
     events: tuple[Happening, ...] = ()
-    work: np.ndarray | None = None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
+    work: np.ndarray | None = (
+        None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
+    )
     heat: float = 0.0  #: what elastic damping has taken of it, in all [J]
-    negative: np.ndarray | None = None  #: (s,) negative pivots of equilibria, nan where there is no such number
+    negative: np.ndarray | None = (
+        None  #: (s,) negative pivots of equilibria, nan where there is no such number
+    )
     crossings: tuple[Crossing, ...] = ()  #: of a path of equilibria
     way: Way | None = None  #: of a path of equilibria
-    #: errors of outputs by column, over their ranges, that parts make, see `finer_parts`; None where they are not known
+    #: errors of outputs by column, over their ranges, that parts make, see `finer_parts`; None
+    #: where they are not known
     part_errors: Mapping[str, float] | None = None
-    part_check: Mapping[str, float] | None = None  #: what finding these took: `unknowns`, `cpu_s` and `wall_s` [s]
+    part_check: Mapping[str, float] | None = (
+        None  #: what finding these took: `unknowns`, `cpu_s` and `wall_s` [s]
+    )
     trace: Trace | None = None  #: what was read of the states while it ran
-    #: (k,) which of the times have states, where not all do: then x, v, a, multipliers and memory have k rows
+    #: (k,) which of the times have states, where not all do: then x, v, a, multipliers and memory
+    #: have k rows
     kept: np.ndarray | None = None
 
     def part(self, states: slice | np.ndarray) -> Trajectory:
         """The motion at some of its times, ascending."""
-        own = {name: column for name in (*COLUMNS, *STORED) if (column := getattr(self, name)) is not None}
-        kept, found = self.kept, dict.fromkeys(own, states)
+        own = {
+            name: column
+            for name in (*COLUMNS, *STORED)
+            if (column := getattr(self, name)) is not None
+        }
+        kept = self.kept
+        found = dict.fromkeys(own, states)
         if kept is not None:
-            _, new, old = np.intersect1d(np.arange(len(self.times))[states], kept, return_indices=True)
-            kept, found = new, found | dict.fromkeys(own.keys() & set(OF_STATES), old)
+            _, new, old = np.intersect1d(
+                np.arange(len(self.times))[states], kept, return_indices=True
+            )
+            kept = new
+            found = found | dict.fromkeys(own.keys() & set(OF_STATES), old)
         way = None if self.way is None else replace(self.way, kept=self.way.kept[states])
         trace = None if self.trace is None else self.trace.part(states)
-        return replace(self, way=way, trace=trace, kept=kept, **{name: column[found[name]] for name, column in own.items()})
+        return replace(
+            self,
+            way=way,
+            trace=trace,
+            kept=kept,
+            **{name: column[found[name]] for name, column in own.items()},
+        )
 
     @property
     def states(self) -> Trajectory:

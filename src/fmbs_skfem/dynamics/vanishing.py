@@ -1,4 +1,5 @@
-"""Rows of joints that events release, in a trained space: those that hold in all motions which it knows are noise there.
+"""Rows of joints that events release, in a trained space: those that hold in all motions which it
+knows are noise there.
 
 Such rows carry no multiplier, and their reactions are not known.
 """
@@ -21,13 +22,17 @@ def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
 
     |Phi_x D| of every row at x (n,) and a time [s], with D the changes of unknowns that count as large: in the unit of the row.
     """
-    return np.asarray(np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1))
+    return np.asarray(
+        np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1)
+    )
 
 
 def empty(model: Compiled, size: np.ndarray) -> np.ndarray:
-    """Rows (m,) bool whose lengths (m,) are noise; they may all be. In a space that is not trained there are none.
+    """Rows (m,) bool whose lengths (m,) are noise; they may all be. In a space that is not trained
+    there are none.
 
-    Lengths of rows in metres and of those of angles are compared with each other there: one may be small by its unit alone.
+    Lengths of rows in metres and of those of angles are compared with each other there: one may be
+    small by its unit alone.
     """
     if not model.system.components:
         return np.zeros(len(size), dtype=bool)
@@ -35,7 +40,8 @@ def empty(model: Compiled, size: np.ndarray) -> np.ndarray:
 
 
 def unknown(trajectory: Trajectory) -> np.ndarray:
-    """Loose rows (m,) bool that are noise at the start; those of locks, whose numbers are zero before, at the end of the run.
+    """Loose rows (m,) bool that are noise at the start; those of locks, whose numbers are zero
+    before, at the end of the run.
 
     Their reactions are not known. None in a space that is not trained.
     """
@@ -43,12 +49,15 @@ def unknown(trajectory: Trajectory) -> np.ndarray:
     rows = loose_rows(system.constraints)
     if not system.components or not rows.any():
         return np.zeros(len(rows), dtype=bool)
-    model, own = compile_system(system), rows_of_locks(system)
+    model = compile_system(system)
+    own = rows_of_locks(system)
     found = rows & ~own & empty(model, lengths(model, system.x0, 0.0))
     happened = {name for one in trajectory.events for name in one.lock}
     locked = own & [joint in happened for joint, _ in system.constraints.names]
     if locked.any():
-        found |= locked & empty(model, lengths(model, trajectory.x[-1], float(trajectory.times[-1])))
+        found |= locked & empty(
+            model, lengths(model, trajectory.x[-1], float(trajectory.times[-1]))
+        )
     return np.asarray(found)
 
 

@@ -1,4 +1,6 @@
-"""Libraries of an FMU: its sources compiled for this machine, or with zig, a C compiler of the extra `fmu`, for all machines."""
+"""Libraries of an FMU: its sources compiled for this machine, or with zig, a C compiler of the
+extra `fmu`, for all machines.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,8 @@ class Machine(NamedTuple):
     flags: tuple[str, ...] = ()
 
 
-# For Windows zig takes a second without the library of C, and minutes with it; on Linux the program that loads a library has it.
+# For Windows zig takes a second without the library of C, and minutes with it; on Linux the program
+# that loads a library has it.
 BARE = ("-nostdlib", "-fno-builtin", "-lkernel32")
 MACHINES = (
     Machine("x86_64-windows", "win64", "dll", "x86_64-windows-gnu", BARE),
@@ -59,7 +62,9 @@ class Built(NamedTuple):
 
 
 def find_compiler() -> tuple[str, list[str]]:
-    """zig where it is installed, else the machine's own C compiler; its name and its command, both empty where there is none."""
+    """zig where it is installed, else the machine's own C compiler; its name and its command, both
+    empty where there is none.
+    """
     if extras.there("fmu"):
         return "zig", [*ZIG, "-fno-sanitize=all"]
     own = next((path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))), None)
@@ -86,21 +91,39 @@ def build(files: Mapping[str, str], version: int) -> Built:
                 place.write_text(text, encoding="utf-8")
                 sources += [place] if path.endswith(".c") else []
         with ThreadPoolExecutor(2) as pool:
-            made = list(pool.map(lambda one: compile_for(one, name, command, sources, Path(folder)), machines))
-    good = {one: content for one, content in zip(machines, made, strict=True) if isinstance(content, bytes)}
-    failed = {one.folder: text for one, text in zip(machines, made, strict=True) if isinstance(text, str)}
+            made = list(
+                pool.map(
+                    lambda one: compile_for(one, name, command, sources, Path(folder)), machines
+                )
+            )
+    good = {
+        one: content
+        for one, content in zip(machines, made, strict=True)
+        if isinstance(content, bytes)
+    }
+    failed = {
+        one.folder: text for one, text in zip(machines, made, strict=True) if isinstance(text, str)
+    }
     return Built(name, tuple(placed(good, version)), failed)
 
 
-def compile_for(machine: Machine, name: str, command: Sequence[str], sources: Sequence[Path], folder: Path) -> bytes | str:
+def compile_for(
+    machine: Machine, name: str, command: Sequence[str], sources: Sequence[Path], folder: Path
+) -> bytes | str:
     """A library for a machine, or what the compiler said."""
     target = folder / f"{machine.folder}.{machine.ending}"
     bare = machine.flags is BARE
     chosen = [one.name for one in sources if bare or one.name != "windows.c"]
     own = ("-target", machine.target) if name == "zig" else ()
     line = [*command, *own, *FLAGS, "-o", target.name, *chosen, *machine.flags]
-    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
-    return target.read_bytes() if done.returncode == 0 and target.exists() else (done.stderr or done.stdout)[-2000:]
+    done = subprocess.run(
+        line, cwd=folder, capture_output=True, text=True, errors="replace", check=False
+    )
+    return (
+        target.read_bytes()
+        if done.returncode == 0 and target.exists()
+        else (done.stderr or done.stdout)[-2000:]
+    )
 
 
 def placed(made: Mapping[Machine, bytes], version: int) -> list[Binary]:
@@ -111,16 +134,25 @@ def placed(made: Mapping[Machine, bytes], version: int) -> list[Binary]:
     for one, content in made.items():
         found.setdefault(one.old_folder, []).append((one, content))
     return [
-        Binary(folder, many[0][0].ending, many[0][1] if len(many) == 1 else universal([content for _, content in many]))
+        Binary(
+            folder,
+            many[0][0].ending,
+            many[0][1] if len(many) == 1 else universal([content for _, content in many]),
+        )
         for folder, many in found.items()
     ]
 
 
 def universal(parts: Sequence[bytes]) -> bytes:
-    """One library of macOS for several processors: a table of what begins where (fat.h of Mach-O), and the libraries on pages."""
+    """One library of macOS for several processors: a table of what begins where (fat.h of Mach-O),
+    and the libraries on pages.
+    """
     page = 14  # 2^14 bytes, the largest page of both processors
-    count, size = len(parts), 1 << page
-    rows, body, at = [], [], size
+    count = len(parts)
+    size = 1 << page
+    rows = []
+    body = []
+    at = size
     for part in parts:
         processor, kind = struct.unpack("<II", part[4:12])
         rows.append(struct.pack(">IIIII", processor, kind, at, len(part), page))

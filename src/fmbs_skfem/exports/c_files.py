@@ -1,9 +1,11 @@
-"""A reduced model as one C99 file and one header: the equations of a system, written out, and the time step of `dynamics`.
+"""A reduced model as one C99 file and one header: the equations of a system, written out, and the
+time step of `dynamics`.
 
     [ c W  J^T ; J  0 ] (dq, dlambda) = - (c (M q'' + C q' + K q + f - Q) + J^T lambda, Phi)
 
-Everything has a fixed size, no library is called, and all memory is in one struct. The step accepts corrections as that of
-`dynamics.compiled_step.stepping` does, so that both go the same way but for round-off.
+Everything has a fixed size, no library is called, and all memory is in one struct. The step accepts
+corrections as that of `dynamics.compiled_step.stepping` does, so that both go the same way but for
+round-off.
 """
 
 from __future__ import annotations
@@ -119,9 +121,12 @@ HEADERS = frozenset(
     ]
 )
 #: that Windows takes for devices, whatever the ending of a file
-DEVICES = frozenset(["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))])
-# a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where its tip is off by 2 mm, else
-# 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that are none
+DEVICES = frozenset(
+    ["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))]
+)
+# a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where
+# its tip is off by 2 mm, else 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that
+# are none
 SHRINKS = 0.9  #: size of the last of a given number of corrections over that of the one before, above which they do not shrink
 UNCERTAIN = 0.02  #: the same over the way of the step, above which the step is not known
 
@@ -135,7 +140,9 @@ class CModel:
     source: str
     step: float  #: [s]
     duration: float  #: of the motion that it was made for [s]
-    parameters: Mapping[str, tuple[str, float, float, float]]  #: unit, least, largest and nominal value by name
+    parameters: Mapping[
+        str, tuple[str, float, float, float]
+    ]  #: unit, least, largest and nominal value by name
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
@@ -150,13 +157,18 @@ def identifier(name: str) -> str:
 
 
 def model_name(name: str, texts: Iterable[str]) -> str:
-    """A name for a model and its files: one with which words of their texts begin, that of a header or a device, is prefixed.
+    """A name for a model and its files: one with which words of their texts begin, that of a header
+    or a device, is prefixed.
 
     Windows and macOS take large and small letters of files for the same.
     """
     found = identifier(name)
-    code = (re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in (*texts, *map(template, BESIDE)))
-    own = found.lower() in HEADERS | DEVICES or any(re.search(rf"\b{found}_", text) for text in code)
+    code = (
+        re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in (*texts, *map(template, BESIDE))
+    )
+    own = found.lower() in HEADERS | DEVICES or any(
+        re.search(rf"\b{found}_", text) for text in code
+    )
     return f"model_{found}" if own else found
 
 
@@ -165,27 +177,44 @@ def distinct(names: Iterable[str]) -> list[str]:
     found: list[str] = []
     for name in names:
         word = identifier(name).upper()
-        found.append(next(one for one in chain([word], (f"{word}_{k}" for k in count(2))) if one not in found))
+        found.append(
+            next(
+                one for one in chain([word], (f"{word}_{k}" for k in count(2))) if one not in found
+            )
+        )
     return found
 
 
 def check(given: Numbers, where: str) -> None:
-    """InputError for what a C file cannot do, and a notice where it does it less well: loads that jump within a step."""
-    case, system = given.case, given.case.system
-    if not isinstance(system.mass, np.ndarray) and system.size > 0 and len(system.components) == 0 and system.elastic:
+    """InputError for what a C file cannot do, and a notice where it does it less well: loads that
+    jump within a step.
+    """
+    case = given.case
+    system = given.case.system
+    if (
+        not isinstance(system.mass, np.ndarray)
+        and system.size > 0
+        and len(system.components) == 0
+        and system.elastic
+    ):
         raise InputError(say(where, "a reduced model", "a full one", "reduce it with fmbs reduce"))
     if found := [
-        problem.at(f"{where}: {subject}") for subject, problem in refusals.find(system, case.scheme, given.model is not None)
+        problem.at(f"{where}: {subject}")
+        for subject, problem in refusals.find(system, case.scheme, given.model is not None)
     ]:
         raise InputError("\n".join(found))
-    if jumping := jumps.jumps_of_loads(system, case.scheme.step, scheme.steps_in(case.scheme, case.duration)):
+    if jumping := jumps.jumps_of_loads(
+        system, case.scheme.step, scheme.steps_in(case.scheme, case.duration)
+    ):
         first = min(before for places in jumping.values() for _, before, _ in places)
         text = f"{where}: loads jump, first at t = {first:.6g} s; C files take them at the ends of steps, late by up to one of them"
         notify(f"{text}, where runs end a step at each jump")
 
 
 def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
-    """First unknowns (b + 1,) of blocks that nothing but joints couples; `pairs` (h, 2) are probe rows with second derivatives."""
+    """First unknowns (b + 1,) of blocks that nothing but joints couples; `pairs` (h, 2) are probe
+    rows with second derivatives.
+    """
     n = system.size
     near = np.zeros((n, n), bool)
     for A in (system.mass, system.damping, system.stiffness):
@@ -199,7 +228,8 @@ def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
     count, of = connected_components(near, directed=False)
     last = np.array([np.flatnonzero(of == k)[-1] for k in range(count)])
     # ranges of unknowns: components that lie in each other are one
-    ends, reach = [], -1
+    ends = []
+    reach = -1
     for k in range(n):
         reach = max(reach, last[of[k]])
         if k == reach:
@@ -230,32 +260,47 @@ class Frame(NamedTuple):
 
 
 def frame_of(case: Case, where: str) -> Frame:
-    """Blocks of a system, and what its forces are like; InputError where W is not dense, or singular beside joints."""
+    """Blocks of a system, and what its forces are like; InputError where W is not dense, or
+    singular beside joints.
+    """
     system = case.system
     _, _, pushing, pairs = compiled.attached(system)
     layout = compiled.storage(system)
     blocks = blocks_of(system, pairs)
     if layout.loose:
         remedy = "third axes of rims of thin plates have none: take places without a rim"
-        raise InputError(say(where, "unknowns that all have mass or stiffness", "some that joints alone determine", remedy))
+        raise InputError(
+            say(
+                where,
+                "unknowns that all have mass or stiffness",
+                "some that joints alone determine",
+                remedy,
+            )
+        )
     if layout.storage is not Storage.DENSE:
-        raise InputError(say(where, "a reduced model of dense unknowns", layout.storage.name.lower()))
+        raise InputError(
+            say(where, "a reduced model of dense unknowns", layout.storage.name.lower())
+        )
     places = np.concatenate([[0], np.cumsum(np.diff(blocks) ** 2)])
-    return Frame(case, blocks, places, all(one.smooth for one in pushing), any(one.damped for one in pushing))
+    return Frame(
+        case, blocks, places, all(one.smooth for one in pushing), any(one.damped for one in pushing)
+    )
 
 
 def write(case: Case | ParametricCase, name: str, title: str, description: str = "") -> CModel:
-    """The C file and the header of a reduced system with its step; of a whole range of parameters with these as variables.
+    """The C file and the header of a reduced system with its step; of a whole range of parameters
+    with these as variables.
 
-    `name` is that of the model, `title` and `description` are comments. InputError for what has no C: functions of Python, events,
-    contact, and joints by a law.
+    `name` is that of the model, `title` and `description` are comments. InputError for what has no
+    C: functions of Python, events, contact, and joints by a law.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
     check(given, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
     system = case.system
-    frame, inputs = frame_of(case, title), inputs_of(system)
+    frame = frame_of(case, title)
+    inputs = inputs_of(system)
     pieces = [write_elastic(frame, given, k) for k in range(len(system.elastic))]
     for k, force in enumerate(system.loads.forces):
         pieces.append(forces.write_force(force, k, sum(one.kept for one in pieces), given))
@@ -264,16 +309,40 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     timed = signals.write_signals(system, numbered, given)
     whole = joined([*pieces, timed])
     turn = turning.turning_of(system)
-    turn = None if turn is None or given.varies(("system", "x0")) or given.varies(("system", "lift")) else turn
-    arrays = {**arrays_of(frame), "START_KEPT": Array(np.zeros(whole.kept) if memory is None else memory), **whole.arrays}
+    turn = (
+        None
+        if turn is None or given.varies(("system", "x0")) or given.varies(("system", "lift"))
+        else turn
+    )
+    arrays = {
+        **arrays_of(frame),
+        "START_KEPT": Array(np.zeros(whole.kept) if memory is None else memory),
+        **whole.arrays,
+    }
     constants, fields, setting = numbers.write(given, arrays, title)
     parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
-    text = "\n".join([template("begin.c"), *parts, template("ports.c"), reading, stepped(), energies(whole)])
+    text = "\n".join(
+        [template("begin.c"), *parts, template("ports.c"), reading, stepped(), energies(whole)]
+    )
     text = "\n".join([text, setting, template("start.c")])
-    fixed = "\n".join([controls(frame, whole, columns, inputs, given, turn), tables_of(frame, inputs, given, turn), constants])
+    fixed = "\n".join(
+        [
+            controls(frame, whole, columns, inputs, given, turn),
+            tables_of(frame, inputs, given, turn),
+            constants,
+        ]
+    )
     head = f'/* {comment(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
     source = "\n".join([head, fixed, maths(text), text])
-    header = header_of(frame, whole, columns, inputs, given, turn, {"TITLE": title, "DESCRIPTION": description, "NUMBERS": fields})
+    header = header_of(
+        frame,
+        whole,
+        columns,
+        inputs,
+        given,
+        turn,
+        {"TITLE": title, "DESCRIPTION": description, "NUMBERS": fields},
+    )
     ports = {key: (one.unit, one.start) for key, one in inputs.items()}
     name = model_name(name, (source, header))
     return CModel(
@@ -292,11 +361,21 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
 
 
 def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
-    """The case at the state in which its motion starts, without rows that follow from others, and what forces keep there."""
+    """The case at the state in which its motion starts, without rows that follow from others, and
+    what forces keep there.
+    """
     case = given.case
     system = initial.startable(case.system, case.scheme)
-    if len(system.constraints.row) < len(case.system.constraints.row) and given.varies(("system", "constraints")):
-        raise InputError(say(where, "joints of which none follows from others", "redundant ones that parameters change"))
+    if len(system.constraints.row) < len(case.system.constraints.row) and given.varies(
+        ("system", "constraints")
+    ):
+        raise InputError(
+            say(
+                where,
+                "joints of which none follows from others",
+                "redundant ones that parameters change",
+            )
+        )
     if case.scheme.start != "equilibrium":
         return replace(case, system=system), None
     x, v, memory = rest.in_equilibrium(system, case.newton)
@@ -306,8 +385,18 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
 def write_elastic(frame: Frame, given: Numbers, k: int) -> CodePiece:
     """An elastic term in C."""
     system = frame.case.system
-    one, leaf = system.elastic[k], ("system", "elastic", k)
-    setting = terms.TermPlace(k, one.name, system.dim, one.beta, system.lift, frame.place, leaf, given.varies((*leaf, "beta")))
+    one = system.elastic[k]
+    leaf = ("system", "elastic", k)
+    setting = terms.TermPlace(
+        k,
+        one.name,
+        system.dim,
+        one.beta,
+        system.lift,
+        frame.place,
+        leaf,
+        given.varies((*leaf, "beta")),
+    )
     return terms.write_term(one.gather, setting)
 
 
@@ -324,13 +413,19 @@ def arrays_of(frame: Frame) -> dict[str, Array]:
         return Array(make(leaf), ("system", *place), make)
 
     def rows(P: np.ndarray) -> np.ndarray:
-        return np.concatenate([np.zeros(0), *(row[a:b] for row, a, b in zip(as_dense(P), begins, ends, strict=True))])
+        return np.concatenate(
+            [np.zeros(0), *(row[a:b] for row, a, b in zip(as_dense(P), begins, ends, strict=True))]
+        )
 
     square = partial(by_blocks, frame.blocks)
     return {
         "MASS": of("mass", make=square),
-        "DAMPING": of("damping", make=square) if as_dense(system.damping).any() else Array(np.zeros(0)),
-        "SPRINGS": of("stiffness", make=square) if as_dense(system.stiffness).any() else Array(np.zeros(0)),
+        "DAMPING": of("damping", make=square)
+        if as_dense(system.damping).any()
+        else Array(np.zeros(0)),
+        "SPRINGS": of("stiffness", make=square)
+        if as_dense(system.stiffness).any()
+        else Array(np.zeros(0)),
         "LOAD": of("loads", "constant"),
         "PROBE_ROWS": of("probes", "matrix", make=rows),
         "PROBE_OFFSET": of("probes", "offset"),
@@ -357,15 +452,22 @@ def hooks(whole: CodePiece, elastic: int) -> str:
 
     def function(head: str, calls: Iterable[str], *arguments: str) -> str:
         body = "\n".join(f"    {one}" for one in calls)
-        unread = [f"    (void){one};" for one in ("m", *arguments) if not re.search(rf"\b{one}\b", body)]
+        unread = [
+            f"    (void){one};" for one in ("m", *arguments) if not re.search(rf"\b{one}\b", body)
+        ]
         return "\n".join([f"static void {head}", "{", *unread, *([body] if body else []), "}\n"])
 
-    one_by_one = [f"case {k}: {call} break;" for k, call in enumerate(whole.calls["tangent"][:elastic])]
+    one_by_one = [
+        f"case {k}: {call} break;" for k, call in enumerate(whole.calls["tangent"][:elastic])
+    ]
     return "\n".join(
         [
             function("elastic_forces(NAME_memory *m)", whole.calls["force"]),
             function("elastic_tangents(NAME_memory *m, int held)", whole.calls["tangent"], "held"),
-            function("elastic_tangent(NAME_memory *m, int part)", ["const int held = 0;", "switch (part) {", *one_by_one, "}"])
+            function(
+                "elastic_tangent(NAME_memory *m, int part)",
+                ["const int held = 0;", "switch (part) {", *one_by_one, "}"],
+            )
             if one_by_one
             else function("elastic_tangent(NAME_memory *m, int part)", [], "part"),
             function("push_rows(NAME_memory *m)", whole.calls["push"]),
@@ -378,20 +480,30 @@ def hooks(whole: CodePiece, elastic: int) -> str:
 
 def stepped() -> str:
     """The time step; a step that fails is divided as that of `dynamics` is."""
-    trials = ", ".join(f"{{{halvings}, {int(judging)}}}" for halvings, judging in touching.TRIALS[1:])
+    trials = ", ".join(
+        f"{{{halvings}, {int(judging)}}}" for halvings, judging in touching.TRIALS[1:]
+    )
     return template("step.c").replace("PARTS_OF_TRIALS", trials)
 
 
 def energies(whole: CodePiece) -> str:
     """Kinetic energy, and that of strains and springs."""
-    return template("energies.c").replace("    ENERGIES\n", "".join(f"    {one}\n" for one in whole.calls["energy"]))
+    return template("energies.c").replace(
+        "    ENERGIES\n", "".join(f"    {one}\n" for one in whole.calls["energy"])
+    )
 
 
 def controls(
-    frame: Frame, whole: CodePiece, columns: Sequence[Column], inputs: Mapping[str, Any], given: Numbers, turn: Turning | None
+    frame: Frame,
+    whole: CodePiece,
+    columns: Sequence[Column],
+    inputs: Mapping[str, Any],
+    given: Numbers,
+    turn: Turning | None,
 ) -> str:
     """Numbers of the method and of the iteration, and sizes."""
-    case, system = frame.case, frame.case.system
+    case = frame.case
+    system = frame.case.system
     method = scheme.method_for(case.scheme, case.newton, case.scheme.step, system, dense=True)
     own = system.constraints
     reals = {
@@ -429,7 +541,8 @@ def secants_of(system: System) -> int:
 
 def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Turning | None) -> str:
     """Tables of a system whose numbers no parameter changes."""
-    own, P = frame.case.system.constraints, as_dense(frame.case.system.probes.matrix)
+    own = frame.case.system.constraints
+    P = as_dense(frame.case.system.probes.matrix)
     begins, ends = support(P)
     lines = [
         array("BLOCK", frame.blocks, "int"), array("BLOCK_AT", frame.places, "int"),
@@ -476,7 +589,8 @@ def header_of(
     texts: Mapping[str, str],
 ) -> str:
     """The header, with the name still to be put in."""
-    system, m = frame.case.system, len(frame.case.system.constraints.names)
+    system = frame.case.system
+    m = len(frame.case.system.constraints.names)
     parameters = numbers.parameters_of(given)
     lengths = {
         "N_": system.size, "M_": m, "I_": len(inputs),
@@ -485,15 +599,24 @@ def header_of(
         "MODULI_": whole.moduli, "ENTRIES_": frame.places[-1], "MM_": m**2, "Q_": secants_of(system),
         "T_": sum(bool(one.turns) for one in columns), "C_": 0 if turn is None else 3 * int((turn.table[:, 1] ** 2).sum()),
     }  # fmt: skip
-    told = {"PARAMETER": [(key, f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}") for key, one in parameters.items()]}
+    told = {
+        "PARAMETER": [
+            (key, f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}")
+            for key, one in parameters.items()
+        ]
+    }
     told["INPUT"] = [(key, f"[{one.unit or '-'}]{spanned(one)}") for key, one in inputs.items()]
     told["OUTPUT"] = [(one.name, f"[{one.unit or '-'}]") for one in columns]
     ports = [
         f"#define NAME_{kind}_{word} {k} /* {comment(about)} */"
         for kind, found in told.items()
-        for k, (word, (_, about)) in enumerate(zip(distinct(key for key, _ in found), found, strict=True))
+        for k, (word, (_, about)) in enumerate(
+            zip(distinct(key for key, _ in found), found, strict=True)
+        )
     ]
-    text = re.sub(r"\[([A-Z]+_)\]", lambda one: f"[{max(1, lengths[one.group(1)])}]", template("header.h"))
+    text = re.sub(
+        r"\[([A-Z]+_)\]", lambda one: f"[{max(1, lengths[one.group(1)])}]", template("header.h")
+    )
     words: dict[str, Any] = {key: comment(value) for key, value in texts.items()} | {
         "VERSION": __version__, "PORTS": "\n".join(ports) + "\n", "N_PARAMETERS": len(parameters), "N_INPUTS": len(inputs),
         "N_OUTPUTS": len(columns), " STEP ": f" {number(frame.case.scheme.step)} ",
@@ -516,4 +639,6 @@ def table(name: str, rows: np.ndarray) -> str:
 def support(P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where the numbers of every row begin and end that are not zero."""
     on = [np.flatnonzero(row) for row in P]
-    return np.array([one[0] if len(one) else 0 for one in on], int), np.array([one[-1] + 1 if len(one) else 0 for one in on], int)
+    return np.array([one[0] if len(one) else 0 for one in on], int), np.array(
+        [one[-1] + 1 if len(one) else 0 for one in on], int
+    )

@@ -1,10 +1,11 @@
-"""A model in C as an FMU for co-simulation, FMI 2.0.4 or 3.0 (fmi-standard.org): its description, sources and binaries.
+"""A model in C as an FMU for co-simulation, FMI 2.0.4 or 3.0 (fmi-standard.org): its description,
+sources and binaries.
 
     y(t + H) = doStep(u, H),   u held over the communication step H, which is divided into steps of the model
 
-Value references count time, parameters, inputs and outputs, in this order. Outputs do not depend on inputs of the same instant, so
-that no algebraic loop goes through the model; a directional derivative is that of outputs at the end of a step by inputs held over
-it.
+Value references count time, parameters, inputs and outputs, in this order. Outputs do not depend on
+inputs of the same instant, so that no algebraic loop goes through the model; a directional
+derivative is that of outputs at the end of a step by inputs held over it.
 """
 
 from __future__ import annotations
@@ -33,7 +34,10 @@ CATEGORIES = {
     "logStatusError": "Calls that are not allowed",
     "logSteps": "Communication steps that are not the step of the model",
 }
-USUAL = {"rad": "deg", "rad/s": "rpm"}  #: units in which people read numbers of these, where they have typed no other one
+USUAL = {
+    "rad": "deg",
+    "rad/s": "rpm",
+}  #: units in which people read numbers of these, where they have typed no other one
 FIRST = (1980, 1, 1, 0, 0, 0)  #: time of files in the archive: the same model gives the same bytes
 
 
@@ -61,13 +65,19 @@ class FMU:
 
 
 def variables_of(model: CModel) -> tuple[Variable, ...]:
-    """Time, parameters, inputs and outputs; a name that is taken goes on with what the variable is, as one of blanks is called."""
+    """Time, parameters, inputs and outputs; a name that is taken goes on with what the variable is,
+    as one of blanks is called.
+    """
     found = [Variable("time", "s", "independent")]
     for name, (unit, low, high, middle) in model.parameters.items():
         found.append(Variable(name, unit, "parameter", middle, (low, high), abs(middle) or None))
-    found += [Variable(name, unit, "input", start, model.ranges.get(name)) for name, (unit, start) in model.inputs.items()]
+    found += [
+        Variable(name, unit, "input", start, model.ranges.get(name))
+        for name, (unit, start) in model.inputs.items()
+    ]
     found += [Variable(one.name, one.unit, "output") for one in model.columns]
-    taken, distinct = set[str](), []
+    taken = set[str]()
+    distinct = []
     for one in found:
         name = " ".join(one.name.split()) or one.causality  # neither line feeds nor tabs
         while name in taken:
@@ -78,14 +88,18 @@ def variables_of(model: CModel) -> tuple[Variable, ...]:
 
 
 def shown(one: Variable, display: DisplayUnits) -> Variable:
-    """The variable with the unit in which people read it: one that they typed, else with the prefix that its numbers ask for."""
+    """The variable with the unit in which people read it: one that they typed, else with the prefix
+    that its numbers ask for.
+    """
     largest = max((abs(value) for value in (*(one.range or ()), one.nominal or 0.0)), default=0.0)
     unit, _ = display.find(one.unit, largest)
     unit = USUAL.get(unit, unit)
     return one._replace(display="" if unit == one.unit or one.causality == "independent" else unit)
 
 
-def write(model: CModel, version: int, title: str, description: str = "", display: DisplayUnits = SI) -> FMU:
+def write(
+    model: CModel, version: int, title: str, description: str = "", display: DisplayUnits = SI
+) -> FMU:
     """The texts of an FMU for a model in C; tools show its numbers in units of `display`."""
     variables = tuple(shown(one, display) for one in variables_of(model))
     known = repr((__version__, version, model.source, model.header, variables)).encode()
@@ -111,19 +125,31 @@ def wrapper_of(fmu: FMU) -> str:
     for one in fmu.variables:
         if one.causality in ("parameter", "input"):
             low, high = one.range or (1.0, -1.0)
-            rows.append(f"    {{{quoted(one.name)}, {number(low)}, {number(high)}, {quoted(one.unit)}}},")
-    words = {"NAME": fmu.name, "TOKEN_OF_MODEL": fmu.token, "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, ""},'])}
-    return replaced(replaced(template(f"fmi{fmu.version}.c"), {"SHARED_PART": template("fmu.c")}), words)
+            rows.append(
+                f"    {{{quoted(one.name)}, {number(low)}, {number(high)}, {quoted(one.unit)}}},"
+            )
+    words = {
+        "NAME": fmu.name,
+        "TOKEN_OF_MODEL": fmu.token,
+        "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, ""},']),
+    }
+    return replaced(
+        replaced(template(f"fmi{fmu.version}.c"), {"SHARED_PART": template("fmu.c")}), words
+    )
 
 
 def quoted(text: str) -> str:
-    """A text as a constant of C: other than letters, digits and what is harmless as octal numbers of its bytes."""
+    """A text as a constant of C: other than letters, digits and what is harmless as octal numbers
+    of its bytes.
+    """
     plain = (chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}" for b in text.encode())
     return f'"{"".join(plain)}"'
 
 
 def text_of(root: xml.Element) -> str:
-    """A file of elements, in which texts from elsewhere stand without control characters: XML has no place for them."""
+    """A file of elements, in which texts from elsewhere stand without control characters: XML has
+    no place for them.
+    """
     for element in root.iter():
         for key, value in element.attrib.items():
             element.set(key, printable(value))
@@ -134,7 +160,10 @@ def text_of(root: xml.Element) -> str:
 def head(fmu: FMU, title: str, description: str, **more: str) -> xml.Element:
     about = {"description": " ".join(f"{title}. {description}".split())}
     tool = {"generationTool": f"fmbs_skfem {__version__}", "variableNamingConvention": "flat"}
-    return xml.Element("fmiModelDescription", {"fmiVersion": f"{fmu.version}.0", "modelName": fmu.name, **more, **about, **tool})
+    return xml.Element(
+        "fmiModelDescription",
+        {"fmiVersion": f"{fmu.version}.0", "modelName": fmu.name, **more, **about, **tool},
+    )
 
 
 def add_units(root: xml.Element, variables: Iterable[Variable]) -> None:
@@ -142,11 +171,17 @@ def add_units(root: xml.Element, variables: Iterable[Variable]) -> None:
     units = xml.SubElement(root, "UnitDefinitions")
     for unit in sorted({one.unit for one in variables if one.unit}):
         quantity = measure(f"1 {unit}")
-        powers = {name: power for name, power in zip(("kg", "m", "s", "rad"), quantity.exponents, strict=True) if power}
+        powers = {
+            name: power
+            for name, power in zip(("kg", "m", "s", "rad"), quantity.exponents, strict=True)
+            if power
+        }
         place = xml.SubElement(units, "Unit", name=unit)
         if all(power.denominator == 1 for power in powers.values()):
             factor = {} if quantity.value == 1.0 else {"factor": number(quantity.value)}
-            xml.SubElement(place, "BaseUnit", {name: str(power) for name, power in powers.items()} | factor)
+            xml.SubElement(
+                place, "BaseUnit", {name: str(power) for name, power in powers.items()} | factor
+            )
         for name in sorted({one.display for one in variables if one.unit == unit and one.display}):
             size = measure(f"1 {name}").value / quantity.value
             xml.SubElement(place, "DisplayUnit", name=name, factor=number(1.0 / size))
@@ -157,7 +192,13 @@ def add_common(root: xml.Element, fmu: FMU, model: CModel) -> None:
     categories = xml.SubElement(root, "LogCategories")
     for name, meaning in CATEGORIES.items():
         xml.SubElement(categories, "Category", name=name, description=meaning)
-    xml.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=number(model.duration), stepSize=number(model.step))
+    xml.SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0.0",
+        stopTime=number(model.duration),
+        stepSize=number(model.step),
+    )
 
 
 def attributes(one: Variable) -> dict[str, str]:
@@ -165,14 +206,18 @@ def attributes(one: Variable) -> dict[str, str]:
     numbers = {"start": one.start, "nominal": one.nominal}
     if one.range is not None:
         numbers |= {"min": one.range[0], "max": one.range[1]}
-    unit = ({"unit": one.unit} if one.unit else {}) | ({"displayUnit": one.display} if one.display else {})
+    unit = ({"unit": one.unit} if one.unit else {}) | (
+        {"displayUnit": one.display} if one.display else {}
+    )
     return unit | {key: number(value) for key, value in numbers.items() if value is not None}
 
 
 def kinds(one: Variable) -> dict[str, str]:
     initial = {"parameter": "exact", "output": "calculated"}.get(one.causality)
     variability = "fixed" if one.causality == "parameter" else "continuous"
-    return {"causality": one.causality, "variability": variability} | ({"initial": initial} if initial else {})
+    return {"causality": one.causality, "variability": variability} | (
+        {"initial": initial} if initial else {}
+    )
 
 
 def places(variables: Iterable[Variable], causality: str) -> list[int]:
@@ -184,7 +229,9 @@ def can_do(names: Iterable[str], model: CModel) -> dict[str, str]:
     return {name: "false" if model.drives and "Derivative" in name else "true" for name in names}
 
 
-def description2(fmu: FMU, model: CModel, title: str, about: str, sources: list[str]) -> xml.Element:
+def description2(
+    fmu: FMU, model: CModel, title: str, about: str, sources: list[str]
+) -> xml.Element:
     """modelDescription.xml of FMI 2.0."""
     root = head(fmu, title, about, guid=fmu.token, numberOfEventIndicators="0")
     can = (
@@ -200,7 +247,9 @@ def description2(fmu: FMU, model: CModel, title: str, about: str, sources: list[
     add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
-        place = xml.SubElement(group, "ScalarVariable", {"name": one.name, "valueReference": str(k)} | kinds(one))
+        place = xml.SubElement(
+            group, "ScalarVariable", {"name": one.name, "valueReference": str(k)} | kinds(one)
+        )
         xml.SubElement(place, "Real", attributes(one))
     structure = xml.SubElement(root, "ModelStructure")
     outputs, given = places(fmu.variables, "output"), places(fmu.variables, "parameter")
@@ -208,11 +257,18 @@ def description2(fmu: FMU, model: CModel, title: str, about: str, sources: list[
         if outputs:
             part = xml.SubElement(structure, name)
             for k in outputs:
-                xml.SubElement(part, "Unknown", index=str(k + 1), dependencies=" ".join(str(j + 1) for j in known))
+                xml.SubElement(
+                    part,
+                    "Unknown",
+                    index=str(k + 1),
+                    dependencies=" ".join(str(j + 1) for j in known),
+                )
     return root
 
 
-def description3(fmu: FMU, model: CModel, title: str, about: str, sources: list[str]) -> xml.Element:
+def description3(
+    fmu: FMU, model: CModel, title: str, about: str, sources: list[str]
+) -> xml.Element:
     """modelDescription.xml of FMI 3.0; sources are in buildDescription.xml."""
     root = head(fmu, title, about, instantiationToken=fmu.token)
     can = (
@@ -222,24 +278,35 @@ def description3(fmu: FMU, model: CModel, title: str, about: str, sources: list[
     xml.SubElement(
         root,
         "CoSimulation",
-        {"modelIdentifier": fmu.name, "fixedInternalStepSize": number(model.step)} | can_do(can, model),
+        {"modelIdentifier": fmu.name, "fixedInternalStepSize": number(model.step)}
+        | can_do(can, model),
     )
     add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
-        xml.SubElement(group, "Float64", {"name": one.name, "valueReference": str(k)} | kinds(one) | attributes(one))
+        xml.SubElement(
+            group,
+            "Float64",
+            {"name": one.name, "valueReference": str(k)} | kinds(one) | attributes(one),
+        )
     structure = xml.SubElement(root, "ModelStructure")
     outputs, given = places(fmu.variables, "output"), places(fmu.variables, "parameter")
     for name, known in (("Output", []), ("InitialUnknown", given)):
         for k in outputs:
-            xml.SubElement(structure, name, valueReference=str(k), dependencies=" ".join(map(str, known)))
+            xml.SubElement(
+                structure, name, valueReference=str(k), dependencies=" ".join(map(str, known))
+            )
     return root
 
 
 def build_description(name: str, sources: list[str]) -> xml.Element:
     """buildDescription.xml of FMI 3.0: how the sources are compiled."""
     root = xml.Element("fmiBuildDescription", fmiVersion="3.0")
-    files = xml.SubElement(xml.SubElement(root, "BuildConfiguration", modelIdentifier=name), "SourceFileSet", language="C99")
+    files = xml.SubElement(
+        xml.SubElement(root, "BuildConfiguration", modelIdentifier=name),
+        "SourceFileSet",
+        language="C99",
+    )
     for one in sources:
         xml.SubElement(files, "SourceFile", name=one)
     return root
@@ -253,6 +320,7 @@ def pack(fmu: FMU, binaries: Iterable[Binary]) -> bytes:
     with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content in files.items():
             entry = zipfile.ZipInfo(name, FIRST)
-            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
             archive.writestr(entry, content)
     return held.getvalue()

@@ -1,4 +1,6 @@
-"""Forces on probe rows in C, written from their symbols: springs, moments, followers, expressions of the state."""
+"""Forces on probe rows in C, written from their symbols: springs, moments, followers, expressions
+of the state.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,10 @@ LEAVE_OUT = "leave it out of the scene"
 COORDINATES: dict[str, tuple[int, Callable[[Any], Any]]] = {
     "torsion_spring": (2, lambda y: sympy.atan2(y[1], y[0])),
     "relative_torsion_spring": (4, lambda y: sympy.atan2(y[1], y[0]) - sympy.atan2(y[3], y[2])),
-    "spatial_torsion_spring": (9, lambda y: sympy.atan2(y[:3, :].dot(y[6:, :]), y[:3, :].dot(y[3:6, :]))),
+    "spatial_torsion_spring": (
+        9,
+        lambda y: sympy.atan2(y[:3, :].dot(y[6:, :]), y[:3, :].dot(y[3:6, :])),
+    ),
     "slide_2": (4, lambda y: y[:2, :].dot(y[2:, :])),
     "slide_3": (6, lambda y: y[:3, :].dot(y[3:, :])),
     "spring": (3, norm),
@@ -32,18 +37,28 @@ COORDINATES: dict[str, tuple[int, Callable[[Any], Any]]] = {
 
 def spring(rows: int, write: Callable[[Any], Any], turns: bool) -> ForceSymbols:
     """F = - (k (c - c0) + d c') dc/dy."""
-    y, v, p = written.rows(rows), written.rates(rows), written.numbers(3)
+    y = written.rows(rows)
+    v = written.rates(rows)
+    p = written.numbers(3)
     c = write(y)
     slopes = [sympy.diff(c, one) for one in y]
     rate = sum(slope * one for slope, one in zip(slopes, v, strict=True))
     pull = -p[0] * ((written.turned(c) if turns else c) - p[2]) - p[1] * rate
-    return ForceSymbols([pull * slope for slope in slopes], 3, energy=p[0] * ((written.turned(c) if turns else c) - p[2]) ** 2 / 2)
+    return ForceSymbols(
+        [pull * slope for slope in slopes],
+        3,
+        energy=p[0] * ((written.turned(c) if turns else c) - p[2]) ** 2 / 2,
+    )
 
 
 def carried(dim: int, force: bool) -> ForceSymbols:
-    """h (a x + m x x) / |x|^n of a vector x: a moment (n = 2) on itself, or a force (n = 1) on a position behind it."""
+    """h (a x + m x x) / |x|^n of a vector x: a moment (n = 2) on itself, or a force (n = 1) on a
+    position behind it.
+    """
     count = (2 if dim == 2 else 1) if force else (1 if dim == 2 else 3)
-    x, p, h = written.rows(dim), written.numbers(count), written.history()
+    x = written.rows(dim)
+    p = written.numbers(count)
+    h = written.history()
     if force:
         along = p[0] * x + (p[1] * sympy.Matrix([-x[1], x[0]]) if dim == 2 else sympy.zeros(dim, 1))
         found = [sympy.Integer(0)] * dim + list(h * along / sympy.sqrt(x.dot(x)))
@@ -54,9 +69,13 @@ def carried(dim: int, force: bool) -> ForceSymbols:
 
 
 def one_sided(rows: int, write: Callable[[Any], Any], signed: bool) -> ForceSymbols:
-    """F = - sign N dc/dy,  N = k ramp(s) + d touch(s) s',  s = sign (c - c0), as `systems.forces.one_sided`: ropes and stops."""
+    """F = - sign N dc/dy,  N = k ramp(s) + d touch(s) s',  s = sign (c - c0), as
+    `systems.forces.one_sided`: ropes and stops.
+    """
     count = 6 if signed else 5
-    y, v, p = written.rows(rows), written.rates(rows), written.numbers(count)
+    y = written.rows(rows)
+    v = written.rates(rows)
+    p = written.numbers(count)
     sign, (k, d, c0, e, cut) = (p[0], p[1:]) if signed else (-1, p[:])
     c = write(y)
     slopes = [sympy.diff(c, one) for one in y]
@@ -65,7 +84,9 @@ def one_sided(rows: int, write: Callable[[Any], Any], signed: bool) -> ForceSymb
     touch = chosen(not_more(s, 0), 0, chosen(less(s, e), s / e, 1))
     N = k * ramp + d * touch * rate
     N = chosen(less(N, 0), chosen(cut, 0, N), N)
-    lift = chosen(not_more(s, 0), 0, chosen(less(s, e), s**3 / (6 * e), (s - e / 2) ** 2 / 2 + e**2 / 24))
+    lift = chosen(
+        not_more(s, 0), 0, chosen(less(s, e), s**3 / (6 * e), (s - e / 2) ** 2 / 2 + e**2 / 24)
+    )
     return ForceSymbols([-sign * N * slope for slope in slopes], count, energy=k * lift)
 
 
@@ -107,19 +128,24 @@ def symbols_of(name: str) -> ForceSymbols | None:
 
 @singledispatch
 def write_force(force: Any, number: int, kept: int, given: Numbers) -> CodePiece:
-    """A force in C, whose numbers of accepted states begin at `kept`. Types of forces register here; others are refused before."""
+    """A force in C, whose numbers of accepted states begin at `kept`. Types of forces register
+    here; others are refused before.
+    """
     raise TypeError(type(force))
 
 
 @singledispatch
 def refuse(force: Any) -> Problem | None:
-    """What speaks against a force in C: none has it whose type has not registered with `write_force`.
+    """What speaks against a force in C: none has it whose type has not registered with
+    `write_force`.
 
     Types of which only some have it register here.
     """
     if write_force.dispatch(type(force)) is not write_force.dispatch(object):
         return None
-    return Problem("loads, springs and motors that a C file can hold", type(force).__name__, LEAVE_OUT)
+    return Problem(
+        "loads, springs and motors that a C file can hold", type(force).__name__, LEAVE_OUT
+    )
 
 
 @refuse.register
@@ -134,11 +160,15 @@ def _(force: LawForces) -> Problem | None:
 def _(force: LawForces, place: int, kept: int, given: Numbers) -> CodePiece:
     symbols = symbols_of(force.law.name)
     assert symbols is not None
-    leaf, arrays = ("system", "loads", "forces", place, "numbers"), {}
+    leaf = ("system", "loads", "forces", place, "numbers")
+    arrays = {}
     varied = f"FORCE_{place}" if given.varies(leaf) else ""
     if varied:
         arrays[varied] = Array(force.numbers, leaf)
-    pieces = [group(symbols, force, k, kept + k * memory_of(symbols), f"{place}_{k}", varied) for k in range(len(force))]
+    pieces = [
+        group(symbols, force, k, kept + k * memory_of(symbols), f"{place}_{k}", varied)
+        for k in range(len(force))
+    ]
     functions: dict[str, str] = {}
     calls: dict[str, tuple[str, ...]] = {}
     for piece in pieces:
@@ -150,7 +180,11 @@ def _(force: LawForces, place: int, kept: int, given: Numbers) -> CodePiece:
 
 def angles_of(symbols: ForceSymbols) -> list[Any]:
     """Angles whose turns a force counts."""
-    parts = [*(plain(value) for value in symbols.force), *map(plain, symbols.kept), plain(symbols.energy)]
+    parts = [
+        *(plain(value) for value in symbols.force),
+        *map(plain, symbols.kept),
+        plain(symbols.energy),
+    ]
     return sorted(set().union(*(value.atoms(written.turned) for value in parts)), key=str)
 
 
@@ -158,30 +192,55 @@ def memory_of(symbols: ForceSymbols) -> int:
     return len(angles_of(symbols))
 
 
-def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str, varied: str) -> CodePiece:
-    """One group of rows of a law; its numbers are those of the array `varied` where parameters change them."""
-    y, v, p = written.rows(len(symbols.force)), written.rates(len(symbols.force)), written.numbers(symbols.numbers)
-    F, rows, angles = [plain(value) for value in symbols.force], force.rows[k], angles_of(symbols)
+def group(
+    symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str, varied: str
+) -> CodePiece:
+    """One group of rows of a law; its numbers are those of the array `varied` where parameters
+    change them.
+    """
+    y = written.rows(len(symbols.force))
+    v = written.rates(len(symbols.force))
+    p = written.numbers(symbols.numbers)
+    F = [plain(value) for value in symbols.force]
+    rows = force.rows[k]
+    angles = angles_of(symbols)
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
-    known = {angle: written.continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
+    known = {
+        angle: written.continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)
+    }
     numbers = force.numbers[k].tolist()
     given = {} if varied else dict(zip(p, map(sympy.Float, numbers), strict=False))
     signals = force.signals[k]
     places = {
         **{one: f"m->y[{row}]" for one, row in zip(y, rows, strict=True)},
         **{one: f"m->rates[{row}]" for one, row in zip(v, rows, strict=True)},
-        **{written.history(n): "1.0" if signal < 0 else f"m->signals[{signal}]" for n, signal in enumerate(signals)},
+        **{
+            written.history(n): "1.0" if signal < 0 else f"m->signals[{signal}]"
+            for n, signal in enumerate(signals)
+        },
         **{one: f"m->now.kept[{kept + n}]" for n, one in enumerate(last)},
         written.RATE: "m->gh",
         **{one: f"{varied}[{k * len(numbers) + n}]" for n, one in enumerate(p) if varied},
     }
-    tables = {f"TABLE_{name}_{n}": Array(force.numbers[k, first:end]) for n, (first, end) in enumerate(symbols.tables.values())}
+    tables = {
+        f"TABLE_{name}_{n}": Array(force.numbers[k, first:end])
+        for n, (first, end) in enumerate(symbols.tables.values())
+    }
     places |= {written.table(n): table for n, table in enumerate(tables)}
 
     def write(values: Sequence[Any], targets: Sequence[str]) -> str:
         lines, found = statements([one.xreplace(given).xreplace(known) for one in values], places)
         lines = [line.replace("const double T", "const double *const T") for line in lines]
-        return block([*lines, *(target.format(one) for target, one in zip(targets, found, strict=True) if one != "0.0")])
+        return block(
+            [
+                *lines,
+                *(
+                    target.format(one)
+                    for target, one in zip(targets, found, strict=True)
+                    if one != "0.0"
+                ),
+            ]
+        )
 
     slopes = [
         (i, j, slope)
@@ -194,15 +253,22 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str,
     functions: dict[str, str] = {}
     calls: dict[str, tuple[str, ...]] = {}
     if push:  # nothing of a group whose numbers are zero
-        functions[f"push_{name}"] = f"/* {label} */\nstatic void push_{name}(NAME_memory *m)\n{{\n{push}\n}}\n"
+        functions[f"push_{name}"] = (
+            f"/* {label} */\nstatic void push_{name}(NAME_memory *m)\n{{\n{push}\n}}\n"
+        )
         calls["push"] = (f"push_{name}(m);",)
     if slopes:
-        body = write([value for *_, value in slopes], [f"add_pair(m, {rows[i]}, {rows[j]}, -m->c * ({{}}));" for i, j, _ in slopes])
+        body = write(
+            [value for *_, value in slopes],
+            [f"add_pair(m, {rows[i]}, {rows[j]}, -m->c * ({{}}));" for i, j, _ in slopes],
+        )
         functions[f"slopes_{name}"] = f"static void slopes_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
         calls["slopes"] = (f"slopes_{name}(m);",)
     if (potential := plain(symbols.energy)) != 0:
         body = write([potential], ["return {};"])
-        functions[f"energy_{name}"] = f"static double energy_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
+        functions[f"energy_{name}"] = (
+            f"static double energy_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
+        )
         calls["energy"] = (f"energy += energy_{name}(m);",)
     if angles:
         body = write(angles, [f"m->now.kept[{kept + n}] = {{}};" for n in range(len(angles))])

@@ -1,7 +1,7 @@
 """Energies of the laws of this package in symbols, as `bodies` has them in compiled code.
 
-The cable is that of `bodies.cable_law`, whose docstring has its equations, the membrane that of `bodies.membrane_law`, the shell
-that of `bodies.shell_law`.
+The cable is that of `bodies.cable_law`, whose docstring has its equations, the membrane that of
+`bodies.membrane_law`, the shell that of `bodies.shell_law`.
 """
 
 from __future__ import annotations
@@ -25,10 +25,15 @@ def stretch(r: Vectors) -> Expression:
 
 def planar_strains(n: int, r: Vectors, *_: Any) -> list[Expression]:
     """eps and the signed curvature r' x r'' / |r'|^n."""
-    return [stretch(r), (r[0][0] * r[1][1] - r[0][1] * r[1][0]) * r[0].dot(r[0]) ** sympy.Rational(-n, 2)]
+    return [
+        stretch(r),
+        (r[0][0] * r[1][1] - r[0][1] * r[1][0]) * r[0].dot(r[0]) ** sympy.Rational(-n, 2),
+    ]
 
 
-def planar_energy(n: int, r: Vectors, EA: Expression, EI: Expression, kappa0: Expression) -> Expression:
+def planar_energy(
+    n: int, r: Vectors, EA: Expression, EI: Expression, kappa0: Expression
+) -> Expression:
     eps, kappa = planar_strains(n, r)
     return EA / 2 * eps**2 + EI / 2 * (kappa - kappa0) ** 2
 
@@ -37,23 +42,37 @@ def square_of_curvature(n: int, r: Vectors) -> Expression:
     """H = |r' x r''|^2 / |r'|^(2 n), or r''.r'' of the quadratic curvature (n = 0)."""
     a, b = r
     across = a.dot(a) * b.dot(b) - a.dot(b) ** 2
-    return b.dot(b) if n == 0 else (a.cross(b).dot(a.cross(b)) if len(a) == 3 else across) / a.dot(a) ** n
+    return (
+        b.dot(b)
+        if n == 0
+        else (a.cross(b).dot(a.cross(b)) if len(a) == 3 else across) / a.dot(a) ** n
+    )
 
 
-def spatial_energy(n: int, r: Vectors, EA: Expression, EI: Expression, kappa0: Expression) -> Expression:
-    """EA/2 eps^2 + EI/2 (kappa - kappa0)^2 with H = kappa^2; kappa is kept from nothing, where its derivative is none."""
-    H, axial = square_of_curvature(n, r), EA / 2 * stretch(r) ** 2
+def spatial_energy(
+    n: int, r: Vectors, EA: Expression, EI: Expression, kappa0: Expression
+) -> Expression:
+    """EA/2 eps^2 + EI/2 (kappa - kappa0)^2 with H = kappa^2; kappa is kept from nothing, where its
+    derivative is none.
+    """
+    H = square_of_curvature(n, r)
+    axial = EA / 2 * stretch(r) ** 2
     if kappa0 == 0:
         return axial + EI / 2 * H
     kappa = sympy.sqrt(H + (SMALL * kappa0) ** 2 + NEXT_TO_NOTHING)
     return axial + EI / 2 * (H - 2 * kappa0 * kappa + kappa0**2)
 
 
-def spatial_dissipation(n: int, r: Vectors, v: Vectors, EA: Expression, EI: Expression, kappa0: Expression) -> Expression:
+def spatial_dissipation(
+    n: int, r: Vectors, v: Vectors, EA: Expression, EI: Expression, kappa0: Expression
+) -> Expression:
     """R with (k k' + s^2 I) / (kappa^2 + s^2) between the rates of the curvature vector k."""
     k = r[1] if n == 0 else r[0].cross(r[1]) * r[0].dot(r[0]) ** sympy.Rational(-n, 2)
-    straight, dk = STRAIGHT * EA / EI, sympy.Matrix([rate(one, r, v) for one in k])
-    return EA / 2 * rate(stretch(r), r, v) ** 2 + EI / 2 * (k.dot(dk) ** 2 + straight * dk.dot(dk)) / (k.dot(k) + straight)
+    straight = STRAIGHT * EA / EI
+    dk = sympy.Matrix([rate(one, r, v) for one in k])
+    return EA / 2 * rate(stretch(r), r, v) ** 2 + EI / 2 * (
+        k.dot(dk) ** 2 + straight * dk.dot(dk)
+    ) / (k.dot(k) + straight)
 
 
 def hooke(A: Expression, nu: Expression) -> list[list[Expression]]:
@@ -77,14 +96,21 @@ def membrane_energy(r: Vectors, A: Expression, nu: Expression) -> Expression:
     return half_square(membrane_strains(r), hooke(A, nu))
 
 
-def shell_strains(r: Vectors, A: Expression, B: Expression, nu: Expression, *b0: Expression) -> list[Expression]:
+def shell_strains(
+    r: Vectors, A: Expression, B: Expression, nu: Expression, *b0: Expression
+) -> list[Expression]:
     """E11, E22, E12 and b_i - b0_i, i = 11, 22, 12."""
     normal = r[0].cross(r[1])
     length = sympy.sqrt(normal.dot(normal))
-    return [*membrane_strains(r), *(normal.dot(one) / length - own for one, own in zip(r[2:], b0, strict=True))]
+    return [
+        *membrane_strains(r),
+        *(normal.dot(one) / length - own for one, own in zip(r[2:], b0, strict=True)),
+    ]
 
 
-def shell_stiffness(A: Expression, B: Expression, nu: Expression, *_: Expression) -> list[list[Expression]]:
+def shell_stiffness(
+    A: Expression, B: Expression, nu: Expression, *_: Expression
+) -> list[list[Expression]]:
     return sympy.diag(sympy.Matrix(hooke(A, nu)), sympy.Matrix(hooke(B, nu))).tolist()
 
 
@@ -93,25 +119,36 @@ def shell_energy(r: Vectors, *section: Expression) -> Expression:
 
 
 def symbols_of(law: Law, dim: int) -> LawSymbols | None:
-    """The energy and dissipation of a law of this package in `dim` components; None of one that has none here."""
+    """The energy and dissipation of a law of this package in `dim` components; None of one that has
+    none here.
+    """
     n = law.option
     if law.section == CABLE:
         names = CABLE[:-1]
         if dim == 2 and n > 0:
             strains = partial(planar_strains, n)
             return LawSymbols(
-                2, names, partial(planar_energy, n), quadratic_dissipation(strains, lambda EA, EI, _: [[EA, 0], [0, EI]])
+                2,
+                names,
+                partial(planar_energy, n),
+                quadratic_dissipation(strains, lambda EA, EI, _: [[EA, 0], [0, EI]]),
             )
         return LawSymbols(2, names, partial(spatial_energy, n), partial(spatial_dissipation, n))
     if law is Law.MEMBRANE:
-        return LawSymbols(2, ("A", "nu"), membrane_energy, quadratic_dissipation(membrane_strains, hooke))
+        return LawSymbols(
+            2, ("A", "nu"), membrane_energy, quadratic_dissipation(membrane_strains, hooke)
+        )
     if law is Law.SHELL:
-        return LawSymbols(5, law.section[:-1], shell_energy, quadratic_dissipation(shell_strains, shell_stiffness))
+        return LawSymbols(
+            5, law.section[:-1], shell_energy, quadratic_dissipation(shell_strains, shell_stiffness)
+        )
     return None
 
 
 def held_strains(law: Law, dim: int) -> tuple[Callable[..., Any], Callable[..., Any]] | None:
-    """Strains whose stresses first tangents of a step take of the state before, of vectors, and their stiffness, of a section."""
+    """Strains whose stresses first tangents of a step take of the state before, of vectors, and
+    their stiffness, of a section.
+    """
     if law.section == CABLE:
         return lambda r: [stretch(r)], lambda EA, EI, kappa0: [[EA]]
     if law is Law.SHELL:

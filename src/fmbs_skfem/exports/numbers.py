@@ -18,7 +18,19 @@ from .pieces import Array
 from .text import array, number, replaced, template
 
 #: leaves of a system that a step reads; all others are for pictures, or fixed
-READ = "elastic", "mass", "damping", "stiffness", "probes", "constraints", "loads", "signals", "sensors", "x0", "v0"
+READ = (
+    "elastic",
+    "mass",
+    "damping",
+    "stiffness",
+    "probes",
+    "constraints",
+    "loads",
+    "signals",
+    "sensors",
+    "x0",
+    "v0",
+)
 UNREAD = ("loads", "springs"), ("near",)
 
 
@@ -45,18 +57,30 @@ def is_read(place: Place) -> bool:
     """Whether a step reads a leaf of a case."""
     if place[0] == "scheme":
         return True
-    return place[0] == "system" and place[1] in READ and not any(place[1 : 1 + len(one)] == one for one in UNREAD)
+    return (
+        place[0] == "system"
+        and place[1] in READ
+        and not any(place[1 : 1 + len(one)] == one for one in UNREAD)
+    )
 
 
 def write(numbers: Numbers, arrays: Mapping[str, Array], where: str) -> tuple[str, str, str]:
-    """Constants of C, fields of the memory for the numbers that vary, and the function `set_numbers`.
+    """Constants of C, fields of the memory for the numbers that vary, and the function
+    `set_numbers`.
 
     InputError, after `where`, where parameters change what no array here holds.
     """
-    varying, text, fields = numbers.varying, [], []
+    varying = numbers.varying
+    text = []
+    fields = []
     if lost := set(varying) - {one.place for one in arrays.values()}:
         raise InputError(
-            say(where, "parameters that change numbers of C files", cases.label(min(lost, key=str)), "fix it with --set")
+            say(
+                where,
+                "parameters that change numbers of C files",
+                cases.label(min(lost, key=str)),
+                "fix it with --set",
+            )
         )
     mixed: dict[Order, list[str]] = {}
     longest = 1
@@ -66,7 +90,8 @@ def write(numbers: Numbers, arrays: Mapping[str, Array], where: str) -> tuple[st
             text.append(array(name, one.values))
             continue
         leaf = np.asarray(cases.leaf_at(numbers.case, part.place), dtype=float)
-        base, changes = leaf.copy().ravel(), []
+        base = leaf.copy().ravel()
+        changes = []
         base[part.positions] = 0.0
         for values in part.values:
             other = np.zeros(leaf.size)
@@ -76,21 +101,34 @@ def write(numbers: Numbers, arrays: Mapping[str, Array], where: str) -> tuple[st
         t, q = part.mixture.shape
         longest = max(longest, t)
         size = max(1, start.size)
-        text += [array(f"{name}_BASE", start), array(f"{name}_CHANGES", np.array(changes)), array(f"{name}_MIXTURE", part.mixture)]
+        text += [
+            array(f"{name}_BASE", start),
+            array(f"{name}_CHANGES", np.array(changes)),
+            array(f"{name}_MIXTURE", part.mixture),
+        ]
         text.append(f"#define {name} (m->numbers_{name})")
         fields.append(f"    double numbers_{name}[{size}];")
         arrays_of = f"{name}_BASE, {name}_CHANGES, {name}_MIXTURE, m->numbers_{name}"
         mixed.setdefault(part.order, []).append(f"    mix(weights, {t}, {q}, {size}, {arrays_of});")
     # polynomials of one order are evaluated once for all that have it
-    lines = [line for k, found in enumerate(mixed.values()) for line in (f"    weigh(m, {k}, weights);", *found)]
-    return "\n".join([*text, *tables(numbers, list(mixed))]), "\n".join(fields), function(lines, longest)
+    lines = [
+        line
+        for k, found in enumerate(mixed.values())
+        for line in (f"    weigh(m, {k}, weights);", *found)
+    ]
+    return (
+        "\n".join([*text, *tables(numbers, list(mixed))]),
+        "\n".join(fields),
+        function(lines, longest),
+    )
 
 
 def tables(numbers: Numbers, orders: Sequence[Order]) -> list[str]:
     """Nodes of the parameters, and degrees of the polynomials."""
     if numbers.model is None or not orders:
         return []
-    count, nodes = len(numbers.model.parameters), numbers.model.nodes
+    count = len(numbers.model.parameters)
+    nodes = numbers.model.nodes
     most = max(len(one) for one in nodes)
     degrees = [[*one.degrees, *map(int, one.logarithmic)] for one in orders]
     listed = ",\n    ".join("{" + ", ".join(map(str, row)) + "}" for row in degrees)
@@ -117,5 +155,7 @@ def parameters_of(numbers: Numbers) -> dict[str, tuple[str, float, float, float]
 
 def table_of(numbers: Numbers) -> str:
     """The ranges of the parameters as a table of C: least, largest, nominal."""
-    rows = [", ".join(map(number, values[1:])) for values in parameters_of(numbers).values()] or ["0.0, 0.0, 0.0"]
+    rows = [", ".join(map(number, values[1:])) for values in parameters_of(numbers).values()] or [
+        "0.0, 0.0, 0.0"
+    ]
     return f"static const double PARAMETER[{len(rows)}][3] = {{{', '.join('{' + row + '}' for row in rows)}}};"

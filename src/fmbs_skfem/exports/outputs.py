@@ -1,4 +1,6 @@
-"""Outputs in C, written from what they say of themselves in symbols; energies and forces of joints beside them."""
+"""Outputs in C, written from what they say of themselves in symbols; energies and forces of joints
+beside them.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,10 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
     kind = kind_of(output)
     units = kind.units(name, output)
     if kind is Energy:
-        return [Column(output.columns[0], "J", "NAME_kinetic_energy(m)"), Column(output.columns[1], "J", "NAME_strain_energy(m)")]
+        return [
+            Column(output.columns[0], "J", "NAME_kinetic_energy(m)"),
+            Column(output.columns[1], "J", "NAME_strain_energy(m)"),
+        ]
     if kind is Reaction:
         rows = [k for k, (joint, _) in enumerate(system.constraints.names) if joint == output.joint]
         if output.rows or len(rows) != len(output.columns):
@@ -35,7 +40,9 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
         texts = [f"-m->now.multipliers[{k}] / m->c" for k in rows]
         return [Column(*one) for one in zip(output.columns, units, texts, strict=True)]
     count = len(output.rows)
-    y, v, numbers = written.rows(count), written.rates(count), written.numbers(len(output.parameters))
+    y = written.rows(count)
+    v = written.rates(count)
+    numbers = written.numbers(len(output.parameters))
     values = list(kind.write(y, v, numbers))
     if len(values) < len(output.columns):
         return []
@@ -48,7 +55,8 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
         value = written.plain(sympy.sympify(value)).xreplace(given)
         angles = sorted(value.atoms(written.turned), key=str)
         lines, (text, *angle) = statements(
-            [value.replace(written.turned, lambda one: one), *(one.args[0] for one in angles)], places
+            [value.replace(written.turned, lambda one: one), *(one.args[0] for one in angles)],
+            places,
         )
         if angles and len(angles) == 1 and value == angles[0]:
             found.append(Column(column, unit, text, tuple(lines), angle[0]))
@@ -60,7 +68,9 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
 
 
 def chosen(values: list[Any], output: Output) -> list[Any]:
-    """Those of all values that are columns: the first ones, and of an angle against another place its rate."""
+    """Those of all values that are columns: the first ones, and of an angle against another place
+    its rate.
+    """
     if len(values) == 3 and len(output.columns) == 2:  # angle, angle once more, rate
         return [values[0], values[2]]
     return values[: len(output.columns)]
@@ -81,10 +91,23 @@ def write_outputs(system: System) -> tuple[str, list[Column], list[str]]:
             lines.append(scoped(one.lines, f"out[{k}] = {one.value};"))
         else:
             lines.append(f"    out[{k}] = m->now.turned[{place}];")
-            counts.append(scoped(one.lines, f"m->now.turned[{place}] = continued({one.turns}, m->now.turned[{place}]);"))
+            counts.append(
+                scoped(
+                    one.lines,
+                    f"m->now.turned[{place}] = continued({one.turns}, m->now.turned[{place}]);",
+                )
+            )
     sense = "    sense(m);\n"
-    text = f"static void count_turns(NAME_memory *m)\n{{\n{sense if counts else '    (void)m;' + chr(10)}" + "\n".join(counts)
-    text += "\n}\n\nvoid NAME_outputs(NAME_memory *m, double out[])\n{\n" + sense + "\n".join(lines) + "\n}\n"
+    text = (
+        f"static void count_turns(NAME_memory *m)\n{{\n{sense if counts else '    (void)m;' + chr(10)}"
+        + "\n".join(counts)
+    )
+    text += (
+        "\n}\n\nvoid NAME_outputs(NAME_memory *m, double out[])\n{\n"
+        + sense
+        + "\n".join(lines)
+        + "\n}\n"
+    )
     return text, columns, left_out
 
 

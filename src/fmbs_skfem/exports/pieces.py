@@ -9,13 +9,16 @@ import numpy as np
 
 from ..core.storage.records import dataclass
 
-#: what calls a part: elastic forces, tangents and energies, forces on rows, their derivatives, what they keep, functions of time
+#: what calls a part: elastic forces, tangents and energies, forces on rows, their derivatives, what
+#: they keep, functions of time
 HOOKS = "force", "tangent", "energy", "push", "slopes", "accept", "signals"
 
 
 @dataclass(frozen=True)
 class Array:
-    """A constant array of numbers; where they follow from a leaf of the case that parameters change, `make` gives them from it."""
+    """A constant array of numbers; where they follow from a leaf of the case that parameters
+    change, `make` gives them from it.
+    """
 
     values: np.ndarray
     place: tuple[str | int, ...] = ()  #: of the leaf
@@ -47,6 +50,8 @@ def joined(pieces: Iterable[CodePiece]) -> CodePiece:
         functions |= piece.functions
         for hook, found in piece.calls.items():
             calls[hook] += found
-        room, moduli, kept = max(room, piece.room), max(moduli, piece.moduli), kept + piece.kept
+        room = max(room, piece.room)
+        moduli = max(moduli, piece.moduli)
+        kept = kept + piece.kept
         holds = holds or piece.holds
     return CodePiece(arrays, functions, calls, room, moduli, kept, holds)

@@ -1,4 +1,5 @@
-"""What a model cannot have where it leaves the house: the rules by which exports refuse it, which can be asked before a training.
+"""What a model cannot have where it leaves the house: the rules by which exports refuse it, which
+can be asked before a training.
 
 An FMU, and a model that runs in a page, are the same C: one answer serves all of them.
 """
@@ -27,17 +28,23 @@ class Refusal(NamedTuple):
 
 
 def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iterator[Refusal]:
-    """What of a system, full or reduced, has no C, and steps that have none; of full ones joints and loads are named.
+    """What of a system, full or reduced, has no C, and steps that have none; of full ones joints
+    and loads are named.
 
-    Models are `ranged` that have whole ranges of parameters. Reductions keep all of it. What depends on the basis, as rows that
-    follow from others, shows when the model is written.
+    Models are `ranged` that have whole ranges of parameters. Reductions keep all of it. What
+    depends on the basis, as rows that follow from others, shows when the model is written.
     """
     if scheme.local_error > 0.0:
         remedy = "train the model with steps of one length, `accuracy` left out"
-        yield Refusal("analysis", Problem("equal steps", f"steps in parts (local error {scheme.local_error:g})", remedy))
+        yield Refusal(
+            "analysis",
+            Problem("equal steps", f"steps in parts (local error {scheme.local_error:g})", remedy),
+        )
     if ranged and scheme.start == "equilibrium":
         remedy = "fix the parameters with --set, or start in the reference"
-        yield Refusal("analysis", Problem("a start that no parameter changes", "`start: equilibrium`", remedy))
+        yield Refusal(
+            "analysis", Problem("a start that no parameter changes", "`start: equilibrium`", remedy)
+        )
     # inputs of a kind of their own are given by what runs beside the steps
     controlled = [one.name for one in inputs_of(system).values() if type(one) is not Input]
     parts = {
@@ -46,20 +53,34 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
         "controller": controlled,
     }
     for kind, names in parts.items():
-        yield from (Refusal(f"{kind} '{name}'", Problem(f"a model without {kind}s", f"'{name}'", LEAVE_OUT)) for name in names)
+        yield from (
+            Refusal(f"{kind} '{name}'", Problem(f"a model without {kind}s", f"'{name}'", LEAVE_OUT))
+            for name in names
+        )
     for joint in dict.fromkeys(one.joint for one in system.locks):
-        yield Refusal(f"joint '{joint}'", Problem("a model without joints that are locked", f"'{joint}'", LEAVE_OUT))
-    law_of = {system.constraints.names[row][0]: own.law for own in system.constraints.laws for row in own.row}
+        yield Refusal(
+            f"joint '{joint}'",
+            Problem("a model without joints that are locked", f"'{joint}'", LEAVE_OUT),
+        )
+    law_of = {
+        system.constraints.names[row][0]: own.law
+        for own in system.constraints.laws
+        for row in own.row
+    }
     for joint, law in law_of.items():
         got = f"the joint law {law.name.partition('|')[0]}"
-        yield Refusal(f"joint '{joint}'", Problem("joints that are polynomials of positions", got, LEAVE_OUT))
+        yield Refusal(
+            f"joint '{joint}'", Problem("joints that are polynomials of positions", got, LEAVE_OUT)
+        )
     known = origins_of(system) or [Origin("load", system.loads.forces, range(0))]
     for origin in known:
         wrong = (forces.refuse(force) for force in origin.forces)
         yield from (Refusal(origin.subject, problem) for problem in wrong if problem is not None)
     maker = {k: origin.subject for origin in known for k in origin.signals}
     driven = {k for _, k in driving(system.constraints)}
-    of_time: dict[str, Problem] = {}  # once where a joint makes several of one, as the cosine and the sine of an angle
+    of_time: dict[
+        str, Problem
+    ] = {}  # once where a joint makes several of one, as the cosine and the sine of an angle
     for k, signal in enumerate(system.signals):
         if (problem := signals.refuse(signal, k in driven)) is not None:
             of_time.setdefault(maker.get(k, f"function of time {k}"), problem)

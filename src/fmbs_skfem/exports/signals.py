@@ -1,6 +1,7 @@
 """Functions of time in C: their values, and where joints read them their first three derivatives.
 
-An input that drives a joint is a cubic through the values at the ends of the last four spans, as in `core.values.inputs`.
+An input that drives a joint is a cubic through the values at the ends of the last four spans, as in
+`core.values.inputs`.
 """
 
 from __future__ import annotations
@@ -34,7 +35,10 @@ T = sympy.Symbol("t", real=True)
 # a spline and its derivatives, of which forces read the first one alone: functions of `maths.c`
 spline = symbols.function(
     "lookup",
-    symbols.function("lookup_slope", symbols.function("lookup_bend", symbols.function("lookup_third", symbols.constant))),
+    symbols.function(
+        "lookup_slope",
+        symbols.function("lookup_bend", symbols.function("lookup_third", symbols.constant)),
+    ),
 )
 
 
@@ -45,7 +49,9 @@ def input_symbol(name: str) -> Any:
 
 
 class KnownSymbols(NamedTuple):
-    """Symbols in functions of time: of numbers that parameters change, by their places in the case, and of curves of tables."""
+    """Symbols in functions of time: of numbers that parameters change, by their places in the case,
+    and of curves of tables.
+    """
 
     varied: dict[Any, Place]
     curves: dict[Any, Table]
@@ -60,13 +66,16 @@ class KnownSymbols(NamedTuple):
 
 
 def read_spline(x: Any, table: Any) -> Any:
-    """The value of a table that drives a joint, in symbols, which can be differentiated as often as joints need."""
+    """The value of a table that drives a joint, in symbols, which can be differentiated as often as
+    joints need.
+    """
     return spline(x, table)
 
 
 @singledispatch
 def in_symbols(signal: Any, leaf: Place, known: KnownSymbols) -> Any:
-    """A function of time in symbols. Types register here; Problem for one that has not, as a function of Python.
+    """A function of time in symbols. Types register here; Problem for one that has not, as a
+    function of Python.
 
     `leaf` is its place in the case. Curves of tables are added to those that are known.
     """
@@ -74,14 +83,20 @@ def in_symbols(signal: Any, leaf: Place, known: KnownSymbols) -> Any:
 
 
 def refuse(signal: Any, drives: bool) -> Problem | None:
-    """What speaks against a function of time in C, where joints read it (`drives`) against one without derivatives."""
+    """What speaks against a function of time in C, where joints read it (`drives`) against one
+    without derivatives.
+    """
     try:
         value = sympy.sympify(in_symbols(signal, (), KnownSymbols({}, {})))
     except Problem as problem:
         return problem
     if drives and value.atoms(written.lookup):
         remedy = "write `smooth: true`, which makes it a spline"
-        return Problem("smooth functions of t where they drive a joint", "a table whose second derivative jumps", remedy)
+        return Problem(
+            "smooth functions of t where they drive a joint",
+            "a table whose second derivative jumps",
+            remedy,
+        )
     return None
 
 
@@ -96,14 +111,18 @@ def _(signal: Expression, leaf: Place, known: KnownSymbols) -> Any:
     for one in signal.inputs:
         if isinstance(one, Table):
             table = known.curve(one)
-            call = partial(read_spline if one.smooth and one.drives else responses.curve, table=table)
+            call = partial(
+                read_spline if one.smooth and one.drives else responses.curve, table=table
+            )
             names |= {one.name: call(T), one.call: call}
             continue
         names[one.name] = in_symbols(one, leaf, known)
     program: list[Any] = list(signal.program)
     for k, step in enumerate(program):
         if isinstance(step, float) and (*leaf, "program", k) in known.varied.values():
-            symbol = next(one for one, place in known.varied.items() if place == (*leaf, "program", k))
+            symbol = next(
+                one for one, place in known.varied.items() if place == (*leaf, "program", k)
+            )
             program[k], names[symbol.name] = symbol.name, symbol
     return expressions.evaluate(tuple(program), names, symbols.ALGEBRA, symbols.number)
 
@@ -119,8 +138,11 @@ def _(signal: Sine, leaf: Place, known: KnownSymbols) -> Any:
 
 
 def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> CodePiece:
-    """All functions of time at a time t, with the derivatives that joints need, and the numbers in them that parameters change."""
-    driven, count = {k for _, k in driving(system.constraints)}, len(system.signals)
+    """All functions of time at a time t, with the derivatives that joints need, and the numbers in
+    them that parameters change.
+    """
+    driven = {k for _, k in driving(system.constraints)}
+    count = len(system.signals)
     changed = [place for place in given.varying if place[:2] == ("system", "signals")]
     found = {sympy.Symbol(f"varied{k}", real=True): place for k, place in enumerate(changed)}
     arrays = {
@@ -128,7 +150,10 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         for k, place in enumerate(changed)
     }
     known = KnownSymbols(found, {})
-    smooth = {input_symbol(name): sympy.Function(str(input_symbol(name)))(T) for name in sorted(driving_inputs(system))}
+    smooth = {
+        input_symbol(name): sympy.Function(str(input_symbol(name)))(T)
+        for name in sorted(driving_inputs(system))
+    }
     values, targets = [], []
     for k, signal in enumerate(system.signals):
         value = sympy.sympify(in_symbols(signal, ("system", "signals", k), known)).xreplace(smooth)
@@ -140,9 +165,14 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
     for one, path in smooth.items():
         name = next(name for name in inputs if input_symbol(name) == one)
         symbols_of = derivatives_of([path])
-        places |= {symbol: f"m->smooth[{order}][{inputs[name]}]" for order, symbol in enumerate(symbols_of.values())}
+        places |= {
+            symbol: f"m->smooth[{order}][{inputs[name]}]"
+            for order, symbol in enumerate(symbols_of.values())
+        }
     places |= {symbol: f"VARIED_{k}[0]" for k, symbol in enumerate(found)}
-    curves = {f"CURVE_{k}": (symbol, table) for k, (symbol, table) in enumerate(known.curves.items())}
+    curves = {
+        f"CURVE_{k}": (symbol, table) for k, (symbol, table) in enumerate(known.curves.items())
+    }
     arrays |= {name: Array(table.numbers) for name, (_, table) in curves.items()}
     places |= {symbol: name for name, (symbol, _) in curves.items()}
     lines, texts = statements(values, places)
@@ -153,4 +183,8 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
 
 def derivatives_of(paths: Iterable[Any]) -> dict[Any, Any]:
     """Symbols of some functions of time and of their derivatives, by these."""
-    return {path.diff(T, order): sympy.Symbol(f"{path.func}_{order}", real=True) for path in paths for order in range(ORDERS + 1)}
+    return {
+        path.diff(T, order): sympy.Symbol(f"{path.func}_{order}", real=True)
+        for path in paths
+        for order in range(ORDERS + 1)
+    }

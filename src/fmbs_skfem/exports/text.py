@@ -19,7 +19,22 @@ INDENT = "    "
 #: functions that symbols are printed as, those of `maths.c`
 FUNCTIONS = {
     name: f"math_{name}"
-    for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "floor")
+    for name in (
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "exp",
+        "log",
+        "sqrt",
+        "sinh",
+        "cosh",
+        "tanh",
+        "floor",
+    )
 }
 
 
@@ -30,7 +45,8 @@ class CPrinter(C99CodePrinter):
         super().__init__({"user_functions": FUNCTIONS | {"Abs": "size_of"}, "contract": False})
 
     def _print_Pow(self, power: Expression, **_: Any) -> str:
-        base, twice = self.parenthesize(power.base, 100), 2 * power.exp
+        base = self.parenthesize(power.base, 100)
+        twice = 2 * power.exp
         if not twice.is_Integer or abs(twice) > 16:
             return f"math_pow({self._print(power.base)}, {self._print(power.exp)})"
         whole, half = divmod(abs(int(twice)), 2)
@@ -47,7 +63,8 @@ class CPrinter(C99CodePrinter):
         return number(float(value))
 
     def _print_Function(self, call: Expression) -> str:
-        name, parts = type(call).__name__, [self._print(one) for one in call.args]
+        name = type(call).__name__
+        parts = [self._print(one) for one in call.args]
         if name == "chosen":
             return f"({parts[0]} != 0.0 ? {parts[1]} : {parts[2]})"
         if name in ("less", "not_more"):
@@ -84,30 +101,50 @@ def array(name: str, values: np.ndarray, kind: str = "double") -> str:
     head = f"static const {kind} {name}[{max(1, flat.size)}] = {{"
     if len(head) + len(numbers) + 2 <= WIDTH:
         return f"{head}{numbers}}};"
-    return "\n".join([head, *textwrap.wrap(numbers, WIDTH - 1, break_long_words=False, break_on_hyphens=False), "};"])
+    return "\n".join(
+        [
+            head,
+            *textwrap.wrap(numbers, WIDTH - 1, break_long_words=False, break_on_hyphens=False),
+            "};",
+        ]
+    )
 
 
-def statements(results: Sequence[Expression], places: Mapping[Any, str], factored: bool = False) -> tuple[list[str], list[str]]:
-    """Lines that read the symbols that are needed and compute what results share, and the results as texts."""
+def statements(
+    results: Sequence[Expression], places: Mapping[Any, str], factored: bool = False
+) -> tuple[list[str], list[str]]:
+    """Lines that read the symbols that are needed and compute what results share, and the results
+    as texts.
+    """
     parts, reduced, needed = shared(results, factored)
     write = CPrinter().doprint
-    lines = [f"const double {symbol} = {place};" for symbol, place in places.items() if symbol in needed]
+    lines = [
+        f"const double {symbol} = {place};" for symbol, place in places.items() if symbol in needed
+    ]
     lines += [f"const double {symbol} = {write(value)};" for symbol, value in parts]
     return lines, [write(value) for value in reduced]
 
 
 def block(lines: Iterable[str], depth: int = 1) -> str:
     """Lines of a body, long ones broken."""
-    indent, found = INDENT * depth, []
+    indent = INDENT * depth
+    found = []
     for line in lines:
         found += textwrap.wrap(
-            line, WIDTH, initial_indent=indent, subsequent_indent=indent + INDENT, break_long_words=False, break_on_hyphens=False
+            line,
+            WIDTH,
+            initial_indent=indent,
+            subsequent_indent=indent + INDENT,
+            break_long_words=False,
+            break_on_hyphens=False,
         )
     return "\n".join(found)
 
 
 def comment(text: str) -> str:
-    """Any text inside of a comment, which it neither ends nor begins: on lines of its own, without control characters."""
+    """Any text inside of a comment, which it neither ends nor begins: on lines of its own, without
+    control characters.
+    """
     lines = [problems.printable(line) for line in text.splitlines()]
     return "\n * ".join(lines).replace("*/", "* /").replace("/*", "/ *")
 
@@ -127,7 +164,8 @@ def maths(read: str) -> str:
     """Those functions of `maths.c` that a text calls, and those that these need, in order."""
     parts = [part for part in template("maths.c").split("//: ") if part]
     heads = {part.partition("\n")[0].split()[0]: part for part in parts}
-    wanted, found = list(heads), set[str]()
+    wanted = list(heads)
+    found = set[str]()
     waiting = [name for name in wanted if re.search(rf"\b{name}\(", read)]
     while waiting:
         name = waiting.pop()
@@ -135,4 +173,6 @@ def maths(read: str) -> str:
             found.add(name)
             body = heads[name].partition("\n")[2]
             waiting += [one for one in wanted if one != name and re.search(rf"\b{one}\(", body)]
-    return "\n".join(heads[name].partition("\n")[2].strip() + "\n" for name in wanted if name in found)
+    return "\n".join(
+        heads[name].partition("\n")[2].strip() + "\n" for name in wanted if name in found
+    )

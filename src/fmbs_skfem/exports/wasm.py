@@ -29,8 +29,18 @@ double *unknowns(void) { return m.now.x; }
 double *outputs(void) { NAME_outputs(&m, outs); return outs; }
 double now(void) { return m.time; }
 """
-# vectors of 128 bits are in all browsers since 2023; products and sums stay apart, as in the C file elsewhere
-FLAGS = ("-target", "wasm32-freestanding", "-std=c99", "-O3", "-msimd128", "-ffp-contract=off", "-nostdlib", "-Wl,--no-entry")
+# vectors of 128 bits are in all browsers since 2023; products and sums stay apart, as in the C file
+# elsewhere
+FLAGS = (
+    "-target",
+    "wasm32-freestanding",
+    "-std=c99",
+    "-O3",
+    "-msimd128",
+    "-ffp-contract=off",
+    "-nostdlib",
+    "-Wl,--no-entry",
+)
 
 
 def module(model: CModel) -> bytes | None:
@@ -44,8 +54,13 @@ def module(model: CModel) -> bytes | None:
         (folder / "door.c").write_text(DOOR.replace("NAME", model.name), encoding="utf-8")
         exported = [f"-Wl,--export={name}" for name in EXPORTED]
         done = subprocess.run(
-            [*ZIG, *FLAGS, *exported, "model.c", "door.c", "-o", "model.wasm"], cwd=folder, capture_output=True, text=True
+            [*ZIG, *FLAGS, *exported, "model.c", "door.c", "-o", "model.wasm"],
+            cwd=folder,
+            capture_output=True,
+            text=True,
         )
         if done.returncode != 0:
-            raise InputError(say("C compiler", "a model that it compiles", done.stderr.strip()[:500]))
+            raise InputError(
+                say("C compiler", "a model that it compiles", done.stderr.strip()[:500])
+            )
         return (folder / "model.wasm").read_bytes()

@@ -1,4 +1,6 @@
-"""Families over parameters: greedy training with a Kriging surrogate, models of a whole range, sweeps over processes."""
+"""Families over parameters: greedy training with a Kriging surrogate, models of a whole range,
+sweeps over processes.
+"""
 
 from . import calibration, greedy, kriging, parametric_model
 from .training import FinishedTraining, train

@@ -1,15 +1,18 @@
-r"""Kriging of an error indicator over the unit box: its logarithm as a Gaussian process, and where its maximum may lie.
+r"""Kriging of an error indicator over the unit box: its logarithm as a Gaussian process, and where
+its maximum may lie.
 
     log10 I(x) = m + s (z(x) + n)                                                                        (`gaussian`)
     G(x) = E[max(z(x) - z*, 0)] = s (u Phi(u) + phi(u)),   u = (mu(x) - z*) / s(x)
 
-n is a roughness of at most ROUGH decades: indicators of reduced runs may differ by about 0.1 decade between neighbouring
-parameters, and an interpolating surrogate would chase that. mu and s are mean and deviation of the smooth part m + s z given the
-samples, z* is the largest mean at a sample, G is the expected gain in decades of a further sample at x.
+n is a roughness of at most ROUGH decades: indicators of reduced runs may differ by about 0.1 decade
+between neighbouring parameters, and an interpolating surrogate would chase that. mu and s are mean
+and deviation of the smooth part m + s z given the samples, z* is the largest mean at a sample, G is
+the expected gain in decades of a further sample at x.
 
-Source: D. R. Jones, J. Global Optim. 21 (2001) 345-383, doi 10.1023/A:1012771025575; expected gain: D. R. Jones, M. Schonlau,
-W. J. Welch, J. Global Optim. 13 (1998) 455-492, doi 10.1023/A:1008306431147. Use in a greedy loop: Hou, Liu, Hu, CMAME 361 (2020)
-112690, section 4, doi 10.1016/j.cma.2019.112690.
+Source: D. R. Jones, J. Global Optim. 21 (2001) 345-383, doi 10.1023/A:1012771025575; expected gain:
+D. R. Jones, M. Schonlau, W. J. Welch, J. Global Optim. 13 (1998) 455-492, doi
+10.1023/A:1008306431147. Use in a greedy loop: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi
+10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
@@ -33,19 +36,27 @@ BEYOND = 1.0  #: a failed run stands this far above the largest indicator, a zer
 def fit(points: ArrayLike, values: ArrayLike, seed: int = 0) -> Surrogate:
     """Surrogate of the values (k,), none negative, at points (k,d) of the unit box.
 
-    Infinite and NaN values are failed runs, worse than all others. Values at the same point are averaged.
+    Infinite and NaN values are failed runs, worse than all others. Values at the same point are
+    averaged.
     """
-    x, y = _points(points, "kriging.fit"), _decades(values)
+    x = _points(points, "kriging.fit")
+    y = _decades(values)
     if len(x) != len(y):
-        raise InputError(say("kriging.fit", "a value for every point", f"{len(y)} values at {len(x)} points"))
+        raise InputError(
+            say("kriging.fit", "a value for every point", f"{len(y)} values at {len(x)} points")
+        )
     x, copies = np.unique(x, axis=0, return_inverse=True)
     y = np.bincount(copies.ravel(), y) / np.bincount(copies.ravel())
-    shift, scale = float(y.mean()), max(float(y.std()), QUIET) if len(y) > 1 else 1.0
-    return Surrogate(x, y, shift, scale, *gaussian.likeliest(x, (y - shift) / scale, (ROUGH / scale) ** 2, seed))
+    shift = float(y.mean())
+    scale = max(float(y.std()), QUIET) if len(y) > 1 else 1.0
+    return Surrogate(
+        x, y, shift, scale, *gaussian.likeliest(x, (y - shift) / scale, (ROUGH / scale) ** 2, seed)
+    )
 
 
 def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
-    """Mean mu and standard deviation s (k,) [decades] of the smooth part m + z of log10 I, at points (k,d) of the unit box.
+    """Mean mu and standard deviation s (k,) [decades] of the smooth part m + z of log10 I, at
+    points (k,d) of the unit box.
 
     InputError for points that are no finite matrix with a column for every parameter.
     """
@@ -53,10 +64,12 @@ def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
 
 
 def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
-    """Standard deviation (k,) [decades] of a further sample at points (k,d): of the smooth part and the roughness together.
+    """Standard deviation (k,) [decades] of a further sample at points (k,d): of the smooth part and
+    the roughness together.
 
-    Both are scaled up by what samples deviate from the mean of all the others, in their standard deviations, where that is more
-    than 1: a likelihood of few samples may be greatest for a process that is much too sure.
+    Both are scaled up by what samples deviate from the mean of all the others, in their standard
+    deviations, where that is more than 1: a likelihood of few samples may be greatest for a process
+    that is much too sure.
     """
     errors, deviations = surrogate.left_out()
     factor = max(1.0, float(np.sqrt(np.mean((errors / deviations) ** 2))))
@@ -66,8 +79,8 @@ def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
     """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box.
 
-    G = E[max(z(x) - z*, 0)] with z* the largest mean at a sample. Source: Jones, Schonlau, Welch 1998, doi
-    10.1023/A:1008306431147.
+    G = E[max(z(x) - z*, 0)] with z* the largest mean at a sample. Source: Jones, Schonlau, Welch
+    1998, doi 10.1023/A:1008306431147.
     """
     from scipy.special import ndtr
 
@@ -80,7 +93,8 @@ def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
 
 
 def likely_maximum(surrogate: Surrogate, candidates: ArrayLike, least: float = 0.0) -> int | None:
-    """Number of the candidate (c,d) with the largest expected gain; None where that is below `least`.
+    """Number of the candidate (c,d) with the largest expected gain; None where that is below
+    `least`.
 
     `candidates` are points of the unit box, `least` is a gain in decades.
     """
@@ -90,11 +104,21 @@ def likely_maximum(surrogate: Surrogate, candidates: ArrayLike, least: float = 0
 
 
 def _decades(values: ArrayLike) -> Array:
-    """log10 of the values; failed runs stand BEYOND the largest, zeros BEYOND the smallest finite one."""
+    """log10 of the values; failed runs stand BEYOND the largest, zeros BEYOND the smallest finite
+    one.
+    """
     given = np.asarray(values, dtype=np.float64)
     if given.ndim != 1 or np.any(given < 0.0):
-        raise InputError(say("kriging.fit", "a vector of values that are not negative", given, "an indicator is a norm"))
-    failed, usable = ~np.isfinite(given), np.isfinite(given) & (given > 0.0)
+        raise InputError(
+            say(
+                "kriging.fit",
+                "a vector of values that are not negative",
+                given,
+                "an indicator is a norm",
+            )
+        )
+    failed = ~np.isfinite(given)
+    usable = np.isfinite(given) & (given > 0.0)
     y = np.log10(given, where=usable, out=np.zeros(len(given)))
     low, high = (float(y[usable].min()), float(y[usable].max())) if np.any(usable) else (0.0, 0.0)
     y[failed] = high + BEYOND
@@ -104,4 +128,11 @@ def _decades(values: ArrayLike) -> Array:
 
 def _points(points: ArrayLike, where: str, columns: int | None = None) -> Array:
     """Points as a finite, non-empty matrix."""
-    return finite(points, where, f"finite points as a matrix (k,{columns or 'd'})", None, columns, remedy="one row a point")
+    return finite(
+        points,
+        where,
+        f"finite points as a matrix (k,{columns or 'd'})",
+        None,
+        columns,
+        remedy="one row a point",
+    )

@@ -2,8 +2,8 @@
 
     task -> work: prepare, once a worker, then one member after the other -> results
 
-A member is computed by itself: its numbers do not depend on which others ran in its process. Tasks: members of any family, of a
-reduced model that was saved, and paths of equilibria.
+A member is computed by itself: its numbers do not depend on which others ran in its process. Tasks:
+members of any family, of a reduced model that was saved, and paths of equilibria.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from ..systems.system import System
 
 INSTANTS = 601  #: of the histories that a member leaves, at most
-NUMBERS = 4_000_000  #: most numbers of states of a member, so that extremes are those of as many steps
+NUMBERS = (
+    4_000_000  #: most numbers of states of a member, so that extremes are those of as many steps
+)
 OUTSIDE = "parts outside training"  #: of the numbers of a member
 MEMORY = "out of memory"  #: why a member failed
 NEAR = 1e-6  #: part of a step that is round-off
@@ -42,7 +44,8 @@ NEAR = 1e-6  #: part of a step that is round-off
 class Status(Enum):
     """How a member ended.
 
-    OK and FAILED are what the member itself made of it; TIMEOUT and KILLED are told of a member whose worker process ended.
+    OK and FAILED are what the member itself made of it; TIMEOUT and KILLED are told of a member
+    whose worker process ended.
     """
 
     OK = "ok"
@@ -66,22 +69,27 @@ class Member:
 class MemberResult:
     """What a member that ran gives.
 
-    Histories are at s instants, of a motion 601 at most unless the task says otherwise; its `extremes` are those of all steps, or
-    of as many as memory holds.
+    Histories are at s instants, of a motion 601 at most unless the task says otherwise; its
+    `extremes` are those of all steps, or of as many as memory holds.
     """
 
     times: np.ndarray  #: (s,) [s]
     columns: dict[str, np.ndarray]  #: output -> (s,)
     units: dict[str, str] = field(default_factory=dict)  #: output -> SI unit, where it is known
-    numbers: dict[str, float] = field(default_factory=dict)  #: further results, such as the predicted error
-    extremes: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (2,) of all steps
+    numbers: dict[str, float] = field(
+        default_factory=dict
+    )  #: further results, such as the predicted error
+    extremes: dict[str, np.ndarray] = field(
+        default_factory=dict
+    )  #: output -> smallest and largest value (2,) of all steps
 
 
 @dataclass(frozen=True)
 class Record:
     """A member that is settled.
 
-    One for every member of a sweep, whatever became of it: `result` is None unless its status is OK.
+    One for every member of a sweep, whatever became of it: `result` is None unless its status is
+    OK.
     """
 
     number: int
@@ -106,8 +114,8 @@ Work: TypeAlias = Callable[[Mapping[str, float]], MemberResult]
 class Task(Protocol):
     """What a sweep runs; it is pickled and sent to the workers.
 
-    `prepare()` is called once in a worker and gives a function of the values of the parameters by name [SI], which gives a
-    MemberResult.
+    `prepare()` is called once in a worker and gives a function of the values of the parameters by
+    name [SI], which gives a MemberResult.
     """
 
     def prepare(self) -> Work:
@@ -119,9 +127,11 @@ PREPARING = threading.Lock()  #: threads of a worker prepare once
 
 
 def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
-    """Prepare a task in this worker; None, or class, message and reason of the error (errors with more cannot be pickled).
+    """Prepare a task in this worker; None, or class, message and reason of the error (errors with
+    more cannot be pickled).
 
-    It limits the libraries of linear algebra to one thread. Errors of the package are given back, all others are raised.
+    It limits the libraries of linear algebra to one thread. Errors of the package are given back,
+    all others are raised.
     """
     import scipy.linalg  # noqa: F401  (limits reach only libraries that are loaded)
     from threadpoolctl import threadpool_limits
@@ -140,8 +150,8 @@ def work(
 ) -> list[Record] | tuple[type[FmbsError], str, Any] | None:
     """Run a batch in this worker; what `prepare` gives where that fails.
 
-    A worker that has not prepared the task does so first, and gives its batch back as None unless it is to run `at_once`. A member
-    that takes longer than `timeout` [s] ends the process.
+    A worker that has not prepared the task does so first, and gives its batch back as None unless
+    it is to run `at_once`. A member that takes longer than `timeout` [s] ends the process.
     """
     with PREPARING:
         if token not in READY:
@@ -154,15 +164,20 @@ def work(
 
 def run_member(function: Work, member: Member, timeout: float | None) -> Record:
     """The record of a member."""
-    cpu, wall = clock.process_time(), clock.perf_counter()
+    cpu = clock.process_time()
+    wall = clock.perf_counter()
     with limit_time(timeout), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
         try:
             found = Record(member.number, member.values, Status.OK, result=function(member.values))
         except (Exception, SystemExit) as error:
-            found = Record(member.number, member.values, Status.FAILED, name_error(error), str(error))
+            found = Record(
+                member.number, member.values, Status.FAILED, name_error(error), str(error)
+            )
     cpu, wall = clock.process_time() - cpu, clock.perf_counter() - wall
-    notices = tuple(dict.fromkeys(str(item.message) for item in caught if issubclass(item.category, Notice)))
+    notices = tuple(
+        dict.fromkeys(str(item.message) for item in caught if issubclass(item.category, Notice))
+    )
     return replace(found, cpu_s=cpu, wall_s=wall, notices=notices)
 
 
@@ -216,7 +231,8 @@ class FamilyTask:
 class ModelTask:
     """Members of a reduced model that was saved.
 
-    Parameters that neither `fixed` nor a member names are nominal. CorruptFile where the file is not as it was written.
+    Parameters that neither `fixed` nor a member names are nominal. CorruptFile where the file is
+    not as it was written.
     """
 
     path: str  #: of the file, as the workers see it
@@ -253,7 +269,9 @@ class PathTask:
 
 @contextlib.contextmanager
 def warm_up() -> Iterator[None]:
-    """A first run before time counts, so that all is compiled; what fails or is worth a notice, the members say themselves."""
+    """A first run before time counts, so that all is compiled; what fails or is worth a notice, the
+    members say themselves.
+    """
     with contextlib.suppress(SolverError), warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
         yield
@@ -263,12 +281,15 @@ def run_case(case: Case, instants: int) -> MemberResult:
     """What a case gives; other threads of the worker get their turn now and then."""
     from ..reduction import cases
 
-    shown, watched = choose_steps(case, instants), watch_steps(case)
+    shown = choose_steps(case, instants)
+    watched = watch_steps(case)
     # sets of numpy, of all steps, took 4 % of a sample of 1000 steps
     every = 1 if len(watched) > watched[-1] else np.union1d(shown, watched)
     motion = cases.run(case, every, lambda fraction: None)
-    found, steps = keep_outputs(motion), motion.times / case.scheme.step
-    numbers, last = np.round(steps), len(steps) - 1
+    found = keep_outputs(motion)
+    steps = motion.times / case.scheme.step
+    numbers = np.round(steps)
+    last = len(steps) - 1
     rows = np.minimum(np.searchsorted(numbers, shown), last)
     rows = rows[(numbers[rows] == shown) & (np.abs(steps[rows] - shown) < NEAR)]
     kept = rows if rows[-1] == last else np.append(rows, last)  # where an event has stopped the run
@@ -285,7 +306,9 @@ def keep_outputs(motion: Trajectory) -> MemberResult:
 
     outside = departures.count_parts(motion)
     numbers = {} if outside is None else {OUTSIDE: float(outside)}
-    return MemberResult(motion.times, outputs(motion), probes.column_units(motion.system.outputs), numbers)
+    return MemberResult(
+        motion.times, outputs(motion), probes.column_units(motion.system.outputs), numbers
+    )
 
 
 def choose_steps(case: Case, instants: int) -> np.ndarray:
@@ -297,9 +320,14 @@ def choose_steps(case: Case, instants: int) -> np.ndarray:
 
 
 def watch_steps(case: Case) -> np.ndarray:
-    """Numbers of the steps whose outputs count for extremes: all, or as many as memory has room for, with a notice."""
-    steps, size = round(case.duration / case.scheme.step), 3 * case.system.size + len(case.system.constraints.names)
+    """Numbers of the steps whose outputs count for extremes: all, or as many as memory has room
+    for, with a notice.
+    """
+    steps = round(case.duration / case.scheme.step)
+    size = 3 * case.system.size + len(case.system.constraints.names)
     stride = max(1, math.ceil(steps * size / NUMBERS))
     if stride > 1:
-        notify(f"smallest and largest values are those of one step in {stride} or of the stored instants, where these are more")
+        notify(
+            f"smallest and largest values are those of one step in {stride} or of the stored instants, where these are more"
+        )
     return np.arange(0, steps + 1, stride)

@@ -4,8 +4,9 @@ r"""The reduced model of a whole parameter range as one file.
     motion = parametric_model.run(rom, E=55e9)
     table = dynamics.outputs(motion)
 
-The file holds the polynomials of `affine` and notes on how they came about: name and hashes of the scene and its meshes, versions,
-training, calibration. It runs without mesh and full model, and is written and checked as all files of `reduction.files`.
+The file holds the polynomials of `affine` and notes on how they came about: name and hashes of the
+scene and its meshes, versions, training, calibration. It runs without mesh and full model, and is
+written and checked as all files of `reduction.files`.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")
 class ParametricModel:
     """A parametric model and what is known of it.
 
-    `model(values)` is the reduced case at values of the parameters; `notes` say how it was trained and what was found.
+    `model(values)` is the reduced case at values of the parameters; `notes` say how it was trained
+    and what was found.
     """
 
     model: ParametricCase
@@ -47,20 +49,25 @@ class ParametricModel:
 
 @checked
 def save(rom: ParametricModel, path: str | Path) -> Path:
-    """Write a parametric model; versions of the libraries are noted, the form with all multipliers is left out.
+    """Write a parametric model; versions of the libraries are noted, the form with all multipliers
+    is left out.
 
-    The file appears under its name when it is complete. InputError names what a file cannot hold, such as a function of Python.
+    The file appears under its name when it is complete. InputError names what a file cannot hold,
+    such as a function of Python.
     """
     model = rom.model
     nominal = replace(model.nominal, system=replace(model.nominal.system, full=None))
     varying = tuple(part for part in model.varying if part.place[:2] != ("system", "full"))
     notes = {"versions": {name: installed.version(name) for name in LIBRARIES}} | rom.notes
-    return container.write(path, KIND, model=replace(model, nominal=nominal, varying=varying), notes=notes)
+    return container.write(
+        path, KIND, model=replace(model, nominal=nominal, varying=varying), notes=notes
+    )
 
 
 @checked
 def load(path: str | Path) -> ParametricModel:
-    """The parametric model of a file, made once at nominal values; CorruptFile where it is not as it was written.
+    """The parametric model of a file, made once at nominal values; CorruptFile where it is not as
+    it was written.
 
     InputError where there is no file, as of `reduction.files.read`.
     """
@@ -71,12 +78,19 @@ def load(path: str | Path) -> ParametricModel:
 
 
 def run(
-    rom: ParametricModel, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None, /, **values: float
+    rom: ParametricModel,
+    every: int | np.ndarray = 1,
+    duration: float | None = None,
+    step: float | None = None,
+    /,
+    **values: float,
 ) -> Trajectory:
-    """The motion at values of the parameters, nominal where none is given; `every` as in `dynamics.integrate`, or steps (s,).
+    """The motion at values of the parameters, nominal where none is given; `every` as in
+    `dynamics.integrate`, or steps (s,).
 
-    `duration` and `step` [s] replace those of the training. A name that is no parameter is refused; a run outside of the training,
-    by its values, a longer duration or another step, is made with a notice.
+    `duration` and `step` [s] replace those of the training. A name that is no parameter is refused;
+    a run outside of the training, by its values, a longer duration or another step, is made with a
+    notice.
     """
     case, _ = case_of(rom, values, duration, step)
     return cases.run(case, every)
@@ -84,19 +98,28 @@ def run(
 
 @checked
 def case_of(
-    rom: ParametricModel, values: Mapping[str, float], duration: float | None = None, step: float | None = None
+    rom: ParametricModel,
+    values: Mapping[str, float],
+    duration: float | None = None,
+    step: float | None = None,
 ) -> tuple[Case, list[str]]:
-    """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice.
+    """The case at values of the parameters, nominal where none is given, and where it leaves the
+    training, with a notice.
 
-    `values` by name [SI]; `duration` and `step` [s] are those of the training by default. InputError for a name that is no
-    parameter, and for a value of another sign than all of its range has.
+    `values` by name [SI]; `duration` and `step` [s] are those of the training by default.
+    InputError for a name that is no parameter, and for a value of another sign than all of its
+    range has.
     """
     model = rom.model
     point = boxes.completed(model.parameters, values)
     for parameter in model.parameters:
         boxes.require_sign(parameter, point[parameter.name], f"parameter '{parameter.name}'")
     far = boxes.outside(model.parameters, point)
-    beyond = [f"{p.name} = {point[p.name]:g}, {describe_distance(p, point[p.name])}" for p in model.parameters if p.name in far]
+    beyond = [
+        f"{p.name} = {point[p.name]:g}, {describe_distance(p, point[p.name])}"
+        for p in model.parameters
+        if p.name in far
+    ]
     return cases.at_times(model(point), duration, step, "reduced model", beyond)
 
 
@@ -124,13 +147,17 @@ def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
 def summary(rom: ParametricModel) -> dict[str, Any]:
     """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes.
 
-    `varying_numbers` counts the numbers that depend on parameters, `interpolation_error` is the largest at the hold-out points of
-    `affine.fit`.
+    `varying_numbers` counts the numbers that depend on parameters, `interpolation_error` is the
+    largest at the hold-out points of `affine.fit`.
     """
-    model, degree = rom.model, affine.degrees(rom.model)
+    model = rom.model
+    degree = affine.degrees(rom.model)
     system = model.nominal.system
     return {
-        "parameters": {name: {**own, "degree": degree[name]} for name, own in boxes.described(model.parameters).items()},
+        "parameters": {
+            name: {**own, "degree": degree[name]}
+            for name, own in boxes.described(model.parameters).items()
+        },
         "unknowns": system.size,
         "components": system.modes,
         "constraints": len(system.constraints.names),

@@ -1,10 +1,11 @@
-r"""The error that a saved parametric model predicts for itself within its trained ranges, without the full model.
+r"""The error that a saved parametric model predicts for itself within its trained ranges, without
+the full model.
 
     log10 I(mu) ~ m(mu) +- 2 s(mu)     surrogate of the indicator (49) of the reduced runs of the last iteration; s of a further one
     log10 e(mu) = calibration of m(mu),  its band widened by that of the surrogate:  d^2 = d_calibration^2 + d_surrogate^2
 
-e is the error in the measure of the training: of the outputs, or of the displacements. Both bands hold about 95 % each. What speaks
-against promising it, in words (`doubts`):
+e is the error in the measure of the training: of the outputs, or of the displacements. Both bands
+hold about 95 % each. What speaks against promising it, in words (`doubts`):
 
     one full run                   nothing shows how the error depends on the parameters
     high > WIDE low                indicator and error do not go together, or nothing shows how they do
@@ -12,7 +13,8 @@ against promising it, in words (`doubts`):
     high > tolerance, e > tolerance, e >= 1,  no full motion
     a step too large for a full motion    what the models follow depends on the numbers of Newton's iteration
 
-A band of 95 % is left by one hold-out point in twenty: it is held to have failed where more than LEFT of them lie above it.
+A band of 95 % is left by one hold-out point in twenty: it is held to have failed where more than
+LEFT of them lie above it.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (49), doi 10.1016/j.cma.2019.112690.
 """
@@ -54,9 +56,11 @@ Predictor = Callable[[Mapping[str, float]], Prediction]
 def record(training: FinishedTraining) -> dict[str, Any]:
     """What the prediction of a trained model needs, for its notes.
 
-    Indicators at full runs are left out where others are enough: they dip to what truncation leaves.
+    Indicators at full runs are left out where others are enough: they dip to what truncation
+    leaves.
     """
-    last, runs = training.last, set(training.outcome.points)
+    last = training.last
+    runs = set(training.outcome.points)
     away = [k for k, point in enumerate(last.samples) if point not in runs]
     chosen = away if len(away) >= FEWEST else list(range(len(last.samples)))
     points = training.search.candidates[[last.samples[k] for k in chosen]]
@@ -68,8 +72,9 @@ def record(training: FinishedTraining) -> dict[str, Any]:
 
 
 def predictor(rom: ParametricModel) -> Predictor | None:
-    """The prediction of a model as a function of parameters; None where its notes have no record of a training, or where
-    the packages of the surrogate are missing, with a notice."""
+    """The prediction of a model as a function of parameters; None where its notes have no record of
+    a training, or where the packages of the surrogate are missing, with a notice.
+    """
     if KEY in rom.notes and not extras.there("families"):
         notify(f"no error is predicted: the surrogate needs {extras.install('families')}")
         return None
@@ -78,31 +83,54 @@ def predictor(rom: ParametricModel) -> Predictor | None:
 
 
 def read_record(rom: ParametricModel) -> tuple[kriging.Surrogate, calibration.Calibration] | None:
-    """Surrogate of the indicator (49) over the unit box, and calibration, from the notes; None without a record of a training."""
+    """Surrogate of the indicator (49) over the unit box, and calibration, from the notes; None
+    without a record of a training.
+    """
     if KEY not in rom.notes:
         return None
     try:
-        samples, indicators, pairs = (np.asarray(rom.notes[KEY][name], float) for name in ("samples", "indicators", "pairs"))
+        samples, indicators, pairs = (
+            np.asarray(rom.notes[KEY][name], float) for name in ("samples", "indicators", "pairs")
+        )
         return kriging.fit(samples, indicators), calibration.fit(pairs[:, 0], pairs[:, 1])
     except (LookupError, TypeError, ValueError) as problem:
         raise CorruptFile(
-            say("record of the training", "samples, indicators and pairs", problem, "train the model anew")
+            say(
+                "record of the training",
+                "samples, indicators and pairs",
+                problem,
+                "train the model anew",
+            )
         ) from problem
 
 
 def predict(
-    rom: ParametricModel, surrogate: kriging.Surrogate, calibrated: calibration.Calibration, values: Mapping[str, float]
+    rom: ParametricModel,
+    surrogate: kriging.Surrogate,
+    calibrated: calibration.Calibration,
+    values: Mapping[str, float],
 ) -> Prediction:
-    """The predicted error at values of the parameters, nominal where none is given; NaN outside of the trained ranges."""
+    """The predicted error at values of the parameters, nominal where none is given; NaN outside of
+    the trained ranges.
+    """
     known = rom.model.parameters
     whole = boxes.completed(known, values)
     if boxes.outside(known, whole):
         return NOTHING
     point = boxes.to_box(known, [boxes.row_of(known, whole)])
-    mean, std = float(kriging.predict(surrogate, point)[0][0]), float(kriging.deviation(surrogate, point)[0])
+    mean, std = (
+        float(kriging.predict(surrogate, point)[0][0]),
+        float(kriging.deviation(surrogate, point)[0]),
+    )
     error, *ends = calibration.predict(calibrated, 10.0**mean)
-    wide = [calibration.predict(calibrated, 10.0 ** (mean + sign * BAND * std)).error for sign in (-1.0, 1.0)]
-    down, up = (math.hypot(math.log10(end / error), math.log10(other / error)) for end, other in zip(ends, wide, strict=True))
+    wide = [
+        calibration.predict(calibrated, 10.0 ** (mean + sign * BAND * std)).error
+        for sign in (-1.0, 1.0)
+    ]
+    down, up = (
+        math.hypot(math.log10(end / error), math.log10(other / error))
+        for end, other in zip(ends, wide, strict=True)
+    )
     return Prediction(error, error * 10.0**-down, error * 10.0**up)
 
 
@@ -127,17 +155,24 @@ def doubts(
 ) -> list[str]:
     """Why the predicted error of a training cannot be promised; empty where it can.
 
-    `full_runs` counts checks, too, and `unresolved` those of them in which the iteration often failed. `predicted` is the largest
-    error over the candidates with its band, `true` (k,) are errors at hold-out points, NaN where the full model has no motion,
-    `high` (k,) the upper ends of their bands, `part_error` the largest one that reduced parts in the full model make. A band may
-    reach beyond the wanted error where four hold-out points or more all keep what was aimed at, `aim` of it.
+    `full_runs` counts checks, too, and `unresolved` those of them in which the iteration often
+    failed. `predicted` is the largest error over the candidates with its band, `true` (k,) are
+    errors at hold-out points, NaN where the full model has no motion, `high` (k,) the upper ends of
+    their bands, `part_error` the largest one that reduced parts in the full model make. A band may
+    reach beyond the wanted error where four hold-out points or more all keep what was aimed at,
+    `aim` of it.
     """
     e, top = np.asarray(true, dtype=float), np.asarray(high, dtype=float)
-    known, found = ~np.isnan(e), list[str]()
+    known = ~np.isnan(e)
+    found = list[str]()
     if full_runs == 1:
-        found.append("there is one full run only, which does not show how the error depends on the parameters")
+        found.append(
+            "there is one full run only, which does not show how the error depends on the parameters"
+        )
     if unresolved:
-        found.append(f"{unresolved} of {full_runs} full motions are not resolved by their steps: take a smaller time step")
+        found.append(
+            f"{unresolved} of {full_runs} full motions are not resolved by their steps: take a smaller time step"
+        )
     if part_error > (PARTS if tolerance is None else tolerance):
         found.append(
             f"it is one against the mechanism with its parts, which err by up to {part_error:.2g} of an output: train these"
@@ -148,15 +183,26 @@ def doubts(
     if above > LEFT * known.sum():
         found.append(f"{above} of {int(known.sum())} hold-out points lie above the predicted band")
     if len(e) > known.sum():
-        found.append(f"the full model has no motion at {int(len(e) - known.sum())} of {len(e)} hold-out points")
-    worst = max([value for value in (predicted[0], *e[known]) if not math.isnan(value)], default=math.nan)
+        found.append(
+            f"the full model has no motion at {int(len(e) - known.sum())} of {len(e)} hold-out points"
+        )
+    worst = max(
+        [value for value in (predicted[0], *e[known]) if not math.isnan(value)], default=math.nan
+    )
     if tolerance is not None:
         # a band that few pairs make says less than many full runs that the model has not seen
-        if not (predicted[2] <= tolerance or (known.sum() >= PROOFS and np.all(e[known] <= aim * tolerance))):
-            found.append(f"the predicted error reaches {predicted[2]:.2g} with its band, the wanted one is {tolerance:.2g}")
+        if not (
+            predicted[2] <= tolerance
+            or (known.sum() >= PROOFS and np.all(e[known] <= aim * tolerance))
+        ):
+            found.append(
+                f"the predicted error reaches {predicted[2]:.2g} with its band, the wanted one is {tolerance:.2g}"
+            )
         missed = int(np.sum(e[known] > tolerance))
         if missed:
-            found.append(f"{missed} of {int(known.sum())} hold-out points are above the wanted error {tolerance:.2g}")
+            found.append(
+                f"{missed} of {int(known.sum())} hold-out points are above the wanted error {tolerance:.2g}"
+            )
     elif worst >= WHOLE:
         found.append(f"errors reach {worst:.2g} of what is predicted")
     return found

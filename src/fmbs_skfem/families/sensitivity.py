@@ -3,12 +3,13 @@ r"""Sobol indices: which part of the variance of an output comes from which para
     S_i  = V[E(y | p_i)] / V(y)  ~  mean(f(B) (f(A_B^i) - f(A))) / V              by p_i alone
     ST_i = E[V(y | p_~i)] / V(y) ~  mean((f(A) - f(A_B^i))^2) / (2 V)             by p_i with all others
 
-A and B are independent samples (N, d) of the box, A_B^i is A with its column i from B: N (d + 2) runs, which a reduced model makes
-cheap. Parameters are independent, and uniform in their range (in its logarithm where its scale is that). Standard errors are those
-of resampled rows.
+A and B are independent samples (N, d) of the box, A_B^i is A with its column i from B: N (d + 2)
+runs, which a reduced model makes cheap. Parameters are independent, and uniform in their range (in
+its logarithm where its scale is that). Standard errors are those of resampled rows.
 
-Sources: A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259-270, doi:10.1016/j.cpc.2009.09.018 (estimators, design);
-I. M. Sobol', Math. Comput. Simul. 55 (2001) 271-280, doi:10.1016/S0378-4754(00)00270-6.
+Sources: A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259-270, doi:10.1016/j.cpc.2009.09.018
+(estimators, design); I. M. Sobol', Math. Comput. Simul. 55 (2001) 271-280,
+doi:10.1016/S0378-4754(00)00270-6.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ LOST = 0.02  #: part of the rows from which they are missed: indices are off by 
 class SobolIndices:
     """Sobol indices of one output, with standard errors.
 
-    S_i is the part of the variance that parameter i makes alone, ST_i that of all it takes part in. NaN where the output does not
-    vary.
+    S_i is the part of the variance that parameter i makes alone, ST_i that of all it takes part in.
+    NaN where the output does not vary.
 
     Source: Saltelli et al. 2010, doi:10.1016/j.cpc.2009.09.018.
     """
@@ -48,7 +49,8 @@ class SobolIndices:
 
 
 def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """Points (N (d + 2), d): A, B, A_B^1, ..., A_B^d below each other, N = `count`, of a scrambled Sobol sequence in 2 d.
+    """Points (N (d + 2), d): A, B, A_B^1, ..., A_B^d below each other, N = `count`, of a scrambled
+    Sobol sequence in 2 d.
 
     d parameters, values [SI] in their order. InputError for a count below 1.
     """
@@ -64,11 +66,13 @@ def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.nda
 
 
 def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0) -> SobolIndices:
-    """Indices of an output whose values (N (d + 2),) are those of `design`; rows with a run that failed (NaN) are left out.
+    """Indices of an output whose values (N (d + 2),) are those of `design`; rows with a run that
+    failed (NaN) are left out.
 
-    NaN where the output does not vary but for round-off of its mean, or of a `size` in its unit that it is computed from, as from
-    other components of a vector. A notice where more than a fiftieth of the rows is left out: failures stand together, and the
-    indices are those of what is left of the box. InputError for another number of values, and for too few rows that ran.
+    NaN where the output does not vary but for round-off of its mean, or of a `size` in its unit
+    that it is computed from, as from other components of a vector. A notice where more than a
+    fiftieth of the rows is left out: failures stand together, and the indices are those of what is
+    left of the box. InputError for another number of values, and for too few rows that ran.
     """
     given = np.asarray(values, dtype=float)
     if given.ndim != 1 or len(given) % (dimensions + 2) or not len(given):
@@ -77,24 +81,36 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0
     table = given.reshape(dimensions + 2, -1).T
     table = table[np.isfinite(table).all(axis=1)]
     if len(table) < LEAST:
-        raise InputError(say("sensitivity.indices", f"at least {LEAST} rows that ran", len(table), "take more samples"))
+        raise InputError(
+            say(
+                "sensitivity.indices",
+                f"at least {LEAST} rows that ran",
+                len(table),
+                "take more samples",
+            )
+        )
     if (count := len(given) // (dimensions + 2)) - len(table) > LOST * count:
         lost = f"{count - len(table)} of {count} rows have samples that failed"
         notify(
             f"Sobol indices are those of the part of the ranges where samples ran: {lost}; narrow the ranges, or mend the samples"
         )
     random = np.random.default_rng(seed)
-    picked = [estimate(table[random.integers(0, len(table), len(table))], size) for _ in range(RESAMPLED)]
+    picked = [
+        estimate(table[random.integers(0, len(table), len(table))], size) for _ in range(RESAMPLED)
+    ]
     first, total = estimate(table, size)
     errors = np.std(picked, axis=0)
     return SobolIndices(first, total, errors[0], errors[1], len(table))
 
 
 def estimate(table: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """S_i and ST_i (d,) of values (N, d + 2), with the mean of A and B subtracted, which takes noise from S_i."""
+    """S_i and ST_i (d,) of values (N, d + 2), with the mean of A and B subtracted, which takes
+    noise from S_i.
+    """
     a, b, mixed = table[:, 0], table[:, 1], table[:, 2:]
     both = table[:, :2]
-    centre, variance = both.mean(), both.var()
+    centre = both.mean()
+    variance = both.var()
     if not variance > (ROUND * max(size, abs(centre))) ** 2:
         nothing = np.full(mixed.shape[1], np.nan)
         return nothing, nothing

@@ -1,16 +1,18 @@
-r"""Sweeps: many members of a family computed by worker processes, which may fail, hang or die without hurting the others.
+r"""Sweeps: many members of a family computed by worker processes, which may fail, hang or die
+without hurting the others.
 
     points (k, d) -> batches -> workers -> records, one a member, as they finish
 
-Workers (`workers`) are those of an executor: processes of this machine that live as long as the sweep, a cluster of dask, or any
-other. There are as many batches on their way as workers, each long enough that sending it costs next to nothing. A worker prepares
-the task once: with its first batch, which it gives back, so that what happens to a batch later is its members' own. A worker that
-ends takes its batch with it: its members are tried again one by one, and the member with which a worker ends again is listed as
-killed. A member that takes longer than the time limit ends its worker by a timer outside of the interpreter (so that compiled code
-cannot hold it up) and is listed as timeout.
+Workers (`workers`) are those of an executor: processes of this machine that live as long as the
+sweep, a cluster of dask, or any other. There are as many batches on their way as workers, each long
+enough that sending it costs next to nothing. A worker prepares the task once: with its first batch,
+which it gives back, so that what happens to a batch later is its members' own. A worker that ends
+takes its batch with it: its members are tried again one by one, and the member with which a worker
+ends again is listed as killed. A member that takes longer than the time limit ends its worker by a
+timer outside of the interpreter (so that compiled code cannot hold it up) and is listed as timeout.
 
-Whoever may hand tasks to a worker runs code as its user: workers of this machine have no ports, a cluster is secured by those who
-run it.
+Whoever may hand tasks to a worker runs code as its user: workers of this machine have no ports, a
+cluster is secured by those who run it.
 """
 
 from __future__ import annotations
@@ -39,10 +41,20 @@ from ..core.notices import Progress, notify
 from ..core.storage import endings
 from ..core.storage.records import dataclass
 from . import members, workers
-from .members import Member, Record, MemberResult, Status, Task, Work
+from .members import Member, MemberResult, Record, Status, Task, Work
 from .workers import Workers
 
-__all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
+__all__ = [
+    "Task",
+    "Work",
+    "Member",
+    "MemberResult",
+    "Record",
+    "Status",
+    "SweepOptions",
+    "SweepOutcome",
+    "run",
+]
 
 BATCH = 1.0  #: time that a batch should take [s]
 SHORTEST = 1e-4  #: time of a member, at least [s]
@@ -53,23 +65,31 @@ LISTED = 10  #: members that a notice lists
 NUMBER = re.compile(r"(?<![\w'])-?\d+(\.\d*)?(e[-+]?\d+)?")  #: in a notice; not in names
 
 Keep: TypeAlias = Callable[[Record], object]
-Heard: TypeAlias = dict[str, tuple[str, list[int]]]  #: notices without their numbers: the first, and members with other numbers
+Heard: TypeAlias = dict[
+    str, tuple[str, list[int]]
+]  #: notices without their numbers: the first, and members with other numbers
 
 
 @dataclass(frozen=True)
 class SweepOptions:
     """Where a sweep runs and how long it waits.
 
-    InputError for fewer than one worker, for workers beside a given cluster, for workers, a cluster or a time limit beside an
-    executor, and for times that are not positive.
+    InputError for fewer than one worker, for workers beside a given cluster, for workers, a cluster
+    or a time limit beside an executor, and for times that are not positive.
     """
 
     workers: int | None = None  #: processes on this machine; None for one a core
-    scheduler: str | None = None  #: address of a cluster, tcp://host:port, instead of processes on this machine
+    scheduler: str | None = (
+        None  #: address of a cluster, tcp://host:port, instead of processes on this machine
+    )
     timeout: float | None = None  #: longest time of one member [s]
     batch: float = BATCH  #: [s]
-    first_alone: bool = False  #: one worker prepares before the others, which find its compiled code
-    executor: Executor | None = None  #: of threads, MPI, ..., instead of both; a worker that ends ends the sweep
+    first_alone: bool = (
+        False  #: one worker prepares before the others, which find its compiled code
+    )
+    executor: Executor | None = (
+        None  #: of threads, MPI, ..., instead of both; a worker that ends ends the sweep
+    )
 
     def __post_init__(self) -> None:
         if self.workers is not None and (self.workers < 1 or self.scheduler):
@@ -77,7 +97,14 @@ class SweepOptions:
             raise InputError(say("sweep: workers", expected, self.workers))
         if self.executor is not None and (self.workers or self.scheduler or self.timeout):
             remedy = "the executor has its own; a time limit would end its processes"
-            raise InputError(say("sweep: executor", "no workers, scheduler and timeout beside it", "one of them", remedy))
+            raise InputError(
+                say(
+                    "sweep: executor",
+                    "no workers, scheduler and timeout beside it",
+                    "one of them",
+                    remedy,
+                )
+            )
         for name, value in (("timeout", self.timeout), ("batch", self.batch)):
             if value is not None and not 0 < value < math.inf:
                 raise InputError(say(f"sweep: {name}", "a positive time [s]", value))
@@ -87,7 +114,8 @@ class SweepOptions:
 class SweepOutcome:
     """How a sweep went.
 
-    Members that were skipped count nowhere. `busy_s` over `wall_s` times `workers` is how well the workers were used.
+    Members that were skipped count nowhere. `busy_s` over `wall_s` times `workers` is how well the
+    workers were used.
     """
 
     counts: dict[Status, int]  #: members of this run
@@ -124,7 +152,9 @@ class Desk:
     options: SweepOptions
     queue: deque[Member]
     keep: Keep
-    back: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one, and batches that were given back
+    back: deque[Batch] = field(
+        default_factory=deque
+    )  #: members of lost batches, one by one, and batches that were given back
     busy: dict[Future[Any], Batch] = field(default_factory=dict)
     done: SimpleQueue[Future[Any]] = field(default_factory=SimpleQueue)
     settled: list[Record] = field(default_factory=list)  #: without results
@@ -147,21 +177,33 @@ def run(
     skip: Collection[int] = (),
     progress: Progress | None = None,
 ) -> SweepOutcome:
-    """Run the members at `points` (k, d), whose columns are `names`, except the numbers in `skip`; each record goes to `keep`.
+    """Run the members at `points` (k, d), whose columns are `names`, except the numbers in `skip`;
+    each record goes to `keep`.
 
-    Records come in any order. An error of `keep` (a full disk) ends the sweep, as does a task that cannot be prepared; whatever
-    happens to a member does not. Scripts that call this with processes of this machine need `if __name__ == "__main__":`.
+    Records come in any order. An error of `keep` (a full disk) ends the sweep, as does a task that
+    cannot be prepared; whatever happens to a member does not. Scripts that call this with processes
+    of this machine need `if __name__ == "__main__":`.
     """
-    options, table = options or SweepOptions(), np.asarray(points, dtype=float)
+    options = options or SweepOptions()
+    table = np.asarray(points, dtype=float)
     if table.ndim != 2 or table.shape[1] != len(names):
-        raise InputError(say("sweep: points", f"an array (k, {len(names)})", f"shape {table.shape}"))
-    todo = [Member(k, dict(zip(names, row.tolist(), strict=True))) for k, row in enumerate(table) if k not in set(skip)]
-    start, asked = clock.monotonic(), list[int]()
+        raise InputError(
+            say("sweep: points", f"an array (k, {len(names)})", f"shape {table.shape}")
+        )
+    todo = [
+        Member(k, dict(zip(names, row.tolist(), strict=True)))
+        for k, row in enumerate(table)
+        if k not in set(skip)
+    ]
+    start = clock.monotonic()
+    asked = list[int]()
     if not todo:
         return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
     # an interrupt that is raised inside of a callback, as dask has many, would be lost
     with endings.noted(asked.append), find_workers(options, len(todo)) as found:
-        desk = Desk(found, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep)
+        desk = Desk(
+            found, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep
+        )
         try:
             with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
                 serve(desk, len(todo), asked, progress)
@@ -175,7 +217,8 @@ def run(
     end = clock.monotonic()
     begun = (desk.began or end) - start
     count = desk.most if options.executor is None else width(options.executor) or 1
-    counts, cpu_s = Counter(one.status for one in desk.settled), sum(one.cpu_s for one in desk.settled)
+    counts = Counter(one.status for one in desk.settled)
+    cpu_s = sum(one.cpu_s for one in desk.settled)
     return SweepOutcome(dict(counts), count, begun, end - start, desk.busy_s, cpu_s, desk.deaths)
 
 
@@ -191,7 +234,9 @@ class Stopped(KeyboardInterrupt):
 
 
 def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | None) -> None:
-    """Send batches and take their records until all members are settled, or until someone asks for an end."""
+    """Send batches and take their records until all members are settled, or until someone asks for
+    an end.
+    """
     while len(desk.settled) < total and not asked:
         send(desk)
         with contextlib.suppress(Empty):
@@ -213,7 +258,11 @@ def find_workers(options: SweepOptions, count: int) -> Iterator[Workers]:
         return
     given = options.executor
     most = min(options.workers or processes.cores(), count)
-    with contextlib.nullcontext(given) if given is not None else processes.Processes(most) as executor:
+    with (
+        contextlib.nullcontext(given)
+        if given is not None
+        else processes.Processes(most) as executor
+    ):
         there = width(executor) or count  # one that does not say how many it has gets all
         yield Workers(executor, lambda: there)
 
@@ -225,11 +274,19 @@ def width(executor: Executor) -> int:
 
 def send(desk: Desk) -> None:
     """As many batches as there are workers: those that came back first."""
-    now, there = clock.monotonic(), desk.workers.count()
+    now = clock.monotonic()
+    there = desk.workers.count()
     desk.most = max(desk.most, min(there, desk.prepared))
     desk.seen = now if there else desk.seen
     if now - desk.seen > PATIENCE:
-        raise InputError(say("sweep", "a worker", f"none for {PATIENCE:g} s", "start workers; the records so far are kept"))
+        raise InputError(
+            say(
+                "sweep",
+                "a worker",
+                f"none for {PATIENCE:g} s",
+                "start workers; the records so far are kept",
+            )
+        )
     if desk.options.first_alone and not desk.prepared:
         there = min(there, 1)
     while len(desk.busy) < there and (desk.back or desk.queue):
@@ -240,16 +297,23 @@ def send(desk: Desk) -> None:
         if desk.prepared:
             desk.began = desk.began or now
         try:
-            future = desk.workers.executor.submit(desk.work, batch.members, desk.options.timeout, batch.at_once)
+            future = desk.workers.executor.submit(
+                desk.work, batch.members, desk.options.timeout, batch.at_once
+            )
         except BrokenExecutor as error:
-            got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
-            raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
+            got = f"one that lost its workers ({error})"
+            remedy = "the records so far are kept: go on with resume"
+            raise InputError(
+                say("sweep: executor", "an executor that runs", got, remedy)
+            ) from error
         desk.busy[future] = replace(batch, since=now)
         future.add_done_callback(desk.done.put)
 
 
 def choose_length(desk: Desk, there: int) -> int:
-    """Members of the next batch: one at first, then as many as take the wanted time, fewer towards the end."""
+    """Members of the next batch: one at first, then as many as take the wanted time, fewer towards
+    the end.
+    """
     if not desk.settled:
         return 1
     mean = max(desk.busy_s / len(desk.settled), SHORTEST)
@@ -283,7 +347,9 @@ def show(records: Iterable[Record]) -> None:
 
 
 def hear(heard: Heard, record: Record) -> None:
-    """Show notices of a member that are the first of their kind: those that differ in numbers alone are of one."""
+    """Show notices of a member that are the first of their kind: those that differ in numbers alone
+    are of one.
+    """
     for text in record.notices:
         kind = NUMBER.sub("", text)
         if kind not in heard:
@@ -297,7 +363,9 @@ def show_others(heard: Heard) -> None:
     """Say which members had a notice with other numbers, when all are settled."""
     for text, others in heard.values():
         if others:
-            some = ", ".join(map(str, sorted(others)[:LISTED])) + (", ..." if len(others) > LISTED else "")
+            some = ", ".join(map(str, sorted(others)[:LISTED])) + (
+                ", ..." if len(others) > LISTED else ""
+            )
             notify(f"in {len(others)} more samples ({some}), with other numbers: {text}")
 
 
@@ -311,22 +379,34 @@ def enter(desk: Desk, record: Record) -> None:
 
 
 def bury(desk: Desk, batch: Batch) -> None:
-    """A worker ended: its members are tried alone; one that was alone and has ended a worker before is listed."""
-    took, limit = clock.monotonic() - batch.since, desk.options.timeout
+    """A worker ended: its members are tried alone; one that was alone and has ended a worker before
+    is listed.
+    """
+    took = clock.monotonic() - batch.since
+    limit = desk.options.timeout
     if not desk.prepared:
         desk.back.append(batch)
         desk.unprepared += 1
         if desk.unprepared >= ATTEMPTS:
             got = f"{ATTEMPTS} that ended while they prepared it"
-            raise InputError(say("sweep", "workers that can run the task", got, "run one sample with fmbs run to see why"))
+            raise InputError(
+                say(
+                    "sweep",
+                    "workers that can run the task",
+                    got,
+                    "run one sample with fmbs run to see why",
+                )
+            )
         return
     desk.deaths += 1
     late = len(batch.members) == 1 and limit is not None and took >= limit
     if not late and not batch.again:
         desk.back.extend(Batch((member,), again=True) for member in batch.members)
         return
-    status, text = Status.KILLED, "its worker process ended twice: crash, kill or lack of memory"
+    status = Status.KILLED
+    text = "its worker process ended twice: crash, kill or lack of memory"
     if late:
-        status, text = Status.TIMEOUT, f"took longer than {limit:g} s"
+        status = Status.TIMEOUT
+        text = f"took longer than {limit:g} s"
     member = batch.members[0]
     enter(desk, Record(member.number, member.values, status, status.value, text, wall_s=took))

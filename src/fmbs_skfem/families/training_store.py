@@ -1,4 +1,5 @@
-"""The folder of a training: closed files that a later session reads, so that nothing in it is computed again.
+"""The folder of a training: closed files that a later session reads, so that nothing in it is
+computed again.
 
     training.h5          what is trained, as a fingerprint
     run-001.h5           factors of the first full run
@@ -8,8 +9,8 @@
     iteration-001.h5     the first iteration of the greedy loop, complete
     check-007.h5         full run of a check at candidate 7
 
-A folder of another training is refused. A fingerprint is made of the numbers of the family at both corners of the box, to nine
-digits, of plan, snapshots, candidates and options.
+A folder of another training is refused. A fingerprint is made of the numbers of the family at both
+corners of the box, to nine digits, of plan, snapshots, candidates and options.
 """
 
 from __future__ import annotations
@@ -42,19 +43,24 @@ from ..systems.system import Signal, System
 from . import parametric_model
 from .parametric_model import ParametricModel
 
-KIND = FileKind("fmbs_skfem training", "a part of a training", "delete the file; what it held is made again")
+KIND = FileKind(
+    "fmbs_skfem training", "a part of a training", "delete the file; what it held is made again"
+)
 TITLE, RUN, MODEL, NOTES = "training", "run-", "model-", "notes-"
 INDICATORS, ITERATION, CHECK = "indicators-", "iteration-", "check-"
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
-PARTS = 0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0  #: of a duration, the same, in no rhythm that a function may have
+PARTS = (
+    0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0
+)  #: of a duration, the same, in no rhythm that a function may have
 
 
 @dataclass(frozen=True)
 class Pair:
     """A reduced run beside its full run.
 
-    What `calibration.fit` learns from: indicator I and error e of one reduced model at the parameters of one full run.
+    What `calibration.fit` learns from: indicator I and error e of one reduced model at the
+    parameters of one full run.
     """
 
     run: int  #: number of the full run, from 0; -1 of a check
@@ -107,25 +113,36 @@ def open_folder(folder: Path | str, fingerprint: str) -> Store:
     files = store_of(Path(folder))
     title = files.read(TITLE, None)
     if title is None and any(Path(folder).glob("*-[0-9][0-9][0-9].*")):
-        got, expected = f"one without {files.path(TITLE, None).name}", "an empty folder or one of this training"
+        got = f"one without {files.path(TITLE, None).name}"
+        expected = "an empty folder or one of this training"
         raise InputError(say(f"{folder}", expected, got, "take an empty folder"))
     if title is None:
         files.append(TITLE, None, {"fingerprint": fingerprint})
     elif title.get("fingerprint") != fingerprint:
         remedy = "take an empty folder, or train with the family, plan, candidates and options of this one"
-        raise InputError(say(f"{folder}", "a folder of this training", "one of another training", remedy))
+        raise InputError(
+            say(f"{folder}", "a folder of this training", "one of another training", remedy)
+        )
     return files
 
 
 def keep_model(files: Store, number: int, model: ReducedModel, notes: Notes) -> None:
-    """Store the reduced model of the first `number` runs; one that a file cannot hold is made again when training goes on."""
+    """Store the reduced model of the first `number` runs; one that a file cannot hold is made again
+    when training goes on.
+    """
     if files.folder is None:
         return
-    parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
+    parts = {
+        "modes": dict(model.modes),
+        "selections": model.selections,
+        "training_s": model.training_s,
+    }
     parts |= {"left_out": dict(model.left_out)}
     files.forget(MODEL, number)
     with contextlib.suppress(InputError):
-        parametric_model.save(ParametricModel(model.parametric, {"model": parts}), files.path(MODEL, number))
+        parametric_model.save(
+            ParametricModel(model.parametric, {"model": parts}), files.path(MODEL, number)
+        )
     files.append(NOTES, number, notes)
 
 
@@ -138,7 +155,9 @@ def read_model(files: Store, number: int) -> ReducedModel | None:
 
 
 def read_or_make(files: Store, name: str, number: int, make: Callable[[], FullRun]) -> FullRun:
-    """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
+    """The full run of a file, or one that is made and kept there; one that has failed fails again
+    without being run.
+    """
     known: FullRun | FailedRun | None = files.read(name, number, FullRun | FailedRun)
     if isinstance(known, FailedRun):
         raise SolverError(known.failed, known.reason, known.time)
@@ -155,16 +174,21 @@ def read_or_make(files: Store, name: str, number: int, make: Callable[[], FullRu
 
 def read_checks(files: Store) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
-    found = {number: files.read(CHECK, number, FullRun | FailedRun) for number in files.numbers(CHECK)}
+    found = {
+        number: files.read(CHECK, number, FullRun | FailedRun) for number in files.numbers(CHECK)
+    }
     return {point: run for point, run in found.items() if isinstance(run, FullRun)}
 
 
 def fingerprint(task: TrainingTask, *others: Any) -> str:
-    """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`.
+    """What a training is, as a text: the family at both corners of the box, parameters, plan and
+    snapshots, and `others`.
 
     Laws of one's own stand in it by name, and by the `code` of the task.
     """
-    corners = [{p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)]
+    corners = [
+        {p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)
+    ]
     digest = hashlib.sha256()
     families = (task.family(corner) for corner in corners)
     further = (one for one in (task.measure, task.code, task.signals) if one)
@@ -174,7 +198,9 @@ def fingerprint(task: TrainingTask, *others: Any) -> str:
 
 
 def add_to_digest(value: Any, digest: Any) -> None:
-    """Add a value to a fingerprint; numbers to some digits, so that another processor gives the same."""
+    """Add a value to a fingerprint; numbers to some digits, so that another processor gives the
+    same.
+    """
     if is_sparse(value):
         value = [value.data, value.indices, value.indptr]
     if isinstance(value, np.ndarray):
@@ -192,8 +218,12 @@ def add_to_digest(value: Any, digest: Any) -> None:
     if is_dataclass(value):
         parts = {field.name: getattr(value, field.name) for field in fields(value)}
         if isinstance(value, System):
-            parts["signals"] = tuple(one if is_dataclass(one) else sample(one, TIMES) for one in value.signals)
-        if isinstance(value, Case) and (functions := [one for one in value.system.signals if not is_dataclass(one)]):
+            parts["signals"] = tuple(
+                one if is_dataclass(one) else sample(one, TIMES) for one in value.signals
+            )
+        if isinstance(value, Case) and (
+            functions := [one for one in value.system.signals if not is_dataclass(one)]
+        ):
             parts["functions"] = [sample(one, PARTS * value.duration) for one in functions]
         value = {"type": type(value).__name__} | parts
     if isinstance(value, Mapping):
@@ -214,7 +244,9 @@ def sample(signal: Signal, times: np.ndarray) -> np.ndarray:
 
 
 def describe_function(value: Any) -> list[Any]:
-    """A function by its name and the values that it has taken along; other objects by their type and attributes."""
+    """A function by its name and the values that it has taken along; other objects by their type
+    and attributes.
+    """
     if not hasattr(value, "__qualname__"):
         return [type(value).__qualname__, vars(value)]
     cells = getattr(value, "__closure__", None) or ()

@@ -1,4 +1,6 @@
-"""Errors of reduced models of a family at hold-out points, each model a row: full runs, modes, cost and errors."""
+"""Errors of reduced models of a family at hold-out points, each model a row: full runs, modes, cost
+and errors.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ from .training import FinishedTraining
 class Comparator:
     """A family of reduced cases and what it took to make it.
 
-    `family(values)` makes its reduced case at the values of the parameters; `offline_s` has the CPU time of the full runs in it.
+    `family(values)` makes its reduced case at the values of the parameters; `offline_s` has the CPU
+    time of the full runs in it.
     """
 
     name: str
@@ -39,7 +42,9 @@ class Comparator:
 
 @dataclass(frozen=True)
 class Trial:
-    """A reduced run beside its full run; one that fails has a reason and the error infinity, or NaN where the full run fails."""
+    """A reduced run beside its full run; one that fails has a reason and the error infinity, or NaN
+    where the full run fails.
+    """
 
     error: float = math.inf  #: in the measure of the task
     states: float = math.inf  #: of the displacements, `full_runs.error`
@@ -55,9 +60,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Row:
-    """A comparator at the hold-out points with a full run: sizes of its largest member, medians of its times.
+    """A comparator at the hold-out points with a full run: sizes of its largest member, medians of
+    its times.
 
-    `trials` are in the order of the points; points without a full run count in no number of the row.
+    `trials` are in the order of the points; points without a full run count in no number of the
+    row.
     """
 
     name: str
@@ -83,7 +90,10 @@ def compile_training(task: TrainingTask) -> None:
     case = task.family(values)
     short = replace(case, duration=3 * case.scheme.step)
     few = replace(task, family=lambda _: short, interval=case.scheme.step)
-    with contextlib.suppress(FmbsError), warnings.catch_warnings():  # the comparators themselves say what fails
+    with (
+        contextlib.suppress(FmbsError),
+        warnings.catch_warnings(),
+    ):  # the comparators themselves say what fails
         warnings.simplefilter("ignore", Notice)
         model = reduced_models.make_model(few, [full_runs.full_run(few, values)])
         motion = full_runs.run_formed(few, model.cases(values))
@@ -96,13 +106,19 @@ def stages(found: FinishedTraining) -> Iterator[Comparator]:
     `greedy 1`, `greedy 2`, ..., each with the cost of all that came before it.
     """
     for k, model in enumerate(found.models, start=1):
-        offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
+        offline = sum(run.cpu_s for run in found.runs[:k]) + sum(
+            one.training_s for one in found.models[:k]
+        )
         evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
         yield Comparator(f"greedy {k}", model.cases, k, offline, evaluated)
 
 
 def compare(
-    task: TrainingTask, comparators: Sequence[Comparator], full: Full, points: np.ndarray, progress: Progress | None = None
+    task: TrainingTask,
+    comparators: Sequence[Comparator],
+    full: Full,
+    points: np.ndarray,
+    progress: Progress | None = None,
 ) -> tuple[Row, ...]:
     """Every comparator at the hold-out points (k, d), values in the order of the parameters.
 
@@ -110,7 +126,13 @@ def compare(
     """
     rows = parameters.table(task.parameters, points)
     if len(rows) == 0 or len(comparators) == 0:
-        raise InputError(say("trials.compare", "comparators and hold-out points", f"{len(comparators)} and {len(rows)}"))
+        raise InputError(
+            say(
+                "trials.compare",
+                "comparators and hold-out points",
+                f"{len(comparators)} and {len(rows)}",
+            )
+        )
     tried: list[list[Trial]] = [[] for _ in comparators]
     for number, row in enumerate(rows):
         found = try_all(task, comparators, full, parameters.named(task.parameters, row))
@@ -118,10 +140,14 @@ def compare(
             trials.append(one)
         if progress:
             progress((number + 1) / len(rows))
-    return tuple(collect(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
+    return tuple(
+        collect(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True)
+    )
 
 
-def try_all(task: TrainingTask, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]) -> list[Trial]:
+def try_all(
+    task: TrainingTask, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]
+) -> list[Trial]:
     """Every comparator at one point."""
     truth = full_runs.try_run(task, full, values)
     if isinstance(truth, str):
@@ -132,7 +158,8 @@ def try_all(task: TrainingTask, comparators: Sequence[Comparator], full: Full, v
 
 def try_one(task: TrainingTask, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
     """The reduced member against a full run, of which `raw` is the system."""
-    begun, made = clock.process_time(), Trial()
+    begun = clock.process_time()
+    made = Trial()
     try:
         case = comparator.family(truth.values)
         made = replace(measure_sizes(case.system), prepare_s=clock.process_time() - begun)
@@ -140,8 +167,18 @@ def try_one(task: TrainingTask, comparator: Comparator, raw: System, truth: Full
     except FmbsError as error:
         return replace(made, reason=str(error))
     outputs = full_runs.errors_of_outputs(raw, truth, motion)
-    errors = (full_runs.wanted_error(task, raw, truth, motion), full_runs.error(task, raw, truth, motion))
-    return replace(made, error=errors[0], states=errors[1], outputs=outputs, run_s=motion.statistics.cpu_s, full_s=truth.cpu_s)
+    errors = (
+        full_runs.wanted_error(task, raw, truth, motion),
+        full_runs.error(task, raw, truth, motion),
+    )
+    return replace(
+        made,
+        error=errors[0],
+        states=errors[1],
+        outputs=outputs,
+        run_s=motion.statistics.cpu_s,
+        full_s=truth.cpu_s,
+    )
 
 
 def measure_sizes(system: System) -> Trial:

@@ -1,7 +1,7 @@
 """Where a sweep runs: on an executor of any kind, among them a cluster of dask.
 
-M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th Python in Science Conf. (2015)
-126-132, doi 10.25080/Majora-7b98e3ed-013.
+M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th
+Python in Science Conf. (2015) 126-132, doi 10.25080/Majora-7b98e3ed-013.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ class Workers:
 
     executor: Executor
     count: Callable[[], int]  #: how many there are at this moment
-    losses: tuple[type[Exception], ...] = (BrokenExecutor, CancelledError)  #: errors of a call whose worker ended
+    losses: tuple[type[Exception], ...] = (
+        BrokenExecutor,
+        CancelledError,
+    )  #: errors of a call whose worker ended
 
 
 @contextlib.contextmanager
@@ -41,11 +44,14 @@ def of_cluster(address: str) -> Iterator[Workers]:
     try:
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError(say(f"scheduler {address}", "the address of a running scheduler", error)) from error
+        raise InputError(
+            say(f"scheduler {address}", "the address of a running scheduler", error)
+        ) from error
     met: dict[str, float] = {}  #: when workers were first seen [s]
 
     def count() -> int:
-        now, known = clock.monotonic(), client.nthreads()
+        now = clock.monotonic()
+        known = client.nthreads()
         for name in met.keys() - known.keys():
             del met[name]
         return sum(now - met.setdefault(name, now) >= SETTLED for name in known)
@@ -56,12 +62,15 @@ def of_cluster(address: str) -> Iterator[Workers]:
 
 @contextlib.contextmanager
 def tried_once(client: Client) -> Iterator[None]:
-    """Calls of this client fail with their worker: dask would run them on three other ones, which may end as well."""
+    """Calls of this client fail with their worker: dask would run them on three other ones, which
+    may end as well.
+    """
     from distributed.diagnostics.plugin import SchedulerPlugin
 
     class TriedOnce(SchedulerPlugin):  # goes to the scheduler by value
         def __init__(self, client: str) -> None:
-            self.client, self.name = client, f"fmbs {client}"
+            self.client = client
+            self.name = f"fmbs {client}"
 
         def update_graph(self, scheduler: Any, *, client: str, keys: set[Any], **_: Any) -> None:
             for key in keys if client == self.client else ():

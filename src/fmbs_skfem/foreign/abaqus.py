@@ -2,13 +2,15 @@
 
     instance:  x -> R (x + t - a) + a,     t the first data line, R by an angle [deg] about the axis a -> b of the second
 
-Sets add up over all cards of their name; `generate`, sets of sets, `instance=`, `I.5` and `I.NAME` are followed. A set of a part
-has its own name where one instance only has it, else `INSTANCE.NAME`. Nodes of a set along the boundary of a surface, by which
-Abaqus names an edge, also become line cells, as do sides of elements under *SURFACE: the side i from corner i to the next is Ei
-of shells and membranes, Si of plane elements, all free sides of these where none is named. Faces SPOS and SNEG are no sides. What
-makes or moves nodes in other ways is refused, elements that are neither lines nor plates are skipped with a notice.
-Source: Abaqus Analysis User's Guide, "Defining a model in Abaqus", "Node definition", "Element definition", "Assembly definition",
-"Element-based surface definition".
+Sets add up over all cards of their name; `generate`, sets of sets, `instance=`, `I.5` and `I.NAME`
+are followed. A set of a part has its own name where one instance only has it, else `INSTANCE.NAME`.
+Nodes of a set along the boundary of a surface, by which Abaqus names an edge, also become line
+cells, as do sides of elements under *SURFACE: the side i from corner i to the next is Ei of shells
+and membranes, Si of plane elements, all free sides of these where none is named. Faces SPOS and
+SNEG are no sides. What makes or moves nodes in other ways is refused, elements that are neither
+lines nor plates are skipped with a notice. Source: Abaqus Analysis User's Guide, "Defining a model
+in Abaqus", "Node definition", "Element definition", "Assembly definition", "Element-based surface
+definition".
 """
 
 from __future__ import annotations
@@ -44,7 +46,18 @@ _KINDS = [
 ]
 #: cards that make, move or fetch nodes, elements and sets by rules that are not followed here
 _UNREAD = {
-    *("ELCOPY", "ELGEN", "IMPORT", "INCLUDE", "MANIFEST", "MAP SOLUTION", "NCOPY", "NFILL", "NGEN", "NMAP"),
+    *(
+        "ELCOPY",
+        "ELGEN",
+        "IMPORT",
+        "INCLUDE",
+        "MANIFEST",
+        "MAP SOLUTION",
+        "NCOPY",
+        "NFILL",
+        "NGEN",
+        "NMAP",
+    ),
     *("PARAMETER", "SUBSTRUCTURE", "SYMMETRIC MODEL GENERATION", "SYSTEM"),
 }
 _FLAT = "write a flat file: in Abaqus/CAE, Model > Edit Attributes > Do not use parts and assemblies in input files"
@@ -87,13 +100,18 @@ class _Level:
     """What stands outside of parts, in a part, or in an instance."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
-    elements: dict[int, tuple[str, str, list[int]]] = field(default_factory=dict)  #: type, kind of cell, nodes
+    elements: dict[int, tuple[str, str, list[int]]] = field(
+        default_factory=dict
+    )  #: type, kind of cell, nodes
     skipped: set[int] = field(default_factory=set)  #: elements of other types
     sets: list[_Members] = field(default_factory=list)
 
     def joined(self, other: _Level) -> _Level:
         return _Level(
-            self.nodes | other.nodes, self.elements | other.elements, self.skipped | other.skipped, self.sets + other.sets
+            self.nodes | other.nodes,
+            self.elements | other.elements,
+            self.skipped | other.skipped,
+            self.sets + other.sets,
         )
 
 
@@ -107,18 +125,24 @@ class _Instance:
 
 @dataclass(eq=False)
 class _Placed:
-    """A level whose nodes and elements have their rows in the whole mesh; sets by kind and upper name."""
+    """A level whose nodes and elements have their rows in the whole mesh; sets by kind and upper
+    name.
+    """
 
     nodes: dict[int, int]
     elements: dict[int, int]
     skipped: set[int]
     sets: dict[tuple[str, str], Ints] = field(default_factory=dict)
     names: dict[tuple[str, str], str] = field(default_factory=dict)  #: as they are spelt first
-    numbers: dict[str, Ints] = field(default_factory=dict)  #: of nodes and elements, made once for all ranges
+    numbers: dict[str, Ints] = field(
+        default_factory=dict
+    )  #: of nodes and elements, made once for all ranges
 
     def labels(self, kind: str) -> Ints:
         if kind not in self.numbers:
-            self.numbers[kind] = np.array(list(self.nodes if kind == "NSET" else self.elements), np.int64)
+            self.numbers[kind] = np.array(
+                list(self.nodes if kind == "NSET" else self.elements), np.int64
+            )
         return self.numbers[kind]
 
 
@@ -147,7 +171,9 @@ class _Reader:
     top: _Level = field(default_factory=_Level)
     parts: dict[str, _Level] = field(default_factory=dict)
     instances: dict[str, _Instance] = field(default_factory=dict)
-    spelt: dict[str, str] = field(default_factory=dict)  #: upper name of an instance -> as it is written
+    spelt: dict[str, str] = field(
+        default_factory=dict
+    )  #: upper name of an instance -> as it is written
     other_types: Counter[str] = field(default_factory=Counter)
     assembly: bool = False
     whole: _Whole = field(default_factory=_Whole)
@@ -186,9 +212,14 @@ class _Reader:
 
     def _take(self, card: _Card, level: _Level) -> _Level:
         """Keep what a card says; the level that the next card belongs to."""
-        if card.keyword in _UNREAD or (card.keyword in ("NODE", "ELEMENT", "NSET", "ELSET") and "INPUT" in card.options):
+        if card.keyword in _UNREAD or (
+            card.keyword in ("NODE", "ELEMENT", "NSET", "ELSET") and "INPUT" in card.options
+        ):
             self._refuse(
-                card.line, "nodes, elements and sets written out", f"*{card.keyword} {_shown(card.options)}".strip(), _FLAT
+                card.line,
+                "nodes, elements and sets written out",
+                f"*{card.keyword} {_shown(card.options)}".strip(),
+                _FLAT,
             )
         if card.keyword == "PART":
             level = self.parts[self._name(card, "NAME").upper()] = _Level()
@@ -209,54 +240,86 @@ class _Reader:
         return level
 
     def _open_instance(self, card: _Card) -> _Level:
-        name, part = self._name(card, "NAME"), card.options.get("PART", "")
+        name = self._name(card, "NAME")
+        part = card.options.get("PART", "")
         if {"INSTANCE", "LIBRARY"} & card.options.keys():
-            self._refuse(card.line, "an instance of a part in the file", f"one of {_shown(card.options)}", _FLAT)
+            self._refuse(
+                card.line,
+                "an instance of a part in the file",
+                f"one of {_shown(card.options)}",
+                _FLAT,
+            )
         if part and part.upper() not in self.parts:
             known = f"parts before it: {listed(self.parts, part.upper())}"
             self._refuse(card.line, "an instance of a part of the file", f"'{part}'", known)
         if name.upper() in self.instances:
-            self._refuse(card.line, "a name of its own for each instance", f"'{name}' again", "rename one")
+            self._refuse(
+                card.line, "a name of its own for each instance", f"'{name}' again", "rename one"
+            )
         self.spelt[name.upper()] = name
         self.instances[name.upper()] = _Instance(part.upper(), card.line, self._placement(card))
         return self.instances[name.upper()].own
 
     def _placement(self, card: _Card) -> Callable[[Floats], Floats]:
         """Translation, then rotation."""
-        rows = [[self._number(float, line, word or "0") for word in _trimmed(words)] for line, words in card.data]
+        rows = [
+            [self._number(float, line, word or "0") for word in _trimmed(words)]
+            for line, words in card.data
+        ]
         if not rows:
             return lambda x: x
         if len(rows) > 2 or len(rows[0]) > 3 or (len(rows) == 2 and len(rows[1]) != 7):
             expected = "a translation of 3 numbers, then perhaps a rotation of 7: a point a, a point b, an angle"
-            self._refuse(card.data[0][0], expected, f"lines of {', '.join(str(len(row)) for row in rows)} numbers")
+            self._refuse(
+                card.data[0][0],
+                expected,
+                f"lines of {', '.join(str(len(row)) for row in rows)} numbers",
+            )
         t = np.array([*rows[0], 0.0, 0.0, 0.0][:3])
         if len(rows) == 1:
             return lambda x: x + t
-        a, b, angle = np.array(rows[1][:3]), np.array(rows[1][3:6]), np.radians(rows[1][6])
+        a = np.array(rows[1][:3])
+        b = np.array(rows[1][3:6])
+        angle = np.radians(rows[1][6])
         if not np.linalg.norm(b - a) > 0.0:
-            self._refuse(card.data[1][0], "two different points of the axis of a rotation", "one point twice")
+            self._refuse(
+                card.data[1][0], "two different points of the axis of a rotation", "one point twice"
+            )
         u = (b - a) / np.linalg.norm(b - a)
         cross = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
-        turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross  # Rodrigues
+        turn = (
+            np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+        )  # Rodrigues
         return lambda x: (x + t - a) @ turn.T + a
 
     def _nodes(self, card: _Card, level: _Level) -> None:
         if card.options.get("SYSTEM", "R").upper() != "R":
-            self._refuse(card.line, "nodes in rectangular coordinates", f"SYSTEM={card.options['SYSTEM']}", _FLAT)
+            self._refuse(
+                card.line,
+                "nodes in rectangular coordinates",
+                f"SYSTEM={card.options['SYSTEM']}",
+                _FLAT,
+            )
         numbers = []
         for line, words in card.data:
             number = self._number(int, line, words[0])
             if number in level.nodes:
                 self._refuse(line, "each node once", f"node {number} again", "renumber the nodes")
-            level.nodes[number] = [self._number(float, line, word or "0") for word in [*words[1:4], "", "", ""][:3]]
+            level.nodes[number] = [
+                self._number(float, line, word or "0") for word in [*words[1:4], "", "", ""][:3]
+            ]
             numbers.append(number)
         if "NSET" in card.options:
             level.sets.append(_Members("NSET", card.options["NSET"], card.line, numbers))
 
     def _elements(self, card: _Card, level: _Level) -> None:
-        """Rows of a number and nodes, which may go on in the next line; a beam may have one more node for its direction."""
+        """Rows of a number and nodes, which may go on in the next line; a beam may have one more
+        node for its direction.
+        """
         name = self._name(card, "TYPE").upper()
-        kind, count = next(((kind, count) for names, kind, count in _KINDS if names.fullmatch(name)), ("", 0))
+        kind, count = next(
+            ((kind, count) for names, kind, count in _KINDS if names.fullmatch(name)), ("", 0)
+        )
         numbers: list[int] = []
         row: list[int] = []
         for line, words in card.data:
@@ -269,14 +332,24 @@ class _Reader:
                 continue
             most = 1 + count + (name[0] in "BPE" or name.startswith("FRAME"))
             if not 1 + count <= len(row) <= most:
-                self._refuse(line, f"a number and {count} nodes of an element of type {name}", f"{len(row)} numbers")
+                self._refuse(
+                    line,
+                    f"a number and {count} nodes of an element of type {name}",
+                    f"{len(row)} numbers",
+                )
             if row[0] in level.elements or row[0] in level.skipped:
-                self._refuse(line, "each element once", f"element {row[0]} again", "renumber the elements")
+                self._refuse(
+                    line, "each element once", f"element {row[0]} again", "renumber the elements"
+                )
             level.elements[row[0]] = (name, kind, row[1 : 1 + count])
             numbers.append(row[0])
             row = []
         if row:
-            self._refuse(card.data[-1][0], f"a number and {count} nodes of an element of type {name}", f"{len(row)} numbers")
+            self._refuse(
+                card.data[-1][0],
+                f"a number and {count} nodes of an element of type {name}",
+                f"{len(row)} numbers",
+            )
         if not kind:
             self.other_types[name] += len(numbers)
             level.skipped.update(numbers)
@@ -293,7 +366,10 @@ class _Reader:
         )
         for line, words in card.data:
             if "GENERATE" in card.options:
-                first, last, *step = (self._number(int, line, word) for word in _trimmed([*words, ""]) or self._empty(line))
+                first, last, *step = (
+                    self._number(int, line, word)
+                    for word in _trimmed([*words, ""]) or self._empty(line)
+                )
                 if len(step) > 1 or (step and step[0] < 1) or last < first:
                     self._refuse(line, "a first number, a last one and a step", ", ".join(words))
                 found.ranges.append((first, last, step[0] if step else 1))
@@ -304,10 +380,13 @@ class _Reader:
 
     def _surface(self, card: _Card) -> list[_Members]:
         """One entry a data line: a number or set of elements, and which of their sides."""
-        name, kind = self._name(card, "NAME"), card.options.get("TYPE", "ELEMENT").upper()
+        name = self._name(card, "NAME")
+        kind = card.options.get("TYPE", "ELEMENT").upper()
         if kind != "ELEMENT" or "COMBINE" in card.options:
             if "INTERNAL" not in card.options:
-                notify(f"{self.where}: line {card.line}: surface '{name}' is left out: {_shown(card.options)}")
+                notify(
+                    f"{self.where}: line {card.line}: surface '{name}' is left out: {_shown(card.options)}"
+                )
             return []
         return [
             _Members(
@@ -325,7 +404,9 @@ class _Reader:
     def _assembled(self) -> exchange.Mesh:
         placed: dict[str, _Placed] = {}
         for name, instance in self.instances.items():
-            level = self.parts[instance.part].joined(instance.own) if instance.part else instance.own
+            level = (
+                self.parts[instance.part].joined(instance.own) if instance.part else instance.own
+            )
             placed[name] = self._place(level, instance.placed)
             self._resolve(level.sets, placed[name], {})
         top = self._place(self.top, lambda x: x)
@@ -337,12 +418,17 @@ class _Reader:
             found = ", ".join(f"{count} of type {name}" for name, count in self.other_types.items())
             if not self.whole.rows:
                 expected = "elements of lines or plates (B31, T3D2, S4, S3, CPS4, ...)"
-                raise InputError(say(self.where, expected, found, "export a mesh of lines or surfaces"))
-            notify(f"{self.where}: elements that are neither lines nor plates are left out: {found}")
+                raise InputError(
+                    say(self.where, expected, found, "export a mesh of lines or surfaces")
+                )
+            notify(
+                f"{self.where}: elements that are neither lines nor plates are left out: {found}"
+            )
         return self._output(*self._named(top, placed))
 
     def _place(self, level: _Level, move: Callable[[Floats], Floats]) -> _Placed:
-        whole, start = self.whole, len(self.whole.numbers)
+        whole = self.whole
+        start = len(self.whole.numbers)
         nodes = {number: start + i for i, number in enumerate(level.nodes)}
         whole.points.append(move(np.array(list(level.nodes.values())).reshape(-1, 3)))
         whole.numbers.extend(level.nodes)
@@ -351,7 +437,14 @@ class _Reader:
             missing = [corner for corner in corners if corner not in nodes]
             if missing:
                 got = f"node {missing[0]} in element {number}"
-                raise InputError(say(self.where, "elements on nodes of their part or instance", got, "export it again"))
+                raise InputError(
+                    say(
+                        self.where,
+                        "elements on nodes of their part or instance",
+                        got,
+                        "export it again",
+                    )
+                )
             elements[number] = len(whole.rows)
             whole.rows.append([nodes[corner] for corner in corners])
             whole.types.append(name)
@@ -359,32 +452,46 @@ class _Reader:
             whole.labels.append(number)
         return _Placed(nodes, elements, level.skipped)
 
-    def _resolve(self, cards: list[_Members], level: _Placed, instances: dict[str, _Placed]) -> None:
+    def _resolve(
+        self, cards: list[_Members], level: _Placed, instances: dict[str, _Placed]
+    ) -> None:
         """Sets as rows; a card may name those before it, a surface all."""
         for card in sorted(cards, key=lambda card: card.kind == "SURFACE"):
             of = level
             if card.instance:
                 if card.instance.upper() not in instances:
                     known = f"instances: {listed(self.spelt.values(), card.instance)}"
-                    self._refuse(card.line, "an instance of the assembly", f"'{card.instance}'", known)
+                    self._refuse(
+                        card.line, "an instance of the assembly", f"'{card.instance}'", known
+                    )
                 of = instances[card.instance.upper()]
             key = (card.kind, card.name.upper())
-            parts = [self._rows(card, of), *(self._of_name(card, word, of, level, instances) for word in card.names)]
+            parts = [
+                self._rows(card, of),
+                *(self._of_name(card, word, of, level, instances) for word in card.names),
+            ]
             if card.elements:
-                self._refuse_unknown(card, card.elements, ("ELSET", card.elements.upper()) in of.sets)
-                corners = [self.whole.rows[row] for row in of.sets["ELSET", card.elements.upper()].tolist()]
+                self._refuse_unknown(
+                    card, card.elements, ("ELSET", card.elements.upper()) in of.sets
+                )
+                corners = [
+                    self.whole.rows[row] for row in of.sets["ELSET", card.elements.upper()].tolist()
+                ]
                 parts.append(np.array([node for nodes in corners for node in nodes], np.int64))
             if card.kind == "SURFACE":
                 parts = [self._sides(card, np.concatenate(parts))]
             level.names.setdefault(key, card.name)
-            level.sets[key] = np.unique(np.concatenate([level.sets.get(key, np.zeros(0, np.int64)), *parts]))
+            level.sets[key] = np.unique(
+                np.concatenate([level.sets.get(key, np.zeros(0, np.int64)), *parts])
+            )
 
     def _sides(self, card: _Members, rows: Ints) -> Ints:
         """Sides of elements as 4 row + i."""
         found = []
         unread: set[str] = set()
         for row in rows.tolist():
-            name, corners = self.whole.types[row], _corners(self.whole.kinds[row])
+            name = self.whole.types[row]
+            corners = _corners(self.whole.kinds[row])
             letter = "S" if name.startswith("CP") else "E"
             words = [f"{letter}{i}" for i in range(1, corners + 1)]
             if card.face in words:
@@ -395,17 +502,26 @@ class _Reader:
                 sides = f"sides are {words[0]} to {words[-1]}" if words else "lines have no sides"
                 unread.add(f"{card.face} of elements of type {name} ({sides})")
         if unread:
-            notify(f"{self.where}: line {card.line}: surface '{card.name}' is read without {', '.join(sorted(unread))}")
+            notify(
+                f"{self.where}: line {card.line}: surface '{card.name}' is read without {', '.join(sorted(unread))}"
+            )
         return np.array(found, np.int64)
 
     def _rows(self, card: _Members, of: _Placed) -> Ints:
-        """Rows of numbers and ranges; numbers of elements that were skipped have none, nor have gaps of ranges."""
+        """Rows of numbers and ranges; numbers of elements that were skipped have none, nor have
+        gaps of ranges.
+        """
         known = of.nodes if card.of == "NSET" else of.elements
         skipped = of.skipped if card.of == "ELSET" else set()
         for number in card.numbers:
             if number not in known and number not in skipped:
                 what = "nodes" if card.of == "NSET" else "elements"
-                self._refuse(card.line, f"{what} of the part in the set '{card.name}'", f"{number}", "export it again")
+                self._refuse(
+                    card.line,
+                    f"{what} of the part in the set '{card.name}'",
+                    f"{number}",
+                    "export it again",
+                )
         rows = [known[number] for number in card.numbers if number in known]
         ids = of.labels(card.of) if card.ranges else np.zeros(0, np.int64)
         for first, last, step in card.ranges:
@@ -413,7 +529,9 @@ class _Reader:
             rows.extend(known[number] for number in ids[wanted].tolist())
         return np.array(rows, np.int64)
 
-    def _of_name(self, card: _Members, word: str, of: _Placed, level: _Placed, instances: dict[str, _Placed]) -> Ints:
+    def _of_name(
+        self, card: _Members, word: str, of: _Placed, level: _Placed, instances: dict[str, _Placed]
+    ) -> Ints:
         """The rows of a set, or of what an instance calls so."""
         for found in (of, level):
             if (card.of, word.upper()) in found.sets:
@@ -430,17 +548,25 @@ class _Reader:
             expected = f"numbers and sets that stand before it in the set '{card.name}'"
             self._refuse(card.line, expected, f"'{word}'", "write out its members, or move it")
 
-    def _named(self, top: _Placed, placed: dict[str, _Placed]) -> tuple[exchange.Groups, exchange.Groups, exchange.Groups]:
-        """Groups of points, of cells and of sides; sets of instances by their own name where that is the only one."""
+    def _named(
+        self, top: _Placed, placed: dict[str, _Placed]
+    ) -> tuple[exchange.Groups, exchange.Groups, exchange.Groups]:
+        """Groups of points, of cells and of sides; sets of instances by their own name where that
+        is the only one.
+        """
         found: dict[str, exchange.Groups] = {"NSET": {}, "ELSET": {}, "SURFACE": {}}
         often = Counter(key for level in (top, *placed.values()) for key in level.sets)
         for owner, level in (("", top), *placed.items()):
             for key, rows in level.sets.items():
                 own = level.names[key]
-                found[key[0]][own if often[key] == 1 or not owner else f"{self.spelt[owner]}.{own}"] = rows
+                found[key[0]][
+                    own if often[key] == 1 or not owner else f"{self.spelt[owner]}.{own}"
+                ] = rows
         return found["NSET"], found["ELSET"], found["SURFACE"]
 
-    def _output(self, nsets: exchange.Groups, elsets: exchange.Groups, surfaces: exchange.Groups) -> exchange.Mesh:
+    def _output(
+        self, nsets: exchange.Groups, elsets: exchange.Groups, surfaces: exchange.Groups
+    ) -> exchange.Mesh:
         whole = self.whole
         blocks: list[tuple[str, Ints, Ints]] = []
         order: list[int] = []
@@ -451,8 +577,12 @@ class _Reader:
             order += ids
         place = np.argsort(np.array(order, np.int64))
         members = {name: place[rows] for name, rows in elsets.items()}
-        blocks, cells = _with_edges(blocks, nsets, {name: self._pairs(ids) for name, ids in surfaces.items()}, members)
-        return exchange.gathered(np.concatenate(whole.points), np.array(whole.numbers, np.int64), blocks, nsets, cells)
+        blocks, cells = _with_edges(
+            blocks, nsets, {name: self._pairs(ids) for name, ids in surfaces.items()}, members
+        )
+        return exchange.gathered(
+            np.concatenate(whole.points), np.array(whole.numbers, np.int64), blocks, nsets, cells
+        )
 
     def _pairs(self, sides: Ints) -> Ints:
         """Rows of points (i, 2) at the ends of sides."""
@@ -465,7 +595,12 @@ class _Reader:
     # --------------------------------------------------------------------------------------------------------------- words
     def _name(self, card: _Card, option: str) -> str:
         if not card.options.get(option):
-            self._refuse(card.line, f"*{card.keyword}, {option}=...", f"options {_shown(card.options) or 'none'}", "name it")
+            self._refuse(
+                card.line,
+                f"*{card.keyword}, {option}=...",
+                f"options {_shown(card.options) or 'none'}",
+                "name it",
+            )
         return card.options[option]
 
     def _number(self, kind: Callable[[str], _T], line: int, word: str) -> _T:
@@ -479,14 +614,21 @@ class _Reader:
     def _empty(self, line: int) -> NoReturn:
         self._refuse(line, "a first number, a last one and a step", "nothing")
 
-    def _refuse(self, line: int, expected: str, got: str, remedy: str = "export it again") -> NoReturn:
+    def _refuse(
+        self, line: int, expected: str, got: str, remedy: str = "export it again"
+    ) -> NoReturn:
         raise InputError(say(f"{self.where}: line {line}", expected, got, remedy))
 
 
 def _with_edges(
-    blocks: list[tuple[str, Ints, Ints]], points: exchange.Groups, surfaces: exchange.Groups, cells: exchange.Groups
+    blocks: list[tuple[str, Ints, Ints]],
+    points: exchange.Groups,
+    surfaces: exchange.Groups,
+    cells: exchange.Groups,
 ) -> tuple[list[tuple[str, Ints, Ints]], exchange.Groups]:
-    """Blocks and groups of cells with line cells on sides of the boundary: those of surfaces, and between nodes of one set."""
+    """Blocks and groups of cells with line cells on sides of the boundary: those of surfaces, and
+    between nodes of one set.
+    """
     outline = _boundary(blocks)
     count = sum(len(rows) for _, rows, _ in blocks)
     chosen = [(name, outline[np.isin(outline, ids).all(axis=1)]) for name, ids in points.items()]
@@ -498,7 +640,8 @@ def _with_edges(
         if len(sides):
             added = np.arange(count, count + len(sides))
             cells = {**cells, name: np.concatenate([cells.get(name, np.zeros(0, np.int64)), added])}
-            blocks, count = [*blocks, ("line", sides, added + 1)], count + len(sides)
+            blocks = [*blocks, ("line", sides, added + 1)]
+            count = count + len(sides)
     return blocks, cells
 
 
@@ -506,7 +649,11 @@ def _boundary(blocks: list[tuple[str, Ints, Ints]]) -> Ints:
     """Sides (i, 2) of triangles and quadrilaterals that have one cell only."""
     corners = [rows[:, : _corners(kind)] for kind, rows, _ in blocks if _corners(kind)]
     sides = [np.stack([each, np.roll(each, -1, axis=1)], axis=2).reshape(-1, 2) for each in corners]
-    found, count = np.unique(np.sort(np.concatenate([np.empty((0, 2), np.int64), *sides]), axis=1), axis=0, return_counts=True)
+    found, count = np.unique(
+        np.sort(np.concatenate([np.empty((0, 2), np.int64), *sides]), axis=1),
+        axis=0,
+        return_counts=True,
+    )
     return np.asarray(found[count == 1])
 
 

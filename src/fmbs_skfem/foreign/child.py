@@ -1,4 +1,5 @@
-"""The process that reads one foreign file, see `door`: it limits its memory, reads, and writes what `exchange` or JSON holds.
+"""The process that reads one foreign file, see `door`: it limits its memory, reads, and writes what
+`exchange` or JSON holds.
 
 Notices go out as a JSON list on stdout, the message of a refusal as a JSON text on stderr.
 """
@@ -17,7 +18,14 @@ from ..core.notices import Notice
 from . import door
 
 #: ending of a file -> module of this folder whose `read(path, target, where)` writes the target
-FORMATS = {".inp": "abaqus", ".med": "med", ".vtk": "vtk", ".igs": "iges", ".iges": "iges", ".3dm": "rhino"}
+FORMATS = {
+    ".inp": "abaqus",
+    ".med": "med",
+    ".vtk": "vtk",
+    ".igs": "iges",
+    ".iges": "iges",
+    ".3dm": "rhino",
+}
 
 
 def main(source: str, target: str, where: str, memory: str) -> None:
@@ -29,11 +37,15 @@ def main(source: str, target: str, where: str, memory: str) -> None:
             warnings.simplefilter("always", Notice)
             # readers of other packages print
             with contextlib.redirect_stdout(sys.stderr):
-                importlib.import_module(f".{FORMATS[path.suffix.lower()]}", __package__).read(path, Path(target), where)
+                importlib.import_module(f".{FORMATS[path.suffix.lower()]}", __package__).read(
+                    path, Path(target), where
+                )
     except (InputError, MissingFeature) as error:
         sys.stderr.write(json.dumps(str(error)) + "\n")
         sys.exit(door.BAD_INPUT if isinstance(error, InputError) else door.MISSING)
-    sys.stdout.write(json.dumps([str(one.message) for one in caught if issubclass(one.category, Notice)]))
+    sys.stdout.write(
+        json.dumps([str(one.message) for one in caught if issubclass(one.category, Notice)])
+    )
 
 
 def _limit_memory(size: int) -> None:

@@ -1,4 +1,6 @@
-"""A mesh on its way from the process that reads a foreign file to the one that asked for it: arrays in a `.npz`."""
+"""A mesh on its way from the process that reads a foreign file to the one that asked for it: arrays
+in a `.npz`.
+"""
 
 from __future__ import annotations
 
@@ -19,25 +21,35 @@ Groups = dict[str, Ints]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """What a file says; kinds of cells have meshio's names (`line`, `triangle`, `quad`, `line3`, ...)."""
+    """What a file says; kinds of cells have meshio's names (`line`, `triangle`, `quad`, `line3`,
+    ...).
+    """
 
     points: Floats  #: (n,3) in the file's unit
     numbers: Ints  #: (n,) node numbers of the file, or places where those come twice
     cells: dict[str, Ints]  #: kind -> (e,b) rows of `points`
     cell_numbers: dict[str, Ints]  #: kind -> (e,) cell numbers of the file
     point_groups: Groups = field(default_factory=dict)  #: name -> (i,) rows of `points`
-    cell_groups: dict[str, Groups] = field(default_factory=dict)  #: kind -> name -> (i,) rows of its cells
+    cell_groups: dict[str, Groups] = field(
+        default_factory=dict
+    )  #: kind -> name -> (i,) rows of its cells
 
 
 def save(mesh: Mesh, path: Path) -> None:
     """Write a mesh; names are JSON, since those of files may hold any letter."""
     arrays: dict[str, NDArray[Any]] = {"points": mesh.points, "numbers": mesh.numbers}
     named = [("point", name, ids) for name, ids in mesh.point_groups.items()]
-    named += [(kind, name, ids) for kind, groups in mesh.cell_groups.items() for name, ids in groups.items()]
+    named += [
+        (kind, name, ids)
+        for kind, groups in mesh.cell_groups.items()
+        for name, ids in groups.items()
+    ]
     for i, kind in enumerate(mesh.cells):
         arrays |= {f"cells{i}": mesh.cells[kind], f"cell_numbers{i}": mesh.cell_numbers[kind]}
     arrays |= {f"group{i}": ids for i, (_, _, ids) in enumerate(named)}
-    head = json.dumps({"kinds": list(mesh.cells), "groups": [[kind, name] for kind, name, _ in named]})
+    head = json.dumps(
+        {"kinds": list(mesh.cells), "groups": [[kind, name] for kind, name, _ in named]}
+    )
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, head=np.frombuffer(head.encode(), np.uint8), **arrays)
 
@@ -55,8 +67,15 @@ def load(path: Path) -> Mesh:
         return Mesh(data["points"], data["numbers"], cells, numbers, found.pop("point"), found)
 
 
-def gathered(points: Floats, numbers: Ints, cells: list[tuple[str, Ints, Ints]], point_groups: Groups, cell_groups: Groups) -> Mesh:
-    """A mesh of blocks (kind, rows of points (e,b), numbers (e,)) and groups of cells counted through all blocks.
+def gathered(
+    points: Floats,
+    numbers: Ints,
+    cells: list[tuple[str, Ints, Ints]],
+    point_groups: Groups,
+    cell_groups: Groups,
+) -> Mesh:
+    """A mesh of blocks (kind, rows of points (e,b), numbers (e,)) and groups of cells counted
+    through all blocks.
 
     A group of cells belongs to the kinds that it has members of, one without members to all kinds.
     """

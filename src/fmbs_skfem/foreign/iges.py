@@ -1,10 +1,12 @@
-"""IGES 5.3 files: rational B-spline surfaces (entity 128), placed by transformations (124), in the unit of the file.
+"""IGES 5.3 files: rational B-spline surfaces (entity 128), placed by transformations (124), in the
+unit of the file.
 
     x_file -> R x + t       for the transformation of a surface, then for those that it names itself
 
-A trimmed surface (144) or bounded one (143) is read where its outer boundary is that of the surface itself, and refused with its
-place in the file else, as are all other surfaces, solids and copies. Curves, points and drawings are passed over.
-Source: IGES 5.3 (US PRO/IPO-100, 1996): section 2.2 (file structure), and the entities 102, 110, 124, 126, 128, 142 to 144.
+A trimmed surface (144) or bounded one (143) is read where its outer boundary is that of the surface
+itself, and refused with its place in the file else, as are all other surfaces, solids and copies.
+Curves, points and drawings are passed over. Source: IGES 5.3 (US PRO/IPO-100, 1996): section 2.2
+(file structure), and the entities 102, 110, 124, 126, 128, 142 to 144.
 """
 
 from __future__ import annotations
@@ -22,8 +24,31 @@ from ..core.values.problems import printable
 from .exchange import Floats
 
 #: flag of the Global section -> length of the unit [m]; flag 3 says its name
-_UNITS = {1: 0.0254, 2: 1e-3, 4: 0.3048, 5: 1609.344, 6: 1.0, 7: 1e3, 8: 2.54e-5, 9: 1e-6, 10: 1e-2, 11: 2.54e-8}
-_NAMES = {"IN": 1, "INCH": 1, "MM": 2, "FT": 4, "MI": 5, "M": 6, "KM": 7, "MIL": 8, "UM": 9, "CM": 10, "UIN": 11}
+_UNITS = {
+    1: 0.0254,
+    2: 1e-3,
+    4: 0.3048,
+    5: 1609.344,
+    6: 1.0,
+    7: 1e3,
+    8: 2.54e-5,
+    9: 1e-6,
+    10: 1e-2,
+    11: 2.54e-8,
+}
+_NAMES = {
+    "IN": 1,
+    "INCH": 1,
+    "MM": 2,
+    "FT": 4,
+    "MI": 5,
+    "M": 6,
+    "KM": 7,
+    "MIL": 8,
+    "UM": 9,
+    "CM": 10,
+    "UIN": 11,
+}
 #: entities that are or place surfaces, and are not read
 _OTHERS = {
     114: "a parametric spline surface", 118: "a ruled surface", 120: "a surface of revolution", 122: "a tabulated cylinder",
@@ -36,7 +61,9 @@ _OTHERS = {
 }  # fmt: skip
 _REMEDY = "export untrimmed surfaces as NURBS (entity 128) in IGES 5.3"
 _DEPTH = 20  #: transformations on one surface
-_CLOSE = 1e-6  #: of the range of parameters: a boundary this near to the edge of the surface is its edge
+_CLOSE = (
+    1e-6  #: of the range of parameters: a boundary this near to the edge of the surface is its edge
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +84,9 @@ class _IgesFile:
     entities: dict[int, _Entity] = field(default_factory=dict)  #: by line of the directory section
 
     def refuse(self, at: int, expected: str, got: str, remedy: str = _REMEDY) -> NoReturn:
-        raise InputError(say(f"{self.where}: directory line {at}" if at else self.where, expected, got, remedy))
+        raise InputError(
+            say(f"{self.where}: directory line {at}" if at else self.where, expected, got, remedy)
+        )
 
     def of(self, pointer: int, at: int) -> _Entity:
         if pointer not in self.entities:
@@ -74,7 +103,9 @@ def read(path: Path, target: Path, where: str) -> None:
     except (IndexError, ValueError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(say(where, "an IGES file", str(error), "export the surfaces again as IGES 5.3")) from None
+        raise InputError(
+            say(where, "an IGES file", str(error), "export the surfaces again as IGES 5.3")
+        ) from None
     target.write_text(json.dumps({"unit": file.unit, "patches": surfaces}), encoding="utf-8")
 
 
@@ -86,7 +117,14 @@ def _parse(file: _IgesFile, lines: list[str]) -> None:
         letter = line[72:73]
         if letter not in sections:
             if line.strip():
-                raise InputError(say(file.where, "an IGES file in text, lines of 80 columns", repr(line[:40]), _REMEDY))
+                raise InputError(
+                    say(
+                        file.where,
+                        "an IGES file in text, lines of 80 columns",
+                        repr(line[:40]),
+                        _REMEDY,
+                    )
+                )
             continue
         sections[letter].append(line)
     if not sections["D"]:
@@ -97,9 +135,17 @@ def _parse(file: _IgesFile, lines: list[str]) -> None:
         fields = [first[i : i + 8].strip() for i in range(0, 64, 8)]
         start, count = int(fields[1]), int(second[24:32].strip() or 1)
         text = "".join(line[:64].ljust(64) for line in sections["P"][start - 1 : start - 1 + count])
-        entity = _Entity(int(fields[0]), int(second[32:40].strip() or 0), abs(int(fields[6] or 0)), _words(text, *marks), at + 1)
+        entity = _Entity(
+            int(fields[0]),
+            int(second[32:40].strip() or 0),
+            abs(int(fields[6] or 0)),
+            _words(text, *marks),
+            at + 1,
+        )
         if not entity.values or int(entity.values[0]) != entity.kind:
-            file.refuse(at + 1, f"parameters of an entity {entity.kind}", repr(text[:20]), "export it again")
+            file.refuse(
+                at + 1, f"parameters of an entity {entity.kind}", repr(text[:20]), "export it again"
+            )
         file.entities[at + 1] = entity
 
 
@@ -112,14 +158,27 @@ def _global(file: _IgesFile, text: str) -> tuple[str, str]:
         text = text[1:]
     words = _words(text, *marks)
     words += [""] * (13 - len(words))
-    scale, flag, name = words[10], words[11], words[12].strip().upper()
+    scale = words[10]
+    flag = words[11]
+    name = words[12].strip().upper()
     if scale and _number(scale) != 1.0:
-        raise InputError(say(f"{file.where}: global section", "a model scale of 1", scale, "export it in real size"))
+        raise InputError(
+            say(
+                f"{file.where}: global section",
+                "a model scale of 1",
+                scale,
+                "export it in real size",
+            )
+        )
     number = int(flag) if flag else 0
     number = _NAMES.get(name, 3) if number == 3 else number
     if number and number not in _UNITS:
         got = f"flag {number}" + (f" with the name '{printable(name)}'" if name else "")
-        raise InputError(say(f"{file.where}: global section", "a unit of length", got, "export it in millimetres"))
+        raise InputError(
+            say(
+                f"{file.where}: global section", "a unit of length", got, "export it in millimetres"
+            )
+        )
     file.unit = _UNITS.get(number)
     return marks[0], marks[1]
 
@@ -157,14 +216,24 @@ def _chosen(file: _IgesFile) -> list[tuple[_Entity, _Entity | None]]:
     found: list[tuple[_Entity, _Entity | None]] = []
     held: set[int] = set()
     for entity in file.entities.values():
-        what = _OTHERS.get(entity.kind) or ("a bounded plane" if entity.kind == 108 and entity.form else "")
+        what = _OTHERS.get(entity.kind) or (
+            "a bounded plane" if entity.kind == 108 and entity.form else ""
+        )
         if what:
-            file.refuse(entity.line, "rational B-spline surfaces (entity 128)", f"entity {entity.kind}, {what}")
+            file.refuse(
+                entity.line,
+                "rational B-spline surfaces (entity 128)",
+                f"entity {entity.kind}, {what}",
+            )
         if entity.kind in (143, 144):
             inner = _trimmed(file, entity)
             held.add(inner.line)
             found.append((inner, entity))
-    found += [(entity, None) for entity in file.entities.values() if entity.kind == 128 and entity.line not in held]
+    found += [
+        (entity, None)
+        for entity in file.entities.values()
+        if entity.kind == 128 and entity.line not in held
+    ]
     return sorted(found, key=lambda pair: pair[0].line)
 
 
@@ -174,17 +243,27 @@ def _trimmed(file: _IgesFile, entity: _Entity) -> _Entity:
     bounded = entity.kind == 143
     surface = file.of(values[1] if bounded else values[0], entity.line)
     if surface.kind != 128:
-        file.refuse(entity.line, "a rational B-spline surface (entity 128) below it", f"entity {surface.kind}")
+        file.refuse(
+            entity.line,
+            "a rational B-spline surface (entity 128) below it",
+            f"entity {surface.kind}",
+        )
     holes, outer = (values[2], values[2]) if bounded else (values[2], values[1])
     what = "bounded" if bounded else "trimmed"
-    if (holes and not bounded) or (outer and (bounded or not _is_whole(file, surface, file.of(values[3], entity.line)))):
-        got = f"entity {entity.kind}, a {what} one" + (f" with {holes} holes" if holes and not bounded else "")
+    if (holes and not bounded) or (
+        outer and (bounded or not _is_whole(file, surface, file.of(values[3], entity.line)))
+    ):
+        got = f"entity {entity.kind}, a {what} one" + (
+            f" with {holes} holes" if holes and not bounded else ""
+        )
         file.refuse(entity.line, "untrimmed surfaces", got)
     return surface
 
 
 def _is_whole(file: _IgesFile, surface: _Entity, boundary: _Entity) -> bool:
-    """Whether a curve on a surface (142) runs once around its parameters: every piece on one side, the area that of all."""
+    """Whether a curve on a surface (142) runs once around its parameters: every piece on one side,
+    the area that of all.
+    """
     if boundary.kind != 142 or not int(_number(boundary.values[3])):
         return False
     low, high = _ranges(surface).T
@@ -199,7 +278,9 @@ def _is_whole(file: _IgesFile, surface: _Entity, boundary: _Entity) -> bool:
 
 
 def _pieces(file: _IgesFile, curve: _Entity, depth: int) -> list[Floats]:
-    """Points (i, 2), in the plane of the parameters, between which the lines and splines of a boundary lie."""
+    """Points (i, 2), in the plane of the parameters, between which the lines and splines of a
+    boundary lie.
+    """
     numbers = [_number(word) for word in curve.values[1:]]
     if curve.kind == 102 and depth < _DEPTH:
         parts = [file.of(int(pointer), curve.line) for pointer in numbers[1 : 1 + int(numbers[0])]]
@@ -230,8 +311,15 @@ def _surface(file: _IgesFile, entity: _Entity, outer: _Entity | None) -> dict[st
     k1, k2, m1, m2 = (int(_number(word)) for word in values[1:5])
     counts = [k1 + m1 + 2, k2 + m2 + 2, (k1 + 1) * (k2 + 1), 3 * (k1 + 1) * (k2 + 1), 4]
     if min(k1, k2, m1, m2) < 1 or len(values) < 10 + sum(counts):
-        file.refuse(entity.line, "a surface of as many numbers as it claims", f"{len(values)}", "export it again")
-    parts = np.split(np.array([_number(word) for word in values[10 : 10 + sum(counts)]]), np.cumsum(counts)[:-1])
+        file.refuse(
+            entity.line,
+            "a surface of as many numbers as it claims",
+            f"{len(values)}",
+            "export it again",
+        )
+    parts = np.split(
+        np.array([_number(word) for word in values[10 : 10 + sum(counts)]]), np.cumsum(counts)[:-1]
+    )
     knots = parts[:2]
     spans = np.array([[knot[m], knot[-1 - m]] for knot, m in zip(knots, (m1, m2), strict=True)])
     if np.any(np.abs(parts[4].reshape(2, 2) - spans) > _CLOSE * np.ptp(spans, axis=1)[:, None]):
@@ -241,7 +329,11 @@ def _surface(file: _IgesFile, entity: _Entity, outer: _Entity | None) -> dict[st
     for one in (entity, outer):
         points = _placed(file, points, one.matrix) if one is not None else points
     weights = parts[2].reshape(k2 + 1, k1 + 1).T
-    item: dict[str, object] = {"degree": [m1, m2], "knots": [knot.tolist() for knot in knots], "control": points.tolist()}
+    item: dict[str, object] = {
+        "degree": [m1, m2],
+        "knots": [knot.tolist() for knot in knots],
+        "control": points.tolist(),
+    }
     return item if np.ptp(weights) == 0.0 else {**item, "weights": weights.tolist()}
 
 
@@ -254,5 +346,6 @@ def _placed(file: _IgesFile, points: Floats, pointer: int) -> Floats:
         if entity.kind != 124:
             file.refuse(pointer, "a transformation (entity 124)", f"entity {entity.kind}")
         rows = np.array([_number(word) for word in entity.values[1:13]]).reshape(3, 4)
-        points, pointer = points @ rows[:, :3].T + rows[:, 3], entity.matrix
+        points = points @ rows[:, :3].T + rows[:, 3]
+        pointer = entity.matrix
     file.refuse(pointer, f"at most {_DEPTH} transformations on one another", "more")

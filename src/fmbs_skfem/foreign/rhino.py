@@ -1,6 +1,8 @@
-"""3dm files of Rhino through rhino3dm (the extra `cad`): surfaces that are not trimmed, in the unit of the file.
+"""3dm files of Rhino through rhino3dm (the extra `cad`): surfaces that are not trimmed, in the unit
+of the file.
 
-Meshes, subdivision surfaces, closed extrusions and blocks are refused; curves, points, texts and lights are passed over.
+Meshes, subdivision surfaces, closed extrusions and blocks are refused; curves, points, texts and
+lights are passed over.
 """
 
 from __future__ import annotations
@@ -29,14 +31,20 @@ def read(path: Path, target: Path, where: str) -> None:
         package = importlib.import_module("rhino3dm")
     except ImportError as error:
         remedy = "install the extra fmbs_skfem[cad]"
-        raise MissingFeature(say(where, "the package rhino3dm to read .3dm", error, remedy)) from error
+        raise MissingFeature(
+            say(where, "the package rhino3dm to read .3dm", error, remedy)
+        ) from error
     model = package.File3dm.Read(str(path))
     if model is None:
         raise InputError(say(where, "a 3dm file", "something else", "save the model again"))
     unit = model.Settings.ModelUnitSystem.name
     if unit not in (*_UNITS, "None", "Unset"):
-        raise InputError(say(where, "a usual unit of length", unit, "save the model in millimetres"))
-    found = [_surface(package, f"{where}: object {i + 1}", item) for i, item in enumerate(model.Objects)]
+        raise InputError(
+            say(where, "a usual unit of length", unit, "save the model in millimetres")
+        )
+    found = [
+        _surface(package, f"{where}: object {i + 1}", item) for i, item in enumerate(model.Objects)
+    ]
     patches = [patch for patch in found if patch is not None]
     target.write_text(json.dumps({"unit": _UNITS.get(unit), "patches": patches}), encoding="utf-8")
 
@@ -46,19 +54,32 @@ def _surface(package: Any, where: str, item: Any) -> dict[str, Any] | None:
     geometry = item.Geometry
     if isinstance(geometry, package.Brep):
         if not geometry.IsSurface:
-            got, remedy = f"{len(geometry.Faces)} faces, or trims", "explode it and untrim its faces"
+            got = f"{len(geometry.Faces)} faces, or trims"
+            remedy = "explode it and untrim its faces"
             raise InputError(say(where, "a single untrimmed surface", got, remedy))
         geometry = geometry.Faces[0].UnderlyingSurface()
     capped = isinstance(geometry, package.Extrusion) and geometry.CapCount > 0
     if capped or isinstance(geometry, package.Mesh | package.SubD | package.InstanceReference):
-        raise InputError(say(where, "a NURBS surface", f"a {type(geometry).__name__}{' with caps' if capped else ''}", _REMEDY))
+        raise InputError(
+            say(
+                where,
+                "a NURBS surface",
+                f"a {type(geometry).__name__}{' with caps' if capped else ''}",
+                _REMEDY,
+            )
+        )
     return _patch(geometry.ToNurbsSurface()) if isinstance(geometry, package.Surface) else None
 
 
 def _patch(found: Any) -> dict[str, Any]:
-    """An openNURBS surface: its knot vectors leave out the first and the last knot, its points are (w x, w y, w z, w)."""
+    """An openNURBS surface: its knot vectors leave out the first and the last knot, its points are
+    (w x, w y, w z, w).
+    """
     knots = [np.array(list(vector), dtype=float) for vector in (found.KnotsU, found.KnotsV)]
-    points = [[found.Points.GetControlPoint(i, j) for j in range(found.Points.CountV)] for i in range(found.Points.CountU)]
+    points = [
+        [found.Points.GetControlPoint(i, j) for j in range(found.Points.CountV)]
+        for i in range(found.Points.CountU)
+    ]
     homogeneous = np.array([[(p.X, p.Y, p.Z, p.W) for p in row] for row in points])
     weights = homogeneous[..., 3]
     item = {

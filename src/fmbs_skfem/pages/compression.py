@@ -2,9 +2,9 @@ r"""Motions of points in few numbers: an affine motion of the reference, and mod
 
     r(s, x) = A(s) [1, X(x)] + sum_m a(s, m) phi(m, x),        f(s, x) = sum_m b(s, m) psi(m, x)
 
-The modes are a proper orthogonal decomposition of what an affine motion does not tell, found in rounds: they are stored as half
-floats, and every round takes what the rounding of the one before has left. Full and reduced models so take one path, and a longer
-motion costs its coordinates alone.
+The modes are a proper orthogonal decomposition of what an affine motion does not tell, found in
+rounds: they are stored as half floats, and every round takes what the rounding of the one before
+has left. Full and reduced models so take one path, and a longer motion costs its coordinates alone.
 """
 
 from __future__ import annotations
@@ -18,8 +18,13 @@ from ..results.frames import Array
 
 AFFINE = 12  #: numbers of an affine motion: three rows of a shift and a matrix
 MOST = 64  #: modes of a body, which the page keeps as numbers of its programs
-NUMBERS, FEWEST = 250_000, 8  #: in the modes of a field, and the fewest modes that it may have where there are many points
-SNAPSHOTS = 160  #: instants whose correlation is decomposed; all instants are told by the modes found
+NUMBERS, FEWEST = (
+    250_000,
+    8,
+)  #: in the modes of a field, and the fewest modes that it may have where there are many points
+SNAPSHOTS = (
+    160  #: instants whose correlation is decomposed; all instants are told by the modes found
+)
 ROUNDS = 4  #: each leaves about a thousandth of the one before, as half floats have eleven digits
 
 
@@ -42,14 +47,21 @@ class Values:
 
 
 def of_points(points: Array, reference: Array, tolerance: float) -> PageShape:
-    """Points (s, x, 3) from their reference (x, 3), both from one origin, to a tolerance [m] where MOST modes reach it."""
+    """Points (s, x, 3) from their reference (x, 3), both from one origin, to a tolerance [m] where
+    MOST modes reach it.
+    """
     corner = np.column_stack([np.ones(len(reference)), reference])
     affine = np.einsum("kx,sxc->skc", np.linalg.pinv(corner, rcond=1e-9), points)
     rest = (points - np.einsum("xk,skc->sxc", corner, affine)).reshape(len(points), -1)
     modes, amplitudes = decompose(rest, tolerance / 2.0)
-    coordinates = np.column_stack([affine.transpose(0, 2, 1).reshape(len(points), AFFINE), amplitudes])
+    coordinates = np.column_stack(
+        [affine.transpose(0, 2, 1).reshape(len(points), AFFINE), amplitudes]
+    )
     found = PageShape(modes.reshape(len(modes), len(reference), 3), coordinates, 0.0)
-    return replace(found, error=float(np.linalg.norm(points - points_of(found, reference), axis=2).max(initial=0.0)))
+    return replace(
+        found,
+        error=float(np.linalg.norm(points - points_of(found, reference), axis=2).max(initial=0.0)),
+    )
 
 
 def points_of(shape: PageShape, reference: Array) -> Array:
@@ -58,18 +70,25 @@ def points_of(shape: PageShape, reference: Array) -> Array:
     corner = np.column_stack([np.ones(len(reference)), reference])
     flat = shape.modes.reshape(len(shape.modes), reference.size).astype(float)
     return np.asarray(
-        np.einsum("xk,sck->sxc", corner, affine) + (shape.coordinates[:, AFFINE:] @ flat).reshape(-1, *reference.shape)
+        np.einsum("xk,sck->sxc", corner, affine)
+        + (shape.coordinates[:, AFFINE:] @ flat).reshape(-1, *reference.shape)
     )
 
 
 def of_values(values: Array, tolerance: float) -> Values:
     """Values (s, x) to a tolerance where modes of NUMBERS numbers in all reach it."""
-    modes, amplitudes = decompose(values.copy(), tolerance, int(np.clip(NUMBERS // values.shape[1], FEWEST, MOST)))
-    return Values(modes, amplitudes, float(np.abs(values - amplitudes @ modes.astype(float)).max(initial=0.0)))
+    modes, amplitudes = decompose(
+        values.copy(), tolerance, int(np.clip(NUMBERS // values.shape[1], FEWEST, MOST))
+    )
+    return Values(
+        modes, amplitudes, float(np.abs(values - amplitudes @ modes.astype(float)).max(initial=0.0))
+    )
 
 
 def decompose(rest: Array, tolerance: float, most: int = MOST) -> tuple[np.ndarray, Array]:
-    """Modes (m, i) as half floats and amplitudes (s, m) of values (s, i), which are left with what is not told."""
+    """Modes (m, i) as half floats and amplitudes (s, m) of values (s, i), which are left with what
+    is not told.
+    """
     modes: list[np.ndarray] = []
     amplitudes: list[Array] = []
     for _ in range(ROUNDS):
@@ -89,11 +108,15 @@ def decompose(rest: Array, tolerance: float, most: int = MOST) -> tuple[np.ndarr
 
 
 def leading(rest: Array, tolerance: float) -> Array:
-    """Leading modes (m, i) of values (s, i), the first one first, from at most SNAPSHOTS of their instants.
+    """Leading modes (m, i) of values (s, i), the first one first, from at most SNAPSHOTS of their
+    instants.
 
-    A mode below a tenth of the tolerance, which is that of single entries, is noise of those before it.
+    A mode below a tenth of the tolerance, which is that of single entries, is noise of those before
+    it.
     """
-    some = rest[np.unique(np.linspace(0, len(rest) - 1, min(len(rest), SNAPSHOTS)).round().astype(int))]
+    some = rest[
+        np.unique(np.linspace(0, len(rest) - 1, min(len(rest), SNAPSHOTS)).round().astype(int))
+    ]
     energies, vectors = np.linalg.eigh(some @ some.T)
     sizes = np.sqrt(np.maximum(energies[::-1], 0.0))
     kept = int(np.sum((sizes > 0.1 * tolerance) & (sizes > 1e-7 * max(sizes[0], 1e-300))))

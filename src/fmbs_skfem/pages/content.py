@@ -1,4 +1,5 @@
-r"""What a page shows: motions as shapes in few numbers, fields, joints, arrows, and outputs over time.
+r"""What a page shows: motions as shapes in few numbers, fields, joints, arrows, and outputs over
+time.
 
 film(name, trajectory)  ->  Film  ->  describe(title, films)  ->  JSON and a block of arrays
 """
@@ -33,8 +34,13 @@ VALUES = 4_000_000  #: points times instants, at most
 TOLERANCE = 1e-4  #: of positions, over the longest side of the scene: a tenth of a pixel
 SHADES = 250  #: of a colour scale that are told apart
 DRAWN = 500  #: bins of a curve, more than it has pixels, of which its smallest and largest values are drawn
-#: what bodies can be coloured by: scalars that pictures have a name for, without what needs a vector or a second motion
-FIELDS = tuple(name for name in colour_scales.LABELS if name not in ("displacement", "velocity", "von_mises_recovered"))
+#: what bodies can be coloured by: scalars that pictures have a name for, without what needs a
+#: vector or a second motion
+FIELDS = tuple(
+    name
+    for name in colour_scales.LABELS
+    if name not in ("displacement", "velocity", "von_mises_recovered")
+)
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,9 @@ class Film:
 
 @dataclass(frozen=True)
 class PageBasis:
-    """Where unknowns x (n,) put bodies and joints that are linear in them: frames of x = 0 and of every unknown alone."""
+    """Where unknowns x (n,) put bodies and joints that are linear in them: frames of x = 0 and of
+    every unknown alone.
+    """
 
     frames: Frames  #: n + 1 instants
     derivatives: Mapping[str, Array]  #: r' and r'' (n + 1, 2, x, 3) of lines that stretch and bend
@@ -68,12 +76,25 @@ class PageBasis:
 
 
 def film(
-    name: str, trajectory: Trajectory, panels: Sequence[Panel] = (), instants: int = INSTANTS, full: Trajectory | None = None
+    name: str,
+    trajectory: Trajectory,
+    panels: Sequence[Panel] = (),
+    instants: int = INSTANTS,
+    full: Trajectory | None = None,
 ) -> Film:
-    """A motion, full or reduced, at evenly spread instants; with the distance from a `full` one as the field `error`."""
+    """A motion, full or reduced, at evenly spread instants; with the distance from a `full` one as
+    the field `error`.
+    """
     states = trajectory.states
     if not np.isfinite(states.x).all():
-        raise InputError(say("page", "states that are finite", "some that are not", "show a run that did not fail"))
+        raise InputError(
+            say(
+                "page",
+                "states that are finite",
+                "some that are not",
+                "show a run that did not fail",
+            )
+        )
     one = motion.frames(states, np.array([0]), ())
     points = sum(len(body.reference) for body in one.bodies.values())
     rows = frames_.spread(states.times, int(np.clip(VALUES // max(points, 1), 2, instants)))
@@ -87,16 +108,25 @@ def film(
 
 
 def basis_of(states: Trajectory, rows: np.ndarray) -> PageBasis | None:
-    """The basis of a reduced model, at the sizes that its unknowns have; None of others, and of very many unknowns."""
-    system, x = states.system, states.x[rows]
+    """The basis of a reduced model, at the sizes that its unknowns have; None of others, and of
+    very many unknowns.
+    """
+    system = states.system
+    x = states.x[rows]
     if not system.components or system.size >= compression.SNAPSHOTS:
         return None
     largest = np.abs(x).max(axis=0)
     sizes = np.where(largest > 1e-9 * largest.max(), largest, largest.max() or 1.0)
     alone = np.vstack([np.zeros(system.size), np.diag(sizes)])
-    still, none = np.zeros_like(alone), np.zeros((len(alone), len(system.constraints.names)))
+    still = np.zeros_like(alone)
+    none = np.zeros((len(alone), len(system.constraints.names)))
     one = Trajectory(system, np.arange(len(alone), dtype=float), alone, still, still, none)
-    return PageBasis(motion.frames(one, np.arange(len(alone)), ()), motion.derivatives(one) if system.lines else {}, sizes, x)
+    return PageBasis(
+        motion.frames(one, np.arange(len(alone)), ()),
+        motion.derivatives(one) if system.lines else {},
+        sizes,
+        x,
+    )
 
 
 def describe(
@@ -107,14 +137,18 @@ def describe(
     about: Sequence[str] = (),
     display: DisplayUnits = SI,
 ) -> tuple[dict[str, Any], Block]:
-    """The content of a page, coloured by the field `shade` at first; `clock` is the unit of times, or `load factor`.
+    """The content of a page, coloured by the field `shade` at first; `clock` is the unit of times,
+    or `load factor`.
 
-    What is seen has the units of `display`; times of the motion and positions, with which the page computes, are in SI units.
+    What is seen has the units of `display`; times of the motion and positions, with which the page
+    computes, are in SI units.
     """
     block = Block()
     every = [film.frames for film in films]
     flat = all(frames_.planar(one) for one in every)
-    middle, side, box = grid.surround(np.concatenate([frames_.points(one) for one in every]), flat, display)
+    middle, side, box = grid.surround(
+        np.concatenate([frames_.points(one) for one in every]), flat, display
+    )
     scales = [scale for name in FIELDS if (scale := scale_of(every, name, display))]
     shown = [describe_film(one, middle, TOLERANCE * side, scales, block) for one in films]
     content = {
@@ -129,29 +163,57 @@ def describe(
         "glyph": RADIUS,
         "reach": REACH,
         "shades": [
-            {"name": one.field, "label": one.label, "limits": list(one.limits), "diverging": one.diverges, "size": one.unit}
+            {
+                "name": one.field,
+                "label": one.label,
+                "limits": list(one.limits),
+                "diverging": one.diverges,
+                "size": one.unit,
+            }
             for one in scales
         ],
         "shade": shade if shade in [one.field for one in scales] else None,
         "films": shown,
         "panels": describe_panels([(film.times, film.panels) for film in films], display, block),
     }
-    running = next((film.live for film, one in zip(films, shown, strict=True) if film.live and one["live"]), None)
-    return (content if running is None else {**content, "live": live.describe(running, display)}), block
+    running = next(
+        (film.live for film, one in zip(films, shown, strict=True) if film.live and one["live"]),
+        None,
+    )
+    return (
+        content if running is None else {**content, "live": live.describe(running, display)}
+    ), block
 
 
 def describe_plots(
-    title: str, times: Array, panels: Sequence[Panel], clock: str = "s", about: Sequence[str] = (), display: DisplayUnits = SI
+    title: str,
+    times: Array,
+    panels: Sequence[Panel],
+    clock: str = "s",
+    about: Sequence[str] = (),
+    display: DisplayUnits = SI,
 ) -> tuple[dict[str, Any], Block]:
     """The content of a page without bodies: panels at times (t,), none for no panels."""
     block = Block()
-    found, time = describe_panels([(times, panels)], display, block), time_unit(clock, [times], display)
-    return {"title": title, "about": list(about), "clock": clock, "time": time, "films": [], "panels": found}, block
+    found = describe_panels([(times, panels)], display, block)
+    time = time_unit(clock, [times], display)
+    return {
+        "title": title,
+        "about": list(about),
+        "clock": clock,
+        "time": time,
+        "films": [],
+        "panels": found,
+    }, block
 
 
 def time_unit(clock: str, times: Sequence[Array], display: DisplayUnits) -> dict[str, Any]:
     """The unit in which times are read, and its size [s]; none of load factors."""
-    unit, size = display.find(clock, display_units.largest_of(np.concatenate(times))) if clock == "s" else ("", 1.0)
+    unit, size = (
+        display.find(clock, display_units.largest_of(np.concatenate(times)))
+        if clock == "s"
+        else ("", 1.0)
+    )
     return {"unit": unit, "size": size}
 
 
@@ -161,11 +223,13 @@ def scale_of(every: Sequence[Frames], name: str, display: DisplayUnits) -> Colou
     return colour_scales.make_scale(found, name, display) if found else None
 
 
-def describe_film(film: Film, middle: Array, tolerance: float, scales: Sequence[ColourScale], block: Block) -> dict[str, Any]:
+def describe_film(
+    film: Film, middle: Array, tolerance: float, scales: Sequence[ColourScale], block: Block
+) -> dict[str, Any]:
     """A motion in a page, its fields in the units of these `scales`.
 
-    `live` has maps from unknowns to coordinates of bodies, places of joints and loads that keep their direction, and derivatives
-    along lines, if bodies and joints are linear.
+    `live` has maps from unknowns to coordinates of bodies, places of joints and loads that keep
+    their direction, and derivatives along lines, if bodies and joints are linear.
     """
     frames = film.frames
     steady = bool((np.diff(frames.times) > 0.0).all())
@@ -178,8 +242,15 @@ def describe_film(film: Film, middle: Array, tolerance: float, scales: Sequence[
             describe_body(name, body, shapes[name], number, middle, scales, block)
             for number, (name, body) in enumerate(frames.bodies.items())
         ],
-        "marks": [describe_mark(name, mark, middle, block) for name, mark in frames_.acting(frames).items()],
-        "live": maps and {part: [None if one is None else block.put(one) for one in found] for part, found in maps.items()},
+        "marks": [
+            describe_mark(name, mark, middle, block)
+            for name, mark in frames_.acting(frames).items()
+        ],
+        "live": maps
+        and {
+            part: [None if one is None else block.put(one) for one in found]
+            for part, found in maps.items()
+        },
     }
 
 
@@ -198,10 +269,14 @@ def describe_mark(name: str, mark: Mark, middle: Array, block: Block) -> dict[st
     }
 
 
-def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, PageShape], dict[str, list[Array | None]] | None]:
-    """Shapes of all bodies, and maps (12 + m, 1 + n) of bodies and (3, 1 + n) of joints where the unknowns tell all of them.
+def shapes_of(
+    film: Film, middle: Array, tolerance: float
+) -> tuple[dict[str, PageShape], dict[str, list[Array | None]] | None]:
+    """Shapes of all bodies, and maps (12 + m, 1 + n) of bodies and (3, 1 + n) of joints where the
+    unknowns tell all of them.
 
-    What is not linear in the unknowns, as sections that are swept and springs that are drawn bent, is told by its points.
+    What is not linear in the unknowns, as sections that are swept and springs that are drawn bent,
+    is told by its points.
     """
     bodies = film.frames.bodies
     if film.basis is not None:
@@ -209,7 +284,8 @@ def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Pa
         if max((one.error for one in shapes.values()), default=0.0) <= tolerance and maps:
             return shapes, maps
     return {
-        name: compression.of_points(body.points - middle, body.reference - middle, tolerance) for name, body in bodies.items()
+        name: compression.of_points(body.points - middle, body.reference - middle, tolerance)
+        for name, body in bodies.items()
     }, None
 
 
@@ -221,33 +297,57 @@ def linear_shapes(
     maps: list[Array | None] = []
     for name, body in frames.bodies.items():
         reference = body.reference - middle
-        found = compression.of_points(basis.frames.bodies[name].points - middle, reference, 0.1 * tolerance)
+        found = compression.of_points(
+            basis.frames.bodies[name].points - middle, reference, 0.1 * tolerance
+        )
         linear = basis.linear(found.coordinates)
         shape = compression.PageShape(found.modes, basis.follow(linear), 0.0)
-        error = np.linalg.norm(compression.points_of(shape, reference) - (body.points - middle), axis=2).max()
+        error = np.linalg.norm(
+            compression.points_of(shape, reference) - (body.points - middle), axis=2
+        ).max()
         shapes[name] = replace(shape, error=float(error))
         maps.append(linear)
-    along = {name: basis.linear(values.reshape(len(values), -1)) for name, values in basis.derivatives.items()}
+    along = {
+        name: basis.linear(values.reshape(len(values), -1))
+        for name, values in basis.derivatives.items()
+    }
     lines = [along.get(name) for name in frames.bodies]
-    marks = {name: mark_map(basis, name, mark, middle, tolerance) for name, mark in frames_.acting(frames).items()}
+    marks = {
+        name: mark_map(basis, name, mark, middle, tolerance)
+        for name, mark in frames_.acting(frames).items()
+    }
     if any(marks[name] is None for name in marks if frames.marks[name].is_joint):
         return shapes, None
     return shapes, {"bodies": maps, "lines": lines, "marks": list(marks.values())}
 
 
-def mark_map(basis: PageBasis, name: str, mark: Mark, middle: Array, tolerance: float) -> Array | None:
-    """Where a mark is (3, 1 + n), (0, 1 + n) of gravity; None of a load that turns, and of a place that is not linear."""
+def mark_map(
+    basis: PageBasis, name: str, mark: Mark, middle: Array, tolerance: float
+) -> Array | None:
+    """Where a mark is (3, 1 + n), (0, 1 + n) of gravity; None of a load that turns, and of a place
+    that is not linear.
+    """
     sizes = np.linalg.norm(mark.directions, axis=1, keepdims=True)
-    if not mark.is_joint and (not sizes.all() or np.ptp(mark.directions / sizes, axis=0).max() > 1e-9):
+    if not mark.is_joint and (
+        not sizes.all() or np.ptp(mark.directions / sizes, axis=0).max() > 1e-9
+    ):
         return None
     if not mark.points.size:
         return np.zeros((0, 1 + len(basis.sizes)))
     found = basis.linear(basis.frames.marks[name].points - middle)
-    return found if np.abs(basis.follow(found) - (mark.points - middle)).max() <= tolerance else None
+    return (
+        found if np.abs(basis.follow(found) - (mark.points - middle)).max() <= tolerance else None
+    )
 
 
 def describe_body(
-    name: str, body: Shown, shape: PageShape, number: int, middle: Array, scales: Sequence[ColourScale], block: Block
+    name: str,
+    body: Shown,
+    shape: PageShape,
+    number: int,
+    middle: Array,
+    scales: Sequence[ColourScale],
+    block: Block,
 ) -> dict[str, Any]:
     """A body in a page: its reference, modes and coordinates, and the same of its fields."""
     fields = {}
@@ -255,7 +355,10 @@ def describe_body(
         if scale.field in body.fields:
             values = scale.values(body)
             found = compression.of_values(values, max(float(np.ptp(values)) / SHADES, 1e-300))
-            fields[scale.field] = {"modes": block.put(found.modes, "f2"), "coordinates": block.put(found.coordinates)}
+            fields[scale.field] = {
+                "modes": block.put(found.modes, "f2"),
+                "coordinates": block.put(found.coordinates),
+            }
     return {
         "name": name,
         "kind": "surface" if body.is_surface else "line",
@@ -272,11 +375,17 @@ def describe_body(
     }
 
 
-def describe_panels(motions: Sequence[tuple[Array, Sequence[Panel]]], display: DisplayUnits, block: Block) -> list[dict[str, Any]]:
-    """Times (t,) [s] and panels of all motions, those of one label together, in the unit in which that is read."""
+def describe_panels(
+    motions: Sequence[tuple[Array, Sequence[Panel]]], display: DisplayUnits, block: Block
+) -> list[dict[str, Any]]:
+    """Times (t,) [s] and panels of all motions, those of one label together, in the unit in which
+    that is read.
+    """
     largest: dict[str, list[float]] = {}
     for panel in (one for _, panels in motions for one in panels):
-        largest.setdefault(panel.label, []).extend(map(display_units.largest_of, panel.curves.values()))
+        largest.setdefault(panel.label, []).extend(
+            map(display_units.largest_of, panel.curves.values())
+        )
     heads = {label: display.head(label, values) for label, values in largest.items()}
     found: dict[str, list[dict[str, Any]]] = {}
     for number, (times, panels) in enumerate(motions):
@@ -298,7 +407,9 @@ def describe_panels(motions: Sequence[tuple[Array, Sequence[Panel]]], display: D
 
 
 def thin_out(values: Array) -> np.ndarray:
-    """Numbers of the values (t,) that a curve is drawn through: the smallest and largest one of every bin, and both ends."""
+    """Numbers of the values (t,) that a curve is drawn through: the smallest and largest one of
+    every bin, and both ends.
+    """
     count = len(values)
     if count <= 2 * DRAWN:
         return np.arange(count)

@@ -13,16 +13,24 @@ from ..results.rendering.camera import round_length
 CELLS = 4  #: of the longest side, at least; others have at least two
 
 
-def surround(points: Array, planar: bool, display: DisplayUnits) -> tuple[Array, float, dict[str, Any]]:
-    """The middle (3,) [m] of a grid of whole steps around points (n,3) [m], its longest side [m], and what the page draws it of.
+def surround(
+    points: Array, planar: bool, display: DisplayUnits
+) -> tuple[Array, float, dict[str, Any]]:
+    """The middle (3,) [m] of a grid of whole steps around points (n,3) [m], its longest side [m],
+    and what the page draws it of.
 
-    The step is round in the unit in which lengths are read; planar scenes have a grid that is flat in z.
+    The step is round in the unit in which lengths are read; planar scenes have a grid that is flat
+    in z.
     """
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    extent = max(float((upper - lower).max()), 1e-6 * float(np.abs(points).max()))  # coinciding points still get a box
+    lower = points.min(axis=0)
+    upper = points.max(axis=0)
+    extent = max(
+        float((upper - lower).max()), 1e-6 * float(np.abs(points).max())
+    )  # coinciding points still get a box
     unit, size = display.find("m", float(np.abs(points).max()))
     step = round_length((extent / size if extent > 1e-12 else 1.0) / CELLS) * size
-    low, high = np.floor(lower / step + 1e-6), np.ceil(upper / step - 1e-6)
+    low = np.floor(lower / step + 1e-6)
+    high = np.ceil(upper / step - 1e-6)
     thin = high - low < 2
     low, high = np.where(thin, low - 1, low) * step, np.where(thin, high + 1, high) * step
     if planar:

@@ -1,4 +1,6 @@
-"""A model that runs in a page: its module of WebAssembly, and its sliders; its film tells how bodies follow from its unknowns."""
+"""A model that runs in a page: its module of WebAssembly, and its sliders; its film tells how
+bodies follow from its unknowns.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class LiveModel:
 
 
 def describe(model: LiveModel, display: DisplayUnits) -> dict[str, Any]:
-    """What the page needs to run it; values in SI units, and of each the unit in which it is read, with its size."""
+    """What the page needs to run it; values in SI units, and of each the unit in which it is read,
+    with its size.
+    """
 
     def slider(one: PageParameter) -> dict[str, Any]:
         unit, size = display.find(one.unit, max(abs(one.low), abs(one.high)))

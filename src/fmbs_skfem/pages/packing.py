@@ -2,7 +2,8 @@
 
     {"at": 1024, "shape": [601, 25], "type": "f4"}        little-endian, the places are multiples of four bytes
 
-Nothing in a text can end the element that it stands in: `<` is written as an escape of JSON, and Base64 has no such letter.
+Nothing in a text can end the element that it stands in: `<` is written as an escape of JSON, and
+Base64 has no such letter.
 """
 
 from __future__ import annotations

@@ -1,9 +1,11 @@
-"""Pieces of a report in HTML: facts, tables that sort, texts, pictures. Every text from outside is escaped here."""
+"""Pieces of a report in HTML: facts, tables that sort, texts, pictures. Every text from outside is
+escaped here.
+"""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -25,7 +27,10 @@ def table(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]]) ->
     if not rows:
         return ""
     left = f" ({LONG} of {len(rows)} rows)" if len(rows) > LONG else ""
-    head = "".join(f'<th scope="col"><button type="button">{escape(text) or "&nbsp;"}</button></th>' for text in heads)
+    head = "".join(
+        f'<th scope="col"><button type="button">{escape(text) or "&nbsp;"}</button></th>'
+        for text in heads
+    )
     body = "\n".join(f"<tr>{''.join(map(cell, row))}</tr>" for row in rows[:LONG])
     caption = f"<caption>{escape(title)}{left}</caption>" if title or left else ""
     return f"<div class=wide><table class=sorts>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
@@ -43,16 +48,25 @@ def shown(value: object) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {shown(one)}" for name, one in value.items()) or "-"
     if isinstance(value, list | tuple):
-        return "; ".join(map(shown, value[:SHORT])) + (f"; ... {len(value)} in all" if len(value) > SHORT else "") or "-"
+        return (
+            "; ".join(map(shown, value[:SHORT]))
+            + (f"; ... {len(value)} in all" if len(value) > SHORT else "")
+            or "-"
+        )
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return "-" if value is None else f"{value + 0.0:.6g}" if isinstance(value, float) else str(value)
+    return (
+        "-" if value is None else f"{value + 0.0:.6g}" if isinstance(value, float) else str(value)
+    )
 
 
 def facts(title: str, values: Mapping[str, Any]) -> str:
     """Names beside values; nested ones are tables of their own behind it."""
     plain = {name: value for name, value in values.items() if not nested(value)}
-    rows = "".join(f"<tr><th scope=row>{escape(words(name))}</th>{cell(value)}</tr>" for name, value in plain.items())
+    rows = "".join(
+        f"<tr><th scope=row>{escape(words(name))}</th>{cell(value)}</tr>"
+        for name, value in plain.items()
+    )
     caption = f"<caption>{escape(words(title))}</caption>" if title else ""
     found = [f"<div class=wide><table>{caption}<tbody>{rows}</tbody></table></div>"] if rows else []
     for name, value in values.items():
@@ -63,24 +77,35 @@ def facts(title: str, values: Mapping[str, Any]) -> str:
 
 def nested(value: object) -> bool:
     """Whether a value of a report is a table of its own."""
-    inside = value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
-    return any(isinstance(one, Mapping) for one in inside) or (isinstance(value, Mapping) and len(value) > SHORT)
+    inside = (
+        value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
+    )
+    return any(isinstance(one, Mapping) for one in inside) or (
+        isinstance(value, Mapping) and len(value) > SHORT
+    )
 
 
 def tree(title: str, value: Any) -> str:
     """A list of objects, or objects by name, as a table; what is mixed, as facts."""
-    items: Iterable[tuple[str, Any]] = enumerate(value) if isinstance(value, list) else value.items()  # type: ignore[assignment]
-    pairs = list(items)
+    pairs = list(enumerate(value) if isinstance(value, list) else value.items())
     if not pairs or not all(isinstance(one, Mapping) for _, one in pairs):
         return facts(title, {str(name): one for name, one in pairs})
     deep = dict.fromkeys(key for _, one in pairs for key, inside in one.items() if nested(inside))
-    heads = [key for key in dict.fromkeys(key for _, one in pairs for key in one) if key not in deep]
+    heads = [
+        key for key in dict.fromkeys(key for _, one in pairs for key in one) if key not in deep
+    ]
     named = isinstance(value, Mapping)
-    rows = [[*([str(name)] if named else []), *(one.get(key) for key in heads)] for name, one in pairs]
+    rows = [
+        [*([str(name)] if named else []), *(one.get(key) for key in heads)] for name, one in pairs
+    ]
     found = table(words(title), [*([""] if named else []), *map(words, heads)], rows)
     called = [str(name) if named else str(next(iter(one.values()), "")) for name, one in pairs]
     for key in deep:
-        inside = [tree(name, one[key]) for name, (_, one) in zip(called, pairs, strict=True) if nested(one.get(key))]
+        inside = [
+            tree(name, one[key])
+            for name, (_, one) in zip(called, pairs, strict=True)
+            if nested(one.get(key))
+        ]
         found += f"<details><summary>{escape(words(f'{title}: {key}'))}</summary>{''.join(inside)}</details>"
     return found
 
@@ -92,7 +117,11 @@ def words(name: str) -> str:
 
 def notices(texts: Sequence[str]) -> str:
     """Warnings, as a list."""
-    return f"<ul class=notices>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>" if texts else ""
+    return (
+        f"<ul class=notices>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>"
+        if texts
+        else ""
+    )
 
 
 def text(sentence: str) -> str:

@@ -1,6 +1,8 @@
-"""One file of HTML with everything in it: style, scripts, texts and arrays; nothing is loaded from anywhere.
+"""One file of HTML with everything in it: style, scripts, texts and arrays; nothing is loaded from
+anywhere.
 
-The policy in its head lets no script run but the one that was written here, and no request leave the page.
+The policy in its head lets no script run but the one that was written here, and no request leave
+the page.
 """
 
 from __future__ import annotations
@@ -16,7 +18,16 @@ from typing import Any
 from ..core.storage.records import dataclass
 from .packing import Block, dumps
 
-SCRIPTS = ("data.js", "plots.js", "shaders.js", "scene.js", "live.js", "wasm.js", "player.js", "tables.js")
+SCRIPTS = (
+    "data.js",
+    "plots.js",
+    "shaders.js",
+    "scene.js",
+    "live.js",
+    "wasm.js",
+    "player.js",
+    "tables.js",
+)
 POLICY = (
     "default-src 'none'; script-src 'sha256-{}' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'"

@@ -3,12 +3,14 @@ r"""Reduced parts: a body with few shape functions, which is a body again.
     r(s) = sum_b N_b(s) c_b,   Y = [x, y, z rows of all c (n, d s)]:    S = [1, c0, left singular vectors of the rest of Y]     (1)
     c = (S (x) I_d) z,    r(s) = sum_a Nbar_a(s) z_a,    Nbar = S^T N,    mass S^T M S
 
-The basis acts on every component alike: it holds all translations, and with a state every rotation of it, so that a part does not
-know in which direction it was trained. Joints are kept out of it: a part that was trained with one end pinned can be pinned at the
-other. Law, section and places are those of the full body, so that `systems.assemble` takes both alike.
+The basis acts on every component alike: it holds all translations, and with a state every rotation
+of it, so that a part does not know in which direction it was trained. Joints are kept out of it: a
+part that was trained with one end pinned can be pinned at the other. Law, section and places are
+those of the full body, so that `systems.assemble` takes both alike.
 
-Positions at the places of a part are coordinates of their own, as far as they are independent (S -> [S B^+, S null(B)] with
-the rows B of the places): joints there leave out or share unknowns, and link no others.
+Positions at the places of a part are coordinates of their own, as far as they are independent (S ->
+[S B^+, S null(B)] with the rows B of the places): joints there leave out or share unknowns, and
+link no others.
 """
 
 from __future__ import annotations
@@ -20,7 +22,17 @@ from scipy.linalg import eigh, qr
 from scipy.sparse import csr_array, vstack
 
 from ..bodies import stress_recovery as fields
-from ..bodies.body import Body, Cells, ShapePoints, extent, locate, own, positions, probe, read_by_cells
+from ..bodies.body import (
+    Body,
+    Cells,
+    ShapePoints,
+    extent,
+    locate,
+    own,
+    positions,
+    probe,
+    read_by_cells,
+)
 from ..core.algebra import ranks
 from ..core.algebra.linalg import alike, as_dense
 from ..core.errors import InputError, say
@@ -45,13 +57,16 @@ MISSES = 1e-9  #: distance of the reference from the shape functions, over the s
 
 
 def metric(part: Body) -> csr_array:
-    """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes count by the body's size.
+    """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes
+    count by the body's size.
 
-    u^T W u of one component is a mean square displacement [m2]. Directors of a beam hold its section and its shear, however thin it
-    is, so that their small mass says nothing of them: the n coefficients of each count together as a displacement by that size.
+    u^T W u of one component is a mean square displacement [m2]. Directors of a beam hold its
+    section and its shear, however thin it is, so that their small mass says nothing of them: the n
+    coefficients of each count together as a displacement by that size.
     """
     if part.directors is not None:
-        d, size = part.directors, lengths.spread(positions(part))
+        d = part.directors
+        size = lengths.spread(positions(part))
         return csr_array(part.mass / part.total_mass + size**2 * part.dim / d.shape[0] * (d.T @ d))
     W = lengths.metric([part], alike(part.mass, part.dim)) / lengths.weight([part])
     return csr_array(W[:: part.dim, :: part.dim])
@@ -64,10 +79,12 @@ def shape_functions(
     modes: int | None = None,
     earlier: np.ndarray | None = None,
 ) -> np.ndarray:
-    """S (b, m) of (1) from states (s, b, c) of a full body; eps = `tolerance` refers to the deviations from the field 1, or m.
+    """S (b, m) of (1) from states (s, b, c) of a full body; eps = `tolerance` refers to the
+    deviations from the field 1, or m.
 
-    Coordinates at the places of the body come first, the others are orthonormal in the mass over that of the body. Factors U_1 S_1
-    (b, k) of `earlier` states stand for them, by the left singular vectors of [U_1 S_1, Y].
+    Coordinates at the places of the body come first, the others are orthonormal in the mass over
+    that of the body. Factors U_1 S_1 (b, k) of `earlier` states stand for them, by the left
+    singular vectors of [U_1 S_1, Y].
     """
     columns = as_columns(states) if earlier is None else np.hstack([earlier, as_columns(states)])
     keep = np.column_stack([part.constant, part.reference])
@@ -84,13 +101,18 @@ def as_columns(states: np.ndarray) -> np.ndarray:
 
 
 def with_places(part: Body, S: np.ndarray) -> np.ndarray:
-    """The space of S (b, m), its first coordinates positions, and directors of beams, at places, where the others vanish: (b, m).
+    """The space of S (b, m), its first coordinates positions, and directors of beams, at places,
+    where the others vanish: (b, m).
 
-    What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its own, the last ones.
+    What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its
+    own, the last ones.
     """
-    names, last = [*part.places, *part.frames], 0 if part.directors is None else part.dim
+    names = [*part.places, *part.frames]
+    last = 0 if part.directors is None else part.dim
     if names:
-        rows = vstack([probe(part, locate(part, name), k) for name in names for k in range(last + 1)])
+        rows = vstack(
+            [probe(part, locate(part, name), k) for name in names for k in range(last + 1)]
+        )
         sizes = np.tile([1.0, *[extent(part)] * last], len(names))
         S = invariant.with_rows(S, csr_array(rows).toarray(), sizes)
     inertia, V = eigh(S.T @ (part.mass @ S), S.T @ (metric(part) @ S))
@@ -118,24 +140,39 @@ def projected(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 
 def reduced_body(part: Body, S: np.ndarray) -> Body:
-    """The body with the shape functions Nbar = S^T N of S (b, m), its elastic energy at all quadrature points.
+    """The body with the shape functions Nbar = S^T N of S (b, m), its elastic energy at all
+    quadrature points.
 
-    Of a body that is reduced already, fewer functions S over its own, its energy at the points that it has.
+    Of a body that is reduced already, fewer functions S over its own, its energy at the points that
+    it has.
     """
     if part.cells is None:
         raise InputError(say(f"body '{part.name}'", "an elastic body", "one without cells"))
     if len(S) != len(part.reference):
-        raise InputError(say(f"body '{part.name}'", f"shape functions over its {len(part.reference)} functions", f"over {len(S)}"))
+        raise InputError(
+            say(
+                f"body '{part.name}'",
+                f"shape functions over its {len(part.reference)} functions",
+                f"over {len(S)}",
+            )
+        )
     fields = np.column_stack([part.constant, part.reference])
     found = coordinates(part, S, fields[None])[0]
     if np.abs(S @ found - fields).max() > MISSES * np.abs(fields).max():
-        raise InputError(say(f"body '{part.name}'", "shape functions that hold the reference and the field 1", "others"))
+        raise InputError(
+            say(
+                f"body '{part.name}'",
+                "shape functions that hold the reference and the field 1",
+                "others",
+            )
+        )
     spread = csr_array(S) if part.spread is None else csr_array(part.spread @ S)
     if part.shapes is None:
         points = shape_points.of_cells(part.cells, over_cells(part, S))
         points = replace(points, positions=cell_centres(part)[points.cell])
     else:
-        table, columns = np.ascontiguousarray(part.shapes.table @ S), slice(0, S.shape[1] * part.dim)
+        table = np.ascontiguousarray(part.shapes.table @ S)
+        columns = slice(0, S.shape[1] * part.dim)
         points = replace(part.shapes, table=table, columns=columns, missing=None)
     first = sorted(part.frames.items(), key=lambda one: one[1])
     axes = S[frame_functions(part)] if part.axes is None else part.axes @ S
@@ -172,7 +209,9 @@ def cell_centres(part: Body) -> np.ndarray:
     """
     if isinstance(part.space, Surface):
         xi = (0.5, 0.5) if part.space.parent is Parent.SQUARE else (1.0 / 3.0, 1.0 / 3.0)
-        rows = surface.sample(part.space, np.arange(len(part.space.nodes)), np.tile(xi, (len(part.space.nodes), 1)))
+        rows = surface.sample(
+            part.space, np.arange(len(part.space.nodes)), np.tile(xi, (len(part.space.nodes), 1))
+        )
     else:
         assert part.space is not None
         breaks = line.breaks(part.space)
@@ -193,9 +232,13 @@ def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
 def one_point(cells: Cells) -> Cells:
     """One quadrature point of every cell, which says law and section to pictures and outputs.
 
-    A line of one section has its mean EA there: at single points it may have next to none of it, see `shapes.locking`.
+    A line of one section has its mean EA there: at single points it may have next to none of it,
+    see `shapes.locking`.
     """
-    table, section = np.ascontiguousarray(cells.table[:, :1]), np.ascontiguousarray(cells.section[:, :1])
+    table, section = (
+        np.ascontiguousarray(cells.table[:, :1]),
+        np.ascontiguousarray(cells.section[:, :1]),
+    )
     rows = cells.law.section
     if {"EA", "EI"} <= set(rows) and not np.ptp(cells.section[rows.index("EI")]):
         EA = cells.section[rows.index("EA")]
@@ -205,22 +248,37 @@ def one_point(cells: Cells) -> Cells:
 
 
 def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
-    """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance eta at its states (s, m, c).
+    """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance
+    eta at its states (s, m, c).
 
     Forces are measured by the energy of the displacements that they make, see `compliance`.
     """
     if part.shapes is None:
-        raise InputError(say(f"body '{part.name}'", "a reduced body", "a full one", "reduce it first: parts.reduced_body"))
+        raise InputError(
+            say(
+                f"body '{part.name}'",
+                "a reduced body",
+                "a full one",
+                "reduce it first: parts.reduced_body",
+            )
+        )
     member = Elastic(part.name, 0.0, dense_rows(part.shapes))
-    sample, _, _ = sampling.solve([([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS, compliance(part))
-    return ranged(replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)), states)
+    sample, _, _ = sampling.solve(
+        [([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS, compliance(part)
+    )
+    return ranged(
+        replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)),
+        states,
+    )
 
 
 def compliance(part: Body) -> Measure:
-    r"""States (s, n) of a reduced body -> C^(1/2) (s, n, n),   C = sum_i v_i v_i^T / (|l_i| + w^2),   K v_i = l_i W v_i.
+    r"""States (s, n) of a reduced body -> C^(1/2) (s, n, n),   C = sum_i v_i v_i^T / (|l_i| + w^2),
+    K v_i = l_i W v_i.
 
-    K is the elastic tangent in a state, W the mass, w [rad/s] the lowest elastic frequency of the free body: what changes slowly
-    moves the body by K^-1 f. A beam that is sampled by its forces alone keeps its axial ones, which are large and move it little.
+    K is the elastic tangent in a state, W the mass, w [rad/s] the lowest elastic frequency of the
+    free body: what changes slowly moves the body by K^-1 f. A beam that is sampled by its forces
+    alone keeps its axial ones, which are large and move it little.
     """
     model = compile_system(assemble([part], pictures=False))
     W = as_dense(model.system.metric)
@@ -261,10 +319,14 @@ def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
 def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
     """Largest strain of a fibre (s,) of a full body in states (s, b, c).
 
-    The outer fibres of lines are those of a round bar, h = 2 sqrt(EI / EA): the half diameter, 1.15 times half the height of a bar.
+    The outer fibres of lines are those of a round bar, h = 2 sqrt(EI / EA): the half diameter, 1.15
+    times half the height of a bar.
     """
     assert part.cells is not None
-    cells, found, rows, h = part.cells, [np.zeros(0)], rows_of(part), 0.5 * np.asarray(part.thickness)
+    cells = part.cells
+    found = [np.zeros(0)]
+    rows = rows_of(part)
+    h = 0.5 * np.asarray(part.thickness)
     if cells.law not in fields.COMPONENTS:
         EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
         h = np.asarray(2.0 * np.sqrt(EI / EA))
@@ -282,25 +344,36 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
 
 
 def rows_of(part: Body) -> csr_array:
-    """Rows (k c p e, b c) of the gradients at the quadrature points of a full body on its coordinates."""
+    """Rows (k c p e, b c) of the gradients at the quadrature points of a full body on its
+    coordinates.
+    """
     assert part.cells is not None
     read = read_by_cells(part)
-    rows = gradient_rows(part.cells, part.dim * (len(part.reference) if read is None else read.shape[0]))
+    rows = gradient_rows(
+        part.cells, part.dim * (len(part.reference) if read is None else read.shape[0])
+    )
     return rows if read is None else csr_array(rows @ alike(read, part.dim))
 
 
 def strain_errors(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """What S (b, m) misses of strains and curvatures (2,) in states (s, b, c) of a full body, over the largest ones.
+    """What S (b, m) misses of strains and curvatures (2,) in states (s, b, c) of a full body, over
+    the largest ones.
 
-    The largest errors over the largest values, of strains first and then of curvatures; 0 where there are none.
+    The largest errors over the largest values, of strains first and then of curvatures; 0 where
+    there are none.
     """
     assert part.cells is not None
-    rows, section, found = rows_of(part), part.cells.section, np.zeros((2, 2))
+    rows = rows_of(part)
+    section = part.cells.section
+    found = np.zeros((2, 2))
     flat = section.reshape(len(section), -1)
     for k in range(0, len(states), STATES):
         some = states[k : k + STATES]
         own = np.einsum("bm,smc->sbc", S, coordinates(part, S, some))
-        u, v = (np.asarray(rows @ one.reshape(len(one), -1).T).reshape(-1, flat.shape[1], len(one)) for one in (some, own))
+        u, v = (
+            np.asarray(rows @ one.reshape(len(one), -1).T).reshape(-1, flat.shape[1], len(one))
+            for one in (some, own)
+        )
         found = np.maximum(found, fields.strain_errors(part.cells.law, u, v, flat))
     return relative(found)
 
@@ -310,19 +383,46 @@ def relative(found: np.ndarray) -> np.ndarray:
     return np.divide(found[1], found[0], out=np.zeros(2), where=found[0] > 0.0)
 
 
-def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None, check: bool = True) -> Body:
-    """A reduced body elsewhere under another name: x -> origin + rotation x, (c,) [m] and a proper rotation (c, c).
+def placed(
+    part: Body,
+    name: str,
+    origin: np.ndarray | None = None,
+    rotation: np.ndarray | None = None,
+    check: bool = True,
+) -> Body:
+    """A reduced body elsewhere under another name: x -> origin + rotation x, (c,) [m] and a proper
+    rotation (c, c).
 
-    Without `check` what it takes part in is not held against the shapes that it lacks, see `parts.finer_parts`.
+    Without `check` what it takes part in is not held against the shapes that it lacks, see
+    `parts.finer_parts`.
     """
     R = np.eye(part.dim) if rotation is None else np.asarray(rotation, dtype=float)
-    if R.shape != (part.dim, part.dim) or np.abs(R @ R.T - np.eye(part.dim)).max() > MISSES or np.linalg.det(R) < 0.0:
+    if (
+        R.shape != (part.dim, part.dim)
+        or np.abs(R @ R.T - np.eye(part.dim)).max() > MISSES
+        or np.linalg.det(R) < 0.0
+    ):
         remedy = "a mirrored part is another part: train it from a mirrored mesh"
-        raise InputError(say(f"part '{name}'", f"a rotation ({part.dim}, {part.dim}) that mirrors nothing", R.tolist(), remedy))
+        raise InputError(
+            say(
+                f"part '{name}'",
+                f"a rotation ({part.dim}, {part.dim}) that mirrors nothing",
+                R.tolist(),
+                remedy,
+            )
+        )
     shift = np.zeros(part.dim) if origin is None else np.asarray(origin, dtype=float)
     points = part.shapes if part.shapes is None else replace(part.shapes, checked=check)
     if points is not None and points.positions.size:
         points = replace(points, positions=points.positions @ R.T + shift)
     if points is not None and points.missing is not None:
-        points = replace(points, missing=replace(points.missing, positions=points.missing.positions @ R.T + shift))
-    return replace(part, name=name, shapes=points, reference=part.reference @ R.T + np.outer(part.constant, shift))
+        points = replace(
+            points,
+            missing=replace(points.missing, positions=points.missing.positions @ R.T + shift),
+        )
+    return replace(
+        part,
+        name=name,
+        shapes=points,
+        reference=part.reference @ R.T + np.outer(part.constant, shift),
+    )

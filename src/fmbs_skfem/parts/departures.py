@@ -2,10 +2,11 @@
 
     e(s, p) < low - r  or  e(s, p) > high + r,    r = BEYOND (high - low)
 
-Strains of lines are axial, (r'.r' - 1)/2 or Gamma_1, and the curvature [1/m], of beams torsion [1/m], too; of surfaces the
-smallest and the largest one of the middle surface. Their range is that of the training at the sampled points. Whether a part errs
-there is said by `finer_parts`; nothing else is known of parts that know no more shapes, and stored states of a run are looked at
-while it goes on.
+Strains of lines are axial, (r'.r' - 1)/2 or Gamma_1, and the curvature [1/m], of beams torsion
+[1/m], too; of surfaces the smallest and the largest one of the middle surface. Their range is that
+of the training at the sampled points. Whether a part errs there is said by `finer_parts`; nothing
+else is known of parts that know no more shapes, and stored states of a run are looked at while it
+goes on.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ from ..systems.system import Elastic, System
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
 LOOK = 50  #: stored states between two looks at a run: the clock decides nothing, so that every run shows the same warnings
-KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
+KINDS = (
+    ("axial strain", "curvature [1/m]"),
+    ("smallest strain", "largest strain"),
+)  #: of lines, of surfaces
 OF_BEAMS = (*KINDS[0], "torsion [1/m]")
 SHOWN = 3  #: names that a message lists
 REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
@@ -41,7 +45,8 @@ REMEDY = "its error is not known there: train it on such motions, or with other 
 class Departure:
     """Where a reduced body leaves its training.
 
-    `value` lies outside of `trained` by more than a tenth of that range; `excess` says by how much of it.
+    `value` lies outside of `trained` by more than a tenth of that range; `excess` says by how much
+    of it.
     """
 
     body: str
@@ -49,7 +54,9 @@ class Departure:
     value: float
     trained: tuple[float, float]
     time: float  #: of the first state outside [s]
-    place: tuple[float, ...] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
+    place: tuple[
+        float, ...
+    ] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
 
     @property
     def excess(self) -> float:
@@ -58,8 +65,13 @@ class Departure:
         return max(self.value - high, low - self.value) / (high - low) if high > low else np.inf
 
     def __str__(self) -> str:
-        (low, high), place = self.trained, ", ".join(f"{x:.3g}" for x in self.place)
-        found = f"{self.kind} {self.value:.3g} near ({place}) m of the reference" if place else f"{self.kind} {self.value:.3g}"
+        (low, high) = self.trained
+        place = ", ".join(f"{x:.3g}" for x in self.place)
+        found = (
+            f"{self.kind} {self.value:.3g} near ({place}) m of the reference"
+            if place
+            else f"{self.kind} {self.value:.3g}"
+        )
         return f"part '{self.body}': {found}, outside since {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
 
 
@@ -76,16 +88,25 @@ def trained_parts(system: System) -> list[Elastic]:
 
     In the order of the elastic terms of the system.
     """
-    return [one for one in system.elastic if (points := shape_points(one)) is not None and points.trained.size]
+    return [
+        one
+        for one in system.elastic
+        if (points := shape_points(one)) is not None and points.trained.size
+    ]
 
 
 def unknown_parts(system: System) -> list[Elastic]:
-    """Those whose errors nothing finds: that know no shapes beside their own, or are not to be held against them.
+    """Those whose errors nothing finds: that know no shapes beside their own, or are not to be held
+    against them.
 
     A part may say that it is not to be held against its finer one, see `bodies.placed`.
     """
     known = finer_systems.maker(system.full or system) is not None
-    return [one for one in trained_parts(system) if not (known and one.gather.checked and knows_shapes(one.gather))]
+    return [
+        one
+        for one in trained_parts(system)
+        if not (known and one.gather.checked and knows_shapes(one.gather))
+    ]
 
 
 def first_of(names: list[str]) -> str:
@@ -101,8 +122,11 @@ def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
 
     u[k c, s, g] = sum_b table[k, g, b] z[s, b, c].
     """
-    (K, P, b), (s, _, dim) = table.shape, z.shape
-    return np.asarray(z.transpose(2, 0, 1).reshape(dim * s, b) @ table.transpose(0, 2, 1)).reshape(K * dim, s, P)
+    (K, P, b) = table.shape
+    (s, _, dim) = z.shape
+    return np.asarray(z.transpose(2, 0, 1).reshape(dim * s, b) @ table.transpose(0, 2, 1)).reshape(
+        K * dim, s, P
+    )
 
 
 def kinds_of(points: ShapePoints) -> tuple[str, ...]:
@@ -113,18 +137,24 @@ def kinds_of(points: ShapePoints) -> tuple[str, ...]:
 def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """Strains (s, p, j) at the points of a reduced body in the states (s, m, c).
 
-    Lines: axial strain [-] and curvature [1/m], of beams torsion [1/m], too. Surfaces: smallest and largest principal strain [-] of
-    the middle surface.
+    Lines: axial strain [-] and curvature [1/m], of beams torsion [1/m], too. Surfaces: smallest and
+    largest principal strain [-] of the middle surface.
     """
-    return np.concatenate([strains_of_block(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)])
+    return np.concatenate(
+        [strains_of_block(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)]
+    )
 
 
 def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """As `strains`, all at once."""
-    P, s, dim = points.table.shape[1], len(states), points.dim
+    P = points.table.shape[1]
+    s = len(states)
+    dim = points.dim
     flat = gradients(points.table, states).reshape(-1, s * P)
     if points.law in COMPONENTS:
-        return extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
+        return (
+            extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
+        )
     if points.law is Law.BEAM:
         e = beam_strains(flat.reshape(-1, s, P), points.section)
         return np.stack([e[0], np.linalg.norm(e[4:], axis=0), e[3]], axis=2)
@@ -143,9 +173,11 @@ def copies(parts: list[Elastic]) -> list[list[Elastic]]:
 
 
 def find(trajectory: Trajectory) -> list[Departure]:
-    """What leaves the training in a motion, every body and kind once, with the value that is farthest away.
+    """What leaves the training in a motion, every body and kind once, with the value that is
+    farthest away.
 
-    At most two for every part, one a kind, in the order of the parts; stored states alone are looked at.
+    At most two for every part, one a kind, in the order of the parts; stored states alone are
+    looked at.
     """
     return find_in(trajectory.system, trajectory.times, trajectory.x)
 
@@ -158,15 +190,20 @@ def count_parts(trajectory: Trajectory) -> int | None:
     return len({one.body for one in find(trajectory)}) if trained_parts(trajectory.system) else None
 
 
-def find_in(system: System, times: np.ndarray, x: np.ndarray, parts: list[Elastic] | None = None) -> list[Departure]:
+def find_in(
+    system: System, times: np.ndarray, x: np.ndarray, parts: list[Elastic] | None = None
+) -> list[Departure]:
     """The same of some parts, by default all, in states (s, n) at times (s,)."""
-    found, mine = list[Departure](), trained_parts(system) if parts is None else parts
+    found = list[Departure]()
+    mine = trained_parts(system) if parts is None else parts
     if not mine or not len(x):
         return found
     q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
     for members in copies(mine):
         points: ShapePoints = members[0].gather
-        states = np.concatenate([q[:, one.gather.columns].reshape(len(q), -1, points.dim) for one in members])
+        states = np.concatenate(
+            [q[:, one.gather.columns].reshape(len(q), -1, points.dim) for one in members]
+        )
         each = strains(points, states)
         values = each.reshape(len(members), len(q), *each.shape[1:])
         low, high = points.trained
@@ -177,18 +214,30 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray, parts: list[Elasti
     return sorted(found, key=lambda one: order[one.body])
 
 
-def departure(part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, over: np.ndarray) -> Departure:
-    """Where strains of a kind (s, p) of a part leave its training, farthest and first, by how far they are `over` it (s, p)."""
+def departure(
+    part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, over: np.ndarray
+) -> Departure:
+    """Where strains of a kind (s, p) of a part leave its training, farthest and first, by how far
+    they are `over` it (s, p).
+    """
     points: ShapePoints = part.gather
     s, p = np.unravel_index(int(over.argmax()), over.shape)
     first = float(times[int(np.argmax((over > 0.0).any(axis=1)))])
     place = tuple(points.positions[p].tolist()) if points.positions.size else ()
     low, high = points.trained[:, kind]
-    return Departure(part.name, kinds_of(points)[kind], float(values[s, p]), (float(low), float(high)), first, place)
+    return Departure(
+        part.name,
+        kinds_of(points)[kind],
+        float(values[s, p]),
+        (float(low), float(high)),
+        first,
+        place,
+    )
 
 
 def summarise(found: list[Departure]) -> str:
-    """The departure farthest outside, over its trained range, with what else of its part is outside, and the other parts.
+    """The departure farthest outside, over its trained range, with what else of its part is
+    outside, and the other parts.
 
     `found` has one departure at least.
     """
@@ -211,21 +260,30 @@ def warn(found: list[Departure]) -> None:
 
 
 class Watch(Observer):
-    """A notice when strains first leave the training of parts of which nothing else is known, and one that sums up at the end.
+    """A notice when strains first leave the training of parts of which nothing else is known, and
+    one that sums up at the end.
 
-    A caller that takes notices for errors stops the run with the first. Looks are taken after every LOOK stored states and at the
-    end, however often the run makes a pause.
+    A caller that takes notices for errors stops the run with the first. Looks are taken after every
+    LOOK stored states and at the end, however often the run makes a pause.
     """
 
     looks = "pause"
 
     def __init__(self, parts: list[Elastic]) -> None:
-        self.parts, self.seen, self.told = parts, 0, 0
+        self.parts = parts
+        self.seen = 0
+        self.told = 0
         self.known = dict[tuple[str, str], Departure]()
 
     def after(self, run: OpenRun) -> None:
-        kept, last, known = count_stored(run), run.done >= run.steps, self.known
-        for end in [*range(self.seen + LOOK, kept, LOOK), kept] if last else range(self.seen + LOOK, kept + 1, LOOK):
+        kept = count_stored(run)
+        last = run.done >= run.steps
+        known = self.known
+        for end in (
+            [*range(self.seen + LOOK, kept, LOOK), kept]
+            if last
+            else range(self.seen + LOOK, kept + 1, LOOK)
+        ):
             rows = states(run, self.seen, end)
             for one in find_in(run.model.system, rows.times, rows.x, self.parts):
                 before = known.get((one.body, one.kind), one)

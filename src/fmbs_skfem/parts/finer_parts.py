@@ -1,16 +1,19 @@
-r"""Whether parts stand for their bodies: everything is found once more with all shapes that they know, and held against that.
+r"""Whether parts stand for their bodies: everything is found once more with all shapes that they
+know, and held against that.
 
     e = max_t |y_part(t) - y_finer(t)| / range of the output,    e = |s_part| / |s_finer| - 1 of frequencies and load factors   (1)
 
-A finer part has the next shapes of its training, those by which joints, loads and inertia bend the body, and the strain energy at
-all points (`bodies.finer`): it errs by a small part of what the part errs by, so that e is the error of the part. One rule serves
-motions, equilibria, live runs, modes, buckling and linear systems: e is told where it is more than TOLD, with the training that
-would have covered what was met. The finer system costs as much again as one or two runs with the parts.
+A finer part has the next shapes of its training, those by which joints, loads and inertia bend the
+body, and the strain energy at all points (`bodies.finer`): it errs by a small part of what the part
+errs by, so that e is the error of the part. One rule serves motions, equilibria, live runs, modes,
+buckling and linear systems: e is told where it is more than TOLD, with the training that would have
+covered what was met. The finer system costs as much again as one or two runs with the parts.
 
-Where an output jumps, as velocities do in impacts, the instants of both differ a little: within BESIDE samples of a jump the
-nearest value counts.
+Where an output jumps, as velocities do in impacts, the instants of both differ a little: within
+BESIDE samples of a jump the nearest value counts.
 
-Source: errors by a finer space: R. E. Bank, A. Weiser, Math. Comp. 44 (1985) 283-301, doi 10.1090/S0025-5718-1985-0777265-X.
+Source: errors by a finer space: R. E. Bank, A. Weiser, Math. Comp. 44 (1985) 283-301, doi
+10.1090/S0025-5718-1985-0777265-X.
 """
 
 from __future__ import annotations
@@ -35,10 +38,13 @@ from ..systems.prepared import remembered
 from ..systems.system import Elastic, System
 from . import departures, loads_met
 
-#: least part of the range of its output that a column counts with: a small motion across a large one hardly counts
+#: least part of the range of its output that a column counts with: a small motion across a large
+#: one hardly counts
 QUIET = 0.3
 ROUND = 1e-6  #: part of what a mechanism of this size and mass does in its time that counts as none
-JUMP, SUDDEN, BESIDE = 0.2, 4.0, 2  #: change between two samples that is a jump, over the range and over those about it; how many
+JUMP = 0.2
+SUDDEN = 4.0
+BESIDE = 2  #: change between two samples that is a jump, over the range and over those about it; how many
 HOLD = "hold the mechanism once against full bodies (fmbs part check)"
 WHY = "they know no others (`fmbs part info` says why)"
 
@@ -49,7 +55,9 @@ def warn_unknown(system: System) -> None:
     Parts that are not to be checked (`bodies.placed`) are not named.
     """
     if names := [f"'{one.name}'" for one in departures.unknown_parts(system) if one.gather.checked]:
-        remark(f"parts {departures.first_of(names)}: nothing can be said of shapes that they lack, as {WHY}; {HOLD}")
+        remark(
+            f"parts {departures.first_of(names)}: nothing can be said of shapes that they lack, as {WHY}; {HOLD}"
+        )
 
 
 @contextlib.contextmanager
@@ -66,7 +74,8 @@ def quietly() -> Iterator[None]:
 def finer(system: System) -> System | None:
     """The finer system of one with parts, in the same form; None where no part knows more.
 
-    It is found once, and kept with the system. Its unknowns are more, its outputs have the same names.
+    It is found once, and kept with the system. Its unknowns are more, its outputs have the same
+    names.
     """
     whole = system.full or system
     make = finer_systems.maker(whole)
@@ -102,7 +111,9 @@ def _(setting: RunSetting) -> Iterator[Observer]:
 
 @reviews
 def _(found: FoundEquilibria) -> Trajectory:
-    return hold_against(found.motion, found.given, found.again, found.marks, progress=found.progress)
+    return hold_against(
+        found.motion, found.given, found.again, found.marks, progress=found.progress
+    )
 
 
 def hold_against(
@@ -113,16 +124,20 @@ def hold_against(
     watched: bool = False,
     progress: Progress | None = None,
 ) -> Trajectory:
-    """A motion, or equilibria, with the errors (1) of its outputs; a warning is shown where they are large.
+    """A motion, or equilibria, with the errors (1) of its outputs; a warning is shown where they
+    are large.
 
-    `again` finds those of the finer system, with its progress. States are compared at the same times, or at numbers `marks` (k,)
-    of paths that have other ones. Strains that have left their training are told where the errors are large; where they are not
-    known, too, unless the motion was `watched` for that.
+    `again` finds those of the finer system, with its progress. States are compared at the same
+    times, or at numbers `marks` (k,) of paths that have other ones. Strains that have left their
+    training are told where the errors are large; where they are not known, too, unless the motion
+    was `watched` for that.
     """
     try:
         warn_unknown(system)
-        cpu, wall = time.process_time(), time.perf_counter()
-        departed, other = departures.find(motion), finer(system)
+        cpu = time.process_time()
+        wall = time.perf_counter()
+        departed = departures.find(motion)
+        other = finer(system)
         if other is None:
             departures.warn([] if watched else departed)
             return motion
@@ -130,7 +145,9 @@ def hold_against(
             with quietly():
                 reference = again(other, follow_up(progress, "checking parts"))
         except FmbsError as error:
-            notify(f"with the shapes that parts lack it fails ({str(error).partition(';')[0]}): their error is not known; {HOLD}")
+            notify(
+                f"with the shapes that parts lack it fails ({str(error).partition(';')[0]}): their error is not known; {HOLD}"
+            )
             departures.warn(departed)
             return motion
         motion = replace(motion, part_errors=errors(reference, motion, marks))
@@ -143,22 +160,31 @@ def hold_against(
     return motion
 
 
-def errors(reference: Trajectory, motion: Trajectory, marks: Callable[[Trajectory], np.ndarray] | None = None) -> dict[str, float]:
+def errors(
+    reference: Trajectory,
+    motion: Trajectory,
+    marks: Callable[[Trajectory], np.ndarray] | None = None,
+) -> dict[str, float]:
     """Errors (1) of all outputs by column; of the places of parts where there are none.
 
-    `reference` is the motion with finer parts; errors that are small beside what a mechanism of this size and mass does are left
-    out. With `marks` states are compared by their numbers on a path.
+    `reference` is the motion with finer parts; errors that are small beside what a mechanism of
+    this size and mass does are left out. With `marks` states are compared by their numbers on a
+    path.
     """
     if marks is None:
         i, j = common_times("finer parts", reference.times, motion.times)
     else:
         i, j = marks(reference), marks(motion)
         if len(i) != len(j):
-            i, j = i[[0, -1]], j[[0, -1]]
+            i = i[[0, -1]]
+            j = j[[0, -1]]
     outputs = motion.system.outputs
     if not outputs:
         return errors_of_places(reference.part(i), motion.part(j))
-    mine, others = ({name: values[k] for name, values in columns(one).items()} for one, k in ((reference, i), (motion, j)))
+    mine, others = (
+        {name: values[k] for name, values in columns(one).items()}
+        for one, k in ((reference, i), (motion, j))
+    )
     if motion.v.any():
         mine = {name: settled(values, others[name]) for name, values in mine.items()}
     found = between(mine, others, outputs, QUIET)
@@ -173,7 +199,9 @@ def errors(reference: Trajectory, motion: Trajectory, marks: Callable[[Trajector
 
 
 def settled(reference: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """A column (s,) of the reference, by whatever is nearest to the other one within a few samples of its jumps."""
+    """A column (s,) of the reference, by whatever is nearest to the other one within a few samples
+    of its jumps.
+    """
     change = np.abs(np.diff(reference))
     around = np.pad(change, BESIDE + 1, mode="edge")
     calm = SUDDEN * np.maximum(around[: -2 * BESIDE - 2], around[2 * BESIDE + 2 :])
@@ -186,13 +214,18 @@ def settled(reference: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def errors_of_places(reference: Trajectory, motion: Trajectory) -> dict[str, float]:
-    """Largest distances of the places of parts from those of finer ones over the size of their motion, by the part."""
+    """Largest distances of the places of parts from those of finer ones over the size of their
+    motion, by the part.
+    """
     found = {}
     for one, own in zip(reference.system.elastic, motion.system.elastic, strict=True):
         if (points := departures.shape_points(own)) is None or points.missing is None:
             continue
         rows = points.missing.rows[np.unique(points.missing.place, return_index=True)[1]]
-        f, b = (np.einsum("jb,sbc->sjc", rows[:, : z.shape[1]], z) for z in (states(reference, one), states(motion, own)))
+        f, b = (
+            np.einsum("jb,sbc->sjc", rows[:, : z.shape[1]], z)
+            for z in (states(reference, one), states(motion, own))
+        )
         moved = float(np.linalg.norm(f - f[0], axis=2).max(initial=0.0))
         apart = float(np.linalg.norm(f - b, axis=2).max(initial=0.0))
         found[f"{own.name} places"] = apart / moved if moved > ROUND * motion.system.scale else 0.0
@@ -201,20 +234,26 @@ def errors_of_places(reference: Trajectory, motion: Trajectory) -> dict[str, flo
 
 def states(motion: Trajectory, part: Elastic) -> np.ndarray:
     """Coordinates (s, b, c) of a part in a motion."""
-    lift, columns = motion.system.lift, part.gather.columns
+    lift = motion.system.lift
+    columns = part.gather.columns
     q = np.asarray(lift.matrix[columns] @ motion.x.T).T + lift.offset[columns]
     return np.asarray(q.reshape(len(motion.times), -1, part.gather.dim))
 
 
-def warn(found: Mapping[str, float], motion: Trajectory, departed: list[departures.Departure]) -> None:
-    """Say which outputs are off, where strains have left their training, and the training that covers what was met.
+def warn(
+    found: Mapping[str, float], motion: Trajectory, departed: list[departures.Departure]
+) -> None:
+    """Say which outputs are off, where strains have left their training, and the training that
+    covers what was met.
 
     `found` are the errors (1) by column; nothing where all are at most 1 %.
     """
     if not (listed := largest(found)):
         return
     where = f"; {departures.summarise(departed)}" if departed else ""
-    names = departures.first_of([f"'{one.name}'" for one in departures.trained_parts(motion.system)])
+    names = departures.first_of(
+        [f"'{one.name}'" for one in departures.trained_parts(motion.system)]
+    )
     about = f"parts {names} do not stand for their bodies here"
     notify(f"{about}, {listed} of the range{where}; {remedy(motion)}", about)
 
@@ -238,11 +277,13 @@ def of_finer(system: System, again: Callable[[System], np.ndarray]) -> np.ndarra
 
 
 def too_high(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """found / wanted - 1 (i,) of sizes in their order; zero where a motion is free, or not found of both.
+    """found / wanted - 1 (i,) of sizes in their order; zero where a motion is free, or not found of
+    both.
 
     Positive where a part is too stiff; i motions or load factors.
     """
-    error, count = np.zeros(len(found)), min(len(found), len(wanted))
+    error = np.zeros(len(found))
+    count = min(len(found), len(wanted))
     moves = (found[:count] > 0.0) & (wanted[:count] > 0.0)
     error[:count][moves] = found[:count][moves] / wanted[:count][moves] - 1.0
     return error
@@ -261,7 +302,11 @@ def warn_of_values(what: str, found: Mapping[str, float]) -> None:
 
     Nothing where all errors are at most 1 %.
     """
-    if listed := [f"{name} by {100.0 * error:+.2g} %" for name, error in found.items() if abs(error) > TOLD]:
+    if listed := [
+        f"{name} by {100.0 * error:+.2g} %" for name, error in found.items() if abs(error) > TOLD
+    ]:
         line = "--alone --fastest .. for faster motions, --moment .. where they are clamped"
         text = f"{what} of parts are off from those of their bodies: {departures.first_of(listed)}"
-        notify(f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions")
+        notify(
+            f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions"
+        )

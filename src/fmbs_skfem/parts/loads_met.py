@@ -2,7 +2,8 @@ r"""What a part meets in a motion, as the options of a training alone that cover
 
     M z'' + C z' + f(z) - M 1 g = sum_k rows_k^T f_k,    rows_k of positions, slopes and axes at places                        (1)
 
-f_k of positions are forces [N], those of unit vectors moments [N m], by least squares. The frequency is that of their changes,
+f_k of positions are forces [N], those of unit vectors moments [N m], by least squares. The
+frequency is that of their changes,
 |f'| / |f - mean f| / 2 pi.
 """
 
@@ -27,10 +28,11 @@ GRAVITY, FAST = (
 
 
 def find(motion: Trajectory) -> str:
-    """Options `--push .. --moment .. --fastest ..` (and `--spin ..`) for the largest of all parts in a motion, or in equilibria.
+    """Options `--push .. --moment .. --fastest ..` (and `--spin ..`) for the largest of all parts
+    in a motion, or in equilibria.
 
-    Values in SI units [N, N m, Hz, rad/s], rounded to two digits; of up to 2000 stored states. An empty text where no part knows
-    shapes that it lacks.
+    Values in SI units [N, N m, Hz, rad/s], rounded to two digits; of up to 2000 stored states. An
+    empty text where no part knows shapes that it lacks.
     """
     motion = motion.part(slice(0, MOST))
     states = lifted(motion)
@@ -50,26 +52,49 @@ def find(motion: Trajectory) -> str:
             )
     if not found:
         return ""
-    options = zip(("push", "moment", "fastest", "spin"), np.max(found, axis=0).tolist(), strict=True)
+    options = zip(
+        ("push", "moment", "fastest", "spin"), np.max(found, axis=0).tolist(), strict=True
+    )
     return " ".join(
-        f"--{name} {np.format_float_positional(value, 2, fractional=False, trim='-')}" for name, value in options if value
+        f"--{name} {np.format_float_positional(value, 2, fractional=False, trim='-')}"
+        for name, value in options
+        if value
     )
 
 
-def at_places(system: System, points: ShapePoints, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces (s, i, c) [N] and moments (s, j, c) [N m] of (1) at the places of a part, of states (s, b, c) with rates."""
-    whole, missing, b = system.full or system, points.missing, z.shape[1]
+def at_places(
+    system: System, points: ShapePoints, z: np.ndarray, v: np.ndarray, a: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (s, i, c) [N] and moments (s, j, c) [N m] of (1) at the places of a part, of states
+    (s, b, c) with rates.
+    """
+    whole = system.full or system
+    missing = points.missing
+    b = z.shape[1]
     assert missing is not None
-    u, columns = departures.gradients(points.table, z), points.columns
+    u = departures.gradients(points.table, z)
+    columns = points.columns
     S = np.empty_like(u)
     laws.stress(points.law, u, u, 0.0, np.repeat(points.section, len(z), axis=1), S)
-    (K, P, _), dim = points.table.shape, points.dim
-    inner = np.einsum("kcsp,kpb->sbc", S.reshape(K, dim, len(z), P), points.table, optimize=True).reshape(len(z), -1)
+    (K, P, _) = points.table.shape
+    dim = points.dim
+    inner = np.einsum(
+        "kcsp,kpb->sbc", S.reshape(K, dim, len(z), P), points.table, optimize=True
+    ).reshape(len(z), -1)
     M, C = (as_dense(A[columns, columns]) for A in (whole.mass, whole.damping))
-    total = a.reshape(len(z), -1) @ M.T + v.reshape(len(z), -1) @ C.T + inner - whole.loads.constant[columns]
+    total = (
+        a.reshape(len(z), -1) @ M.T
+        + v.reshape(len(z), -1) @ C.T
+        + inner
+        - whole.loads.constant[columns]
+    )
     rows = missing.rows[:, :b]
     along = total.reshape(len(z), b, dim).transpose(1, 0, 2).reshape(b, -1)
-    found = np.linalg.lstsq(rows.T, along, rcond=None)[0].reshape(len(rows), len(z), dim).transpose(1, 0, 2)
+    found = (
+        np.linalg.lstsq(rows.T, along, rcond=None)[0]
+        .reshape(len(rows), len(z), dim)
+        .transpose(1, 0, 2)
+    )
     first = np.zeros(len(rows), dtype=bool)
     first[np.unique(missing.place, return_index=True)[1]] = True
     vectors = np.einsum("jb,sbc->sjc", rows[~first], z)
@@ -86,17 +111,23 @@ def pace(times: np.ndarray, forces: np.ndarray) -> float:
     """Frequency of forces (s, j, c) [Hz], so large that sweeps up to it reach them."""
     spread = float(np.sum((forces - forces.mean(axis=0)) ** 2))
     rates = np.diff(forces, axis=0) / np.diff(times)[:, None, None]
-    return float(np.sqrt(np.sum(rates**2) / spread) / (2.0 * np.pi * SLOWER)) if spread > 0.0 else 0.0
+    return (
+        float(np.sqrt(np.sum(rates**2) / spread) / (2.0 * np.pi * SLOWER)) if spread > 0.0 else 0.0
+    )
 
 
 def turning(system: System, points: ShapePoints, z: np.ndarray, v: np.ndarray) -> float:
-    """Largest rate |v| / |z| about the means [rad/s] at which a part turns, 0 where its pull is less than FAST times its weight."""
+    """Largest rate |v| / |z| about the means [rad/s] at which a part turns, 0 where its pull is
+    less than FAST times its weight.
+    """
     dim, columns, missing = points.dim, points.columns, points.missing
     assert missing is not None
     W = as_dense((system.full or system).mass[columns, columns])[::dim, ::dim]
     one = system.unit[columns.start // dim : columns.stop // dim]
     weight = W @ one / (one @ W @ one)
     x, rate = (part - one[:, None] * (weight @ part)[:, None] for part in (z, v))
-    found = np.sqrt(float((np.sum(rate * (W @ rate), axis=(1, 2)) / np.sum(x * (W @ x), axis=(1, 2))).max()))
+    found = np.sqrt(
+        float((np.sum(rate * (W @ rate), axis=(1, 2)) / np.sum(x * (W @ x), axis=(1, 2))).max())
+    )
     size = float(np.linalg.norm(np.ptp(missing.positions, axis=0)))
     return float(found) if found**2 * size > FAST * GRAVITY else 0.0

@@ -1,8 +1,10 @@
-r"""Shapes that a part lacks: the leading ones of what its shape functions S leave out of the states of its training.
+r"""Shapes that a part lacks: the leading ones of what its shape functions S leave out of the states
+of its training.
 
     T = leading left singular vectors of Y - P Y,   P = S (S^T W S)^-1 S^T W,    d = max_s |c_s - P c_s|_W
 
-d [m] is what the part is known to miss; `dynamics.missing_shapes` estimates what it misses in a run.
+d [m] is what the part is known to miss; `dynamics.missing_shapes` estimates what it misses in a
+run.
 """
 
 from __future__ import annotations
@@ -21,21 +23,28 @@ from ..systems.terms import shape_points
 from . import bodies as parts
 from . import structural_shapes
 
-LEAST, PART = 6, 6  #: least number of functions T of either kind, and of how many of S there is one where these are more
+LEAST, PART = (
+    6,
+    6,
+)  #: least number of functions T of either kind, and of how many of S there is one where these are more
 MOST = 2_000_000  #: numbers in the tables of a part, up to which it has them
 BENT = 1e-4  #: least part of the structural shapes that counts as left out
 ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much
 
 
-def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> MissingShapes | None:
+def find(
+    part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray
+) -> MissingShapes | None:
     """Those of a full body beside S (b, m) with d of states (s, b, c), T of columns (b, j).
 
-    None where springs act between its functions, where nothing is left out, or where the tables would be very large.
+    None where springs act between its functions, where nothing is left out, or where the tables
+    would be very large.
     """
     assert part.cells is not None
     if part.stiffness is not None or is_large(part, S):
         return None
-    W, left_out = parts.metric(part), max(distance(part, S, states), ROUND * extent(part))
+    W = parts.metric(part)
+    left_out = max(distance(part, S, states), ROUND * extent(part))
     rows, place = rows_of_places(part)
     T = leading(part, S, structural_shapes.columns(part, rows), count_for(S), BENT)
     U, s = pod.left_singular(W, outside(part, np.hstack([S, T]), columns))
@@ -62,7 +71,9 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
 
 
 def leading(part: Body, S: np.ndarray, columns: np.ndarray, count: int, least: float) -> np.ndarray:
-    """The leading functions (b, t) of what S (b, m) leaves out of columns (b, j), larger than their size without affine motions."""
+    """The leading functions (b, t) of what S (b, m) leaves out of columns (b, j), larger than their
+    size without affine motions.
+    """
     if not columns.shape[1]:
         return columns
     W = parts.metric(part)
@@ -73,7 +84,9 @@ def leading(part: Body, S: np.ndarray, columns: np.ndarray, count: int, least: f
 
 
 def count_for(S: np.ndarray) -> int:
-    """Largest number of functions T beside S (b, m): what stretches where many functions bend needs many to be seen."""
+    """Largest number of functions T beside S (b, m): what stretches where many functions bend needs
+    many to be seen.
+    """
     return max(LEAST, S.shape[1] // PART)
 
 
@@ -91,7 +104,11 @@ def why_unknown(part: Body, S: np.ndarray) -> str:
     """
     if part.stiffness is not None:
         return "unknown: its patches are held together by springs"
-    return "unknown: its mesh is very large" if is_large(part, S) else "unknown: its functions leave nothing out of its training"
+    return (
+        "unknown: its mesh is very large"
+        if is_large(part, S)
+        else "unknown: its functions leave nothing out of its training"
+    )
 
 
 def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -115,8 +132,11 @@ def distance(part: Body, S: np.ndarray, states: np.ndarray) -> float:
 
 
 def rows_of_places(part: Body) -> tuple[np.ndarray, np.ndarray]:
-    """Positions, slopes and axes at the places of a body (j, b), and the numbers of the places (j,)."""
-    found, place = [np.zeros((0, len(part.reference)))], list[int]()
+    """Positions, slopes and axes at the places of a body (j, b), and the numbers of the places
+    (j,).
+    """
+    found = [np.zeros((0, len(part.reference)))]
+    place = list[int]()
     for number, name in enumerate([*part.places, *part.frames]):
         for vector in range(1 + part.dim):
             try:
@@ -127,8 +147,11 @@ def rows_of_places(part: Body) -> tuple[np.ndarray, np.ndarray]:
     return np.vstack(found), np.array(place, dtype=np.int64)
 
 
-def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -> MissingShapes | None:
-    """Those of a part with the functions S (b, m) over its own, for its states (s, b, c) and the factor (b, b) of its training.
+def coarser(
+    part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray
+) -> MissingShapes | None:
+    """Those of a part with the functions S (b, m) over its own, for its states (s, b, c) and the
+    factor (b, b) of its training.
 
     What is left out of its own functions comes first, then what they lack themselves.
     """
@@ -138,7 +161,8 @@ def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -
         return None
     U, s = pod.left_singular(parts.metric(part), outside(part, S, factor))
     T = U[:, s > ROUND * extent(part)]
-    b, own = len(S), known.metric.shape[0] - len(S)
+    b = len(S)
+    own = known.metric.shape[0] - len(S)
     A = np.zeros((b + own, S.shape[1] + T.shape[1] + own))
     A[:b, : S.shape[1]], A[:b, S.shape[1] : -own], A[b:, -own:] = S, T, np.eye(own)
     A = A[:, : S.shape[1] + 2 * count_for(S)]
@@ -154,7 +178,9 @@ def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -
 
 
 def over_space(part: Body, known: MissingShapes, B: np.ndarray) -> dict[str, np.ndarray]:
-    """What a finer body reads of functions B (f, t) over those that a part knows; nothing where it knows none."""
+    """What a finer body reads of functions B (f, t) over those that a part knows; nothing where it
+    knows none.
+    """
     if not known.over_space.size:
         return {}
     b = known.mass.shape[1]
@@ -162,4 +188,8 @@ def over_space(part: Body, known: MissingShapes, B: np.ndarray) -> dict[str, np.
     read = functions_over(part)
     assert read is not None
     axes = known.axes if part.axes is None else np.hstack([as_dense(part.axes), known.axes]) @ B
-    return {"over_space": np.hstack([as_dense(read), known.over_space]) @ B, "inertia": B.T @ inertia @ B, "axes": axes}
+    return {
+        "over_space": np.hstack([as_dense(read), known.over_space]) @ B,
+        "inertia": B.T @ inertia @ B,
+        "axes": axes,
+    }

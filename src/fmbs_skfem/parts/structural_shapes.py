@@ -1,12 +1,15 @@
-r"""Shapes of a free body that follow from its mass and stiffness alone: what joints, loads and inertia can bend it to.
+r"""Shapes of a free body that follow from its mass and stiffness alone: what joints, loads and
+inertia can bend it to.
 
     K v = w^2 M v,    (K + s M) u_1 = p,    (K + s M) u_2 = M u_1,    s = w_1^2                                             (1)
 
-p are unit forces at places and along their vectors, which moments and clamps use, and fields M x_j that grow with the distance, as
-the pull of a spin does. All have the same strain energy, u^T K u = 1, so that soft shapes are large. A training that was slow or
-had no moments leaves them out, however little is left of its states.
+p are unit forces at places and along their vectors, which moments and clamps use, and fields M x_j
+that grow with the distance, as the pull of a spin does. All have the same strain energy, u^T K u =
+1, so that soft shapes are large. A training that was slow or had no moments leaves them out,
+however little is left of its states.
 
-Source: Rayleigh-Ritz by moment matching: T. J. Su, R. R. Craig, J. Guidance 14 (1991) 260-267, doi 10.2514/3.20636.
+Source: Rayleigh-Ritz by moment matching: T. J. Su, R. R. Craig, J. Guidance 14 (1991) 260-267, doi
+10.2514/3.20636.
 """
 
 from __future__ import annotations
@@ -25,10 +28,11 @@ STIFF = 1e-9  #: energy of a shape over that of the stiffest one, up to which no
 
 
 def columns(part: Body, rows: np.ndarray) -> np.ndarray:
-    """Shapes (b, j) of a full body in every component, for rows (i, b) at its places; none where its reference is limp.
+    """Shapes (b, j) of a full body in every component, for rows (i, b) at its places; none where
+    its reference is limp.
 
-    Every shape has the strain energy u^T K u = 1, and a column for each of its components. No columns as well where the body has
-    no modes. Source: Su and Craig 1991, doi 10.2514/3.20636.
+    Every shape has the strain energy u^T K u = 1, and a column for each of its components. No
+    columns as well where the body has no modes. Source: Su and Craig 1991, doi 10.2514/3.20636.
     """
     system = assemble([part], pictures=False)
     try:

@@ -1,4 +1,6 @@
-"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, errors and indicators, files."""
+"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, errors and indicators,
+files.
+"""
 
 from typing import TYPE_CHECKING
 

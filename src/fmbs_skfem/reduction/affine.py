@@ -1,18 +1,23 @@
-r"""Cases whose numbers are polynomials of the parameters: a new value of a parameter assembles nothing.
+r"""Cases whose numbers are polynomials of the parameters: a new value of a parameter assembles
+nothing.
 
     a(mu) = sum_t P_t(mu) a(mu_t),    P_t(mu) = prod_p l_{t_p}(mu_p),    l_j(x) = prod_{k != j} (x - x_k) / (x_j - x_k)
 
-for every array and every number of a case that depends on parameters, each with degrees of its own: Young's modulus, density and
-loads are degree 1, the diameter of a beam 2 and 4, Poisson's ratio is smooth. mu_t is the tensor grid of these degrees. The nodes
-of a parameter are the nominal value x_0, then Leja points, each of which maximises prod_k |u - u_k| over the range on its scale:
-degree n takes the first n + 1 of them, so that arrays of different degrees share samples. Numbers that do not change are those of
-the nominal case to the bit; of the a(mu_t) only as many are stored as are independent. A parameter on a logarithmic scale enters
-as mu, or as log mu where that needs a lower degree.
+for every array and every number of a case that depends on parameters, each with degrees of its own:
+Young's modulus, density and loads are degree 1, the diameter of a beam 2 and 4, Poisson's ratio is
+smooth. mu_t is the tensor grid of these degrees. The nodes of a parameter are the nominal value
+x_0, then Leja points, each of which maximises prod_k |u - u_k| over the range on its scale: degree
+n takes the first n + 1 of them, so that arrays of different degrees share samples. Numbers that do
+not change are those of the nominal case to the bit; of the a(mu_t) only as many are stored as are
+independent. A parameter on a logarithmic scale enters as mu, or as log mu where that needs a lower
+degree.
 
-Degrees are found along the axes through the nominal case and verified at hold-out points. An error counts relative to the number
-itself, down to the round-off of its row, or to what round-off of the geometry makes of it (`family_samples`).
+Degrees are found along the axes through the nominal case and verified at hold-out points. An error
+counts relative to the number itself, down to the round-off of its row, or to what round-off of the
+geometry makes of it (`family_samples`).
 
-Leja points: A. Chkifa, A. Cohen, C. Schwab, Found. Comput. Math. 14 (2014) 601-633, doi 10.1007/s10208-013-9154-z.
+Leja points: A. Chkifa, A. Cohen, C. Schwab, Found. Comput. Math. 14 (2014) 601-633, doi
+10.1007/s10208-013-9154-z.
 """
 
 from __future__ import annotations
@@ -57,7 +62,8 @@ class Order:
 class Varying:
     """The numbers of one leaf that depend on parameters.
 
-    a(mu)[positions] = P(mu)^T mixture values, with P (t,) the Lagrange polynomials of the t nodes of its grid, `values` (q, n).
+    a(mu)[positions] = P(mu)^T mixture values, with P (t,) the Lagrange polynomials of the t nodes
+    of its grid, `values` (q, n).
     """
 
     place: Place
@@ -72,10 +78,12 @@ class Varying:
 @storable
 @dataclass(frozen=True)
 class ParametricCase:
-    """A family whose cases are polynomials of the parameters: nothing is assembled for another value.
+    """A family whose cases are polynomials of the parameters: nothing is assembled for another
+    value.
 
-    `rom(values)` is the case at other values, in milliseconds: no mesh, no assembly and no projection are needed. Numbers that do
-    not depend on parameters are those of the nominal case to the bit.
+    `rom(values)` is the case at other values, in milliseconds: no mesh, no assembly and no
+    projection are needed. Numbers that do not depend on parameters are those of the nominal case to
+    the bit.
     """
 
     parameters: tuple[Parameter, ...]
@@ -83,12 +91,16 @@ class ParametricCase:
     nodes: Annotated[tuple[np.ndarray, ...], Reals("*")]  #: by parameter
     varying: tuple[Varying, ...]
     evaluations: int  #: cases that were made
-    error: float  #: at the hold-out points, the largest of a number relative to the largest in its row
+    error: (
+        float  #: at the hold-out points, the largest of a number relative to the largest in its row
+    )
 
     def __call__(self, values: Mapping[str, float]) -> Case:
-        """The case sum_t P_t(mu) a(mu_t) at a value [SI] for every parameter; outside of the ranges the polynomials go on.
+        """The case sum_t P_t(mu) a(mu_t) at a value [SI] for every parameter; outside of the ranges
+        the polynomials go on.
 
-        InputError where a name is no parameter, a parameter has no value, or a value is no finite number.
+        InputError where a name is no parameter, a parameter has no value, or a value is no finite
+        number.
         """
         row = boxes.row_of(self.parameters, values)
         weights: dict[Order, np.ndarray] = {}
@@ -97,7 +109,11 @@ class ParametricCase:
             if part.order not in weights:
                 weights[part.order] = lagrange(self.nodes, part.order, row)
             numbers = weights[part.order] @ part.mixture @ part.values
-            cases.insert(tree, part.place, cases.fill(cases.leaf_at(self.nominal, part.place), part.positions, numbers))
+            cases.insert(
+                tree,
+                part.place,
+                cases.fill(cases.leaf_at(self.nominal, part.place), part.positions, numbers),
+            )
         case: Case = cases.rebuild(self.nominal, tree)
         alike(prepare(self.nominal.system), case.system)
         return case
@@ -108,16 +124,24 @@ def degrees(model: ParametricCase) -> dict[str, int]:
 
     By name of the parameter; 0 where nothing depends on it.
     """
-    highest = [max((part.order.degrees[p] for part in model.varying), default=0) for p in range(len(model.parameters))]
-    return {parameter.name: degree for parameter, degree in zip(model.parameters, highest, strict=True)}
+    highest = [
+        max((part.order.degrees[p] for part in model.varying), default=0)
+        for p in range(len(model.parameters))
+    ]
+    return {
+        parameter.name: degree for parameter, degree in zip(model.parameters, highest, strict=True)
+    }
 
 
-def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-11, max_degree: int = 24) -> ParametricCase:
+def fit(
+    family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-11, max_degree: int = 24
+) -> ParametricCase:
     """The polynomials of a family, each of degree `max_degree` or less in every parameter.
 
-    They hold at all hold-out points to `tolerance`, relative to a number and down to the round-off of its row. Where numbers are no
-    polynomials to that, the round-off of the geometry is measured and they are tried again. InputError names the parameter where a
-    dependence is not smooth or the structure of the case changes.
+    They hold at all hold-out points to `tolerance`, relative to a number and down to the round-off
+    of its row. Where numbers are no polynomials to that, the round-off of the geometry is measured
+    and they are tried again. InputError names the parameter where a dependence is not smooth or the
+    structure of the case changes.
     """
     boxes.check(parameters)
     nodes = tuple(nodes_of(parameter, max_degree + 1 + CHECKS) for parameter in parameters)
@@ -135,7 +159,8 @@ def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-1
 def fit_samples(known: FamilySamples, tolerance: float, max_degree: int) -> ParametricCase:
     """The polynomials of samples.
 
-    Where the hold-out points show what the axes through the nominal case do not, degrees are looked for through those points too.
+    Where the hold-out points show what the axes through the nominal case do not, degrees are looked
+    for through those points too.
     """
     orders = scan_axes(known, family_samples.nominal_row(known.parameters), tolerance, max_degree)
     holdout = holdout_points(known.parameters)
@@ -147,7 +172,11 @@ def fit_samples(known: FamilySamples, tolerance: float, max_degree: int) -> Para
         if wider == orders:
             values = boxes.text(known.parameters, boxes.named(known.parameters, holdout[point]))
             expected = f"polynomials that hold to {tolerance:.0e}"
-            raise InputError(say(f"{cases.label(place)} at {values}", expected, f"{excess * tolerance:.1e}", HARD))
+            raise InputError(
+                say(
+                    f"{cases.label(place)} at {values}", expected, f"{excess * tolerance:.1e}", HARD
+                )
+            )
         orders = wider
 
 
@@ -165,8 +194,13 @@ def nodes_of(parameter: Parameter, count: int) -> np.ndarray:
 
 
 def holdout_points(parameters: Sequence[Parameter]) -> np.ndarray:
-    """Both corners of the box, for the relative accuracy over wide ranges, and random points (k, d)."""
-    corners = [[parameter.low for parameter in parameters], [parameter.high for parameter in parameters]]
+    """Both corners of the box, for the relative accuracy over wide ranges, and random points (k,
+    d).
+    """
+    corners = [
+        [parameter.low for parameter in parameters],
+        [parameter.high for parameter in parameters],
+    ]
     return np.concatenate([inner_points(parameters), corners])
 
 
@@ -176,9 +210,15 @@ def inner_points(parameters: Sequence[Parameter]) -> np.ndarray:
 
 
 def misfit(
-    weights: np.ndarray, values: np.ndarray, sizes: np.ndarray, got: np.ndarray, size: np.ndarray, tolerance: float
+    weights: np.ndarray,
+    values: np.ndarray,
+    sizes: np.ndarray,
+    got: np.ndarray,
+    size: np.ndarray,
+    tolerance: float,
 ) -> tuple[float, float]:
-    """Largest error of weights (q,) @ values (q, n) against sampled numbers `got` (n,): over what is allowed, and over the row.
+    """Largest error of weights (q,) @ values (q, n) against sampled numbers `got` (n,): over what
+    is allowed, and over the row.
 
     `sizes` (q, n) and `size` (n,) are those of the rows in which the numbers stand.
     """
@@ -187,23 +227,33 @@ def misfit(
     wrong = ~((error == 0.0) | np.isnan(got) & np.isnan(values).all(axis=0))
     if not wrong.any():
         return 0.0, 0.0
-    excess, relative = error[wrong] / allowed[wrong], error[wrong] / np.maximum(size[wrong], np.finfo(float).tiny)
-    return float(np.nan_to_num(excess, nan=np.inf).max()), float(np.nan_to_num(relative, nan=np.inf).max())
+    excess, relative = (
+        error[wrong] / allowed[wrong],
+        error[wrong] / np.maximum(size[wrong], np.finfo(float).tiny),
+    )
+    return float(np.nan_to_num(excess, nan=np.inf).max()), float(
+        np.nan_to_num(relative, nan=np.inf).max()
+    )
 
 
 def basis(nodes: np.ndarray, x: float, logarithmic: bool) -> np.ndarray:
     """l_j(x) of all nodes (j,)."""
     if logarithmic:
-        nodes, x = np.log(nodes), float(np.log(x))
+        nodes = np.log(nodes)
+        x = float(np.log(x))
     apart = nodes[:, None] - nodes[None, :]
-    ratio = np.divide(x - nodes[None, :], apart, out=np.ones_like(apart), where=~np.eye(len(nodes), dtype=bool))
+    ratio = np.divide(
+        x - nodes[None, :], apart, out=np.ones_like(apart), where=~np.eye(len(nodes), dtype=bool)
+    )
     return np.asarray(ratio.prod(axis=1))
 
 
 def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.ndarray:
     """P_t at values (d,), for all nodes of the grid (t,)."""
     weights = np.ones(1)
-    for points, degree, logarithmic, x in zip(nodes, order.degrees, order.logarithmic, row, strict=True):
+    for points, degree, logarithmic, x in zip(
+        nodes, order.degrees, order.logarithmic, row, strict=True
+    ):
         if degree:
             weights = np.outer(weights, basis(points[: degree + 1], float(x), logarithmic)).ravel()
     return weights
@@ -213,12 +263,21 @@ def grid_of(known: FamilySamples, order: Order) -> np.ndarray:
     """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones."""
     count = math.prod(degree + 1 for degree in order.degrees)
     if count > MANY:
-        raise InputError(say("polynomials of the parameters", f"at most {MANY} cases to be made", f"{count}", HARD))
+        raise InputError(
+            say(
+                "polynomials of the parameters",
+                f"at most {MANY} cases to be made",
+                f"{count}",
+                HARD,
+            )
+        )
     axes = [nodes[: degree + 1] for nodes, degree in zip(known.nodes, order.degrees, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
-def scan_axes(known: FamilySamples, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, Order]:
+def scan_axes(
+    known: FamilySamples, row: np.ndarray, tolerance: float, max_degree: int
+) -> dict[Place, Order]:
     """Degrees of all leaves along the axes through values (d,)."""
     found: dict[Place, list[tuple[int, bool]]] = {}
     for p in range(len(known.parameters)):
@@ -227,8 +286,12 @@ def scan_axes(known: FamilySamples, row: np.ndarray, tolerance: float, max_degre
     return {place: Order(*map(tuple, zip(*axes, strict=True))) for place, axes in found.items()}
 
 
-def scan(known: FamilySamples, p: int, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, tuple[int, bool]]:
-    """Degree in parameter p, and whether in its logarithm, of all leaves that depend on it along its axis through values (d,)."""
+def scan(
+    known: FamilySamples, p: int, row: np.ndarray, tolerance: float, max_degree: int
+) -> dict[Place, tuple[int, bool]]:
+    """Degree in parameter p, and whether in its logarithm, of all leaves that depend on it along
+    its axis through values (d,).
+    """
     rows = np.tile(row, (len(known.nodes[p]), 1))
     rows[:, p] = known.nodes[p]
     variables = (False, True) if known.parameters[p].scale is Scale.LOG else (False,)
@@ -240,30 +303,50 @@ def scan(known: FamilySamples, p: int, row: np.ndarray, tolerance: float, max_de
         unsure = [place for place in places if axes.get(place) is None]
         for some in (unsure, [place for place in places if place not in unsure]):
             for place in some:
-                axes[place] = axis_of(known, p, place, rows[:count], variables, tolerance, lowest.get(place, 0))
+                axes[place] = axis_of(
+                    known, p, place, rows[:count], variables, tolerance, lowest.get(place, 0)
+                )
                 lowest[place] = count - CHECKS if (axis := axes[place]) is None else axis[0]
             if None in axes.values():
                 break
         else:
             return {place: axis for place, axis in axes.items() if axis is not None and axis[0] > 0}
     open_ = ", ".join(cases.label(place) for place, axis in axes.items() if axis is None)
-    expected = f"numbers that are polynomials of it of degree {max_degree} or less, to {tolerance:.0e}"
-    raise InputError(say(f"parameter '{known.parameters[p].name}'", expected, f"others ({open_})", HARD))
+    expected = (
+        f"numbers that are polynomials of it of degree {max_degree} or less, to {tolerance:.0e}"
+    )
+    raise InputError(
+        say(f"parameter '{known.parameters[p].name}'", expected, f"others ({open_})", HARD)
+    )
 
 
 def axis_of(
-    known: FamilySamples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float, lowest: int
+    known: FamilySamples,
+    p: int,
+    place: Place,
+    rows: np.ndarray,
+    variables: Sequence[bool],
+    tolerance: float,
+    lowest: int,
 ) -> tuple[int, bool] | None:
-    """The degree of a leaf in parameter p from `lowest` on that holds at all further points of an axis (k, d), at two at least."""
+    """The degree of a leaf in parameter p from `lowest` on that holds at all further points of an
+    axis (k, d), at two at least.
+    """
     base, values = stack(known, place, rows)
-    sizes, moving = sizes_of(known, place, base, values), (values != values[0]).any(axis=0)
-    values, sizes, nodes = values[:, moving], sizes[:, moving], rows[:, p]
+    sizes = sizes_of(known, place, base, values)
+    moving = (values != values[0]).any(axis=0)
+    values = values[:, moving]
+    sizes = sizes[:, moving]
+    nodes = rows[:, p]
     for degree in range(lowest, len(rows) - CHECKS):
         used = slice(degree + 1)
         for logarithmic in variables if degree else (False,):
             weights = (basis(nodes[used], float(x), logarithmic) for x in nodes[degree + 1 :])
             further = zip(weights, values[degree + 1 :], sizes[degree + 1 :], strict=True)
-            if all(misfit(w, values[used], sizes[used], got, size, tolerance)[0] <= 1.0 for w, got, size in further):
+            if all(
+                misfit(w, values[used], sizes[used], got, size, tolerance)[0] <= 1.0
+                for w, got, size in further
+            ):
                 return degree, logarithmic
     return None
 
@@ -274,7 +357,9 @@ def widen(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place,
     for place, order in two.items():
         axes = list(zip(order.degrees, order.logarithmic, strict=True))
         if place in one:
-            axes = list(map(max, axes, zip(one[place].degrees, one[place].logarithmic, strict=True)))
+            axes = list(
+                map(max, axes, zip(one[place].degrees, one[place].logarithmic, strict=True))
+            )
         merged[place] = Order(*map(tuple, zip(*axes, strict=True)))
     return merged
 
@@ -282,7 +367,9 @@ def widen(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place,
 def worst_error(
     known: FamilySamples, orders: Mapping[Place, Order], holdout: np.ndarray, tolerance: float
 ) -> tuple[Place, int, float, float]:
-    """Leaf and number of the hold-out point (k, d) of the largest error over what is allowed, and the largest of all over a row."""
+    """Leaf and number of the hold-out point (k, d) of the largest error over what is allowed, and
+    the largest of all over a row.
+    """
     constant = Order((0,) * len(known.parameters), (False,) * len(known.parameters))
     worst: tuple[Place, int, float] = ((), 0, 0.0)
     largest = 0.0
@@ -291,22 +378,32 @@ def worst_error(
     for place in dict.fromkeys(place for leaves in known.found.values() for place in leaves):
         order = orders.get(place, constant)
         base, values = stack(known, place, np.concatenate([grid_of(known, order), holdout]))
-        sizes, first = sizes_of(known, place, base, values), len(values) - len(holdout)
+        sizes = sizes_of(known, place, base, values)
+        first = len(values) - len(holdout)
         for k, row in enumerate(holdout):
             weights = lagrange(known.nodes, order, row)
-            excess, relative = misfit(weights, values[:first], sizes[:first], values[first + k], sizes[first + k], tolerance)
+            excess, relative = misfit(
+                weights,
+                values[:first],
+                sizes[:first],
+                values[first + k],
+                sizes[first + k],
+                tolerance,
+            )
             largest = max(largest, relative)
             worst = max(worst, (place, k, excess), key=lambda found: found[2])
     return *worst, largest
 
 
 def decompose_rows(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows j of values (t, n), the first among them, and X (t, q) with values = X values[j] to round-off.
+    """Rows j of values (t, n), the first among them, and X (t, q) with values = X values[j] to
+    round-off.
 
-    Interpolative decomposition: H. Cheng, Z. Gimbutas, P. Martinsson, V. Rokhlin, SIAM J. Sci. Comput. 26 (2005) 1389-1404,
-    doi 10.1137/030602678.
+    Interpolative decomposition: H. Cheng, Z. Gimbutas, P. Martinsson, V. Rokhlin, SIAM J. Sci.
+    Comput. 26 (2005) 1389-1404, doi 10.1137/030602678.
     """
-    count, scale = len(values), sizes.max(axis=0)
+    count = len(values)
+    scale = sizes.max(axis=0)
     R = np.asarray(np.linalg.qr((values / np.where(scale > 0.0, scale, 1.0)).T, mode="r"))
     length = np.linalg.norm(R, axis=0)
     length[length == 0.0] = 1.0
@@ -318,7 +415,10 @@ def decompose_rows(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, n
         mixture = np.linalg.lstsq(R[:, rows], R, rcond=None)[0].T * (length[:, None] / length[rows])
         mixture[rows] = np.eye(q)
         found = zip(mixture, values, sizes, strict=True)
-        if all(misfit(weights, values[rows], 0.0 * sizes[rows], got, size, 0.0)[0] <= 1.0 for weights, got, size in found):
+        if all(
+            misfit(weights, values[rows], 0.0 * sizes[rows], got, size, 0.0)[0] <= 1.0
+            for weights, got, size in found
+        ):
             return rows, mixture
     return np.arange(count), np.eye(count)
 
@@ -330,10 +430,15 @@ def tabulate(known: FamilySamples, orders: Mapping[Place, Order], error: float) 
     for place, order in orders.items():
         base, values = stack(known, place, grid_of(known, order))
         positions = np.flatnonzero((values != values[0]).any(axis=0))
-        rows, mixture = decompose_rows(values[:, positions], sizes_of(known, place, base, values)[:, positions])
+        rows, mixture = decompose_rows(
+            values[:, positions], sizes_of(known, place, base, values)[:, positions]
+        )
         cases.insert(tree, place, base)
         varying.append(Varying(place, order, positions, values[np.ix_(rows, positions)], mixture))
-    highest = [max((order.degrees[p] for order in orders.values()), default=0) for p in range(len(known.parameters))]
+    highest = [
+        max((order.degrees[p] for order in orders.values()), default=0)
+        for p in range(len(known.parameters))
+    ]
     nodes = tuple(points[: degree + 1] for points, degree in zip(known.nodes, highest, strict=True))
     nominal: Case = cases.rebuild(known.nominal, tree)
     return ParametricCase(known.parameters, nominal, nodes, tuple(varying), len(known.found), error)

@@ -1,7 +1,9 @@
-"""Cases: a system with the way it is integrated; families: cases as functions of parameters; the numbers of a case, its leaves.
+"""Cases: a system with the way it is integrated; families: cases as functions of parameters; the
+numbers of a case, its leaves.
 
-A case is a struct of structs, tuples and dicts. Its leaves are arrays, sparse arrays and floating-point numbers; every leaf has a
-place, the fields, keys and positions on the way to it. Two cases of one structure differ in leaves only.
+A case is a struct of structs, tuples and dicts. Its leaves are arrays, sparse arrays and
+floating-point numbers; every leaf has a place, the fields, keys and positions on the way to it. Two
+cases of one structure differ in leaves only.
 """
 
 from __future__ import annotations
@@ -28,7 +30,10 @@ from ..systems import finer_systems
 from ..systems.system import System
 from ..systems.terms import quartic
 
-APART: dict[type, tuple[str, ...]] = {Expression: ("text",), System: ("metric", "weight", "scale")}  #: fields that are no leaves
+APART: dict[type, tuple[str, ...]] = {
+    Expression: ("text",),
+    System: ("metric", "weight", "scale"),
+}  #: fields that are no leaves
 STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
 ROUND = 1e-9  #: relative difference of times that is round-off
 Place: TypeAlias = tuple[str | int, ...]
@@ -42,7 +47,8 @@ Leaves: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of anoth
 class Case:
     """One member of a family.
 
-    All that `run` needs: the equations, the method with its step [s], the end [s] and the tolerance of the iteration.
+    All that `run` needs: the equations, the method with its step [s], the end [s] and the tolerance
+    of the iteration.
     """
 
     system: System  #: full, with all multipliers, or reduced
@@ -51,7 +57,9 @@ class Case:
     newton: Newton = field(default_factory=Newton)
 
 
-Family: TypeAlias = Callable[[Mapping[str, float]], Case]  #: the case of a value for every parameter
+Family: TypeAlias = Callable[
+    [Mapping[str, float]], Case
+]  #: the case of a value for every parameter
 
 
 def run(
@@ -63,10 +71,12 @@ def run(
 ) -> Trajectory:
     """The motion of a case; arguments and errors are those of `dynamics.integrate`.
 
-    `every` says which steps are stored: each so many, or their numbers (s,). SolverError where the motion fails carries the part
-    found so far.
+    `every` says which steps are stored: each so many, or their numbers (s,). SolverError where the
+    motion fails carries the part found so far.
     """
-    return integrate(case.system, case.scheme, case.duration, case.newton, every, progress, record, resume)
+    return integrate(
+        case.system, case.scheme, case.duration, case.newton, every, progress, record, resume
+    )
 
 
 def with_step(case: Case, step: float) -> Case:
@@ -80,32 +90,48 @@ def with_step(case: Case, step: float) -> Case:
 def unchecked(case: Case) -> Case:
     """The case for one more run, which finds no errors of parts: another run of it has found them.
 
-    Errors of parts (`parts.finer_parts`) take a second run of a finer system, which is left out then.
+    Errors of parts (`parts.finer_parts`) take a second run of a finer system, which is left out
+    then.
     """
     return replace(case, system=finer_systems.unchecked(case.system))
 
 
 def at_times(
-    trained: Case, duration: float | None, step: float | None, where: str, beyond: Sequence[str] = ()
+    trained: Case,
+    duration: float | None,
+    step: float | None,
+    where: str,
+    beyond: Sequence[str] = (),
 ) -> tuple[Case, list[str]]:
-    """A trained case with another duration or step [s], None for its own, and in words where it leaves the training.
+    """A trained case with another duration or step [s], None for its own, and in words where it
+    leaves the training.
 
-    A basis holds the states of the full runs that it was made of. What a reduced model does beyond them may look as sound as
-    before, and be far from the full model; its predicted error is that of the training.
+    A basis holds the states of the full runs that it was made of. What a reduced model does beyond
+    them may look as sound as before, and be far from the full model; its predicted error is that of
+    the training.
 
-    A shorter run does not. A notice lists these places behind those in `beyond`, which are known already.
+    A shorter run does not. A notice lists these places behind those in `beyond`, which are known
+    already.
     """
     step = trained.scheme.step if step is None else step
     duration = trained.duration if duration is None else duration
     if not 0 < step <= duration <= STEPS * step:
-        raise InputError(say(where, f"a positive step, and a duration of 1 to {STEPS} of them", f"{step} s and {duration} s"))
+        raise InputError(
+            say(
+                where,
+                f"a positive step, and a duration of 1 to {STEPS} of them",
+                f"{step} s and {duration} s",
+            )
+        )
     found = [*beyond]
     if duration > trained.duration * (1.0 + ROUND):
         found.append(f"runs for {duration:g} s, trained for {trained.duration:g} s")
     if abs(step - trained.scheme.step) > ROUND * trained.scheme.step:
         found.append(f"a step of {step:g} s, trained with {trained.scheme.step:g} s")
     if found:
-        notify(f"the reduced model runs outside its training: {'; '.join(found)}; check its error against a full run")
+        notify(
+            f"the reduced model runs outside its training: {'; '.join(found)}; check its error against a full run"
+        )
     if (duration, step) == (trained.duration, trained.scheme.step):
         return trained, found
     return with_step(replace(trained, duration=duration), step), found
@@ -123,18 +149,27 @@ def with_float_times(case: Case) -> Case:
 
     Duration and step alone, so that a case with `duration=1` differs from another in numbers only.
     """
-    return replace(case, duration=float(case.duration), scheme=replace(case.scheme, step=float(case.scheme.step)))
+    return replace(
+        case,
+        duration=float(case.duration),
+        scheme=replace(case.scheme, step=float(case.scheme.step)),
+    )
 
 
 def collect(base: Any, other: Any, place: Place, found: Leaves) -> None:
-    """Add the leaves of `other` that differ from those of `base`; raise Change where there is more than numbers.
+    """Add the leaves of `other` that differ from those of `base`; raise Change where there is more
+    than numbers.
 
-    Leaves are arrays, sparse arrays and floating-point numbers, by their place; they are added to `found`. Arrays of another
-    shape or type, other texts and integers are more than numbers.
+    Leaves are arrays, sparse arrays and floating-point numbers, by their place; they are added to
+    `found`. Arrays of another shape or type, other texts and integers are more than numbers.
     """
     if base is other:
         return
-    if is_number(base) and is_number(other) and (isinstance(base, float) or isinstance(other, float)):
+    if (
+        is_number(base)
+        and is_number(other)
+        and (isinstance(base, float) or isinstance(other, float))
+    ):
         if base != other:
             found[place] = float(other)
     elif type(base) is not type(other):
@@ -155,7 +190,9 @@ def collect_array(base: Any, other: Any, place: Place, found: Leaves) -> None:
     if base.shape != other.shape or base.dtype != other.dtype:
         raise Change(label(place))
     if is_sparse(base):
-        if not (same_pattern(base, other) and np.array_equal(base.data, other.data, equal_nan=True)):
+        if not (
+            same_pattern(base, other) and np.array_equal(base.data, other.data, equal_nan=True)
+        ):
             found[place] = other
     elif base.dtype.kind != "f":
         if not np.array_equal(base, other):
@@ -171,11 +208,16 @@ def is_number(value: Any) -> bool:
 def items(value: Any) -> Iterator[tuple[str | int, Any]]:
     """Parts of a struct by field, key or position.
 
-    The text of an expression is only what its program is called; the lengths of a system are no numbers of its motion.
+    The text of an expression is only what its program is called; the lengths of a system are no
+    numbers of its motion.
     """
     if is_dataclass(value):
         apart = APART.get(type(value), ())
-        yield from ((part.name, getattr(value, part.name)) for part in fields(value) if part.name not in apart)
+        yield from (
+            (part.name, getattr(value, part.name))
+            for part in fields(value)
+            if part.name not in apart
+        )
     elif isinstance(value, dict):
         yield from value.items()
     else:
@@ -184,7 +226,10 @@ def items(value: Any) -> Iterator[tuple[str | int, Any]]:
 
 def label(place: Place) -> str:
     """A place as a text, `system.elastic[0].gather.section`."""
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place).lstrip(".") or "case"
+    return (
+        "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place).lstrip(".")
+        or "case"
+    )
 
 
 def leaf_at(value: Any, place: Place) -> Any:
@@ -211,10 +256,18 @@ def rebuild(value: Any, tree: Any) -> Any:
     if not isinstance(tree, dict):
         return tree
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{str(key): rebuild(getattr(value, str(key)), part) for key, part in tree.items()})
+        return replace(
+            value,
+            **{str(key): rebuild(getattr(value, str(key)), part) for key, part in tree.items()},
+        )
     if isinstance(value, dict):
-        return {key: rebuild(part, tree.get(key, part)) if key in tree else part for key, part in value.items()}
-    return type(value)(rebuild(part, tree[key]) if key in tree else part for key, part in enumerate(value))
+        return {
+            key: rebuild(part, tree.get(key, part)) if key in tree else part
+            for key, part in value.items()
+        }
+    return type(value)(
+        rebuild(part, tree[key]) if key in tree else part for key, part in enumerate(value)
+    )
 
 
 def same_pattern(a: csr_array, b: csr_array) -> bool:
@@ -222,11 +275,13 @@ def same_pattern(a: csr_array, b: csr_array) -> bool:
 
 
 def spread_over(matrix: csr_array, pattern: csr_array) -> csr_array:
-    """The same matrix with a number, zero perhaps, for every place of a sorted pattern that contains its own.
+    """The same matrix with a number, zero perhaps, for every place of a sorted pattern that
+    contains its own.
 
     Both (m, n); the new one has the pattern of the second, and the values of the first.
     """
-    rows, width = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)), matrix.shape[1]
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    width = matrix.shape[1]
     keys = np.repeat(np.arange(matrix.shape[0]), np.diff(pattern.indptr)) * width + pattern.indices
     data = np.zeros(len(keys))
     np.add.at(data, np.searchsorted(keys, rows * width + matrix.indices), matrix.data)
@@ -248,15 +303,23 @@ def by_columns(array: np.ndarray) -> bool:
 
 
 def fill(leaf: Leaf, positions: np.ndarray, numbers: np.ndarray) -> Leaf:
-    """The leaf with other numbers at some positions; vectors start at a whole cache line, where polynomials are read fastest.
+    """The leaf with other numbers at some positions; vectors start at a whole cache line, where
+    polynomials are read fastest.
 
-    `positions` (k,) count numbers as `numbers_of` lists them, `numbers` (k,) take their places. A float is replaced.
+    `positions` (k,) count numbers as `numbers_of` lists them, `numbers` (k,) take their places. A
+    float is replaced.
     """
     if isinstance(leaf, float):
         return float(numbers[0])
     if isinstance(leaf, csr_array):
-        return csr_array((fill(leaf.data, positions, numbers), leaf.indices, leaf.indptr), shape=leaf.shape)
-    out = quartic.aligned(len(leaf)) if leaf.ndim == 1 and leaf.dtype == np.float64 else np.empty_like(leaf, order="K")
+        return csr_array(
+            (fill(leaf.data, positions, numbers), leaf.indices, leaf.indptr), shape=leaf.shape
+        )
+    out = (
+        quartic.aligned(len(leaf))
+        if leaf.ndim == 1 and leaf.dtype == np.float64
+        else np.empty_like(leaf, order="K")
+    )
     out[...] = leaf
     (out.T if by_columns(out) else out).reshape(-1)[positions] = numbers
     return out

@@ -1,10 +1,12 @@
-r"""What is trained, its full runs, and what is kept of them: bases and training states are made of that.
+r"""What is trained, its full runs, and what is kept of them: bases and training states are made of
+that.
 
     q(t; mu) = q0(mu) + X,   X = U S W^T,   what is kept of a run is U, S and S W^T                                            (50)
 
-q0(mu) is the initial state of the sample itself, so that every sample starts in its reduced space, also where its shape depends on
-parameters. X satisfies the linear constraints inside a component without their constant parts. Factors are truncated far below the
-modes that a reduced model keeps. Of a task without parameters the snapshots themselves are kept.
+q0(mu) is the initial state of the sample itself, so that every sample starts in its reduced space,
+also where its shape depends on parameters. X satisfies the linear constraints inside a component
+without their constant parts. Factors are truncated far below the modes that a reduced model keeps.
+Of a task without parameters the snapshots themselves are kept.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (50), doi 10.1016/j.cma.2019.112690.
 """
@@ -36,7 +38,16 @@ from .accuracy.output_errors import OutputError
 from .cases import Case, Family
 from .plan import Plan, newton_for
 from .spaces import pod
-from .spaces.component import all_directions, inner_constraints, is_resting, is_rigid, mass_of, metric_of, rows_of, satisfy
+from .spaces.component import (
+    all_directions,
+    inner_constraints,
+    is_resting,
+    is_rigid,
+    mass_of,
+    metric_of,
+    rows_of,
+    satisfy,
+)
 from .spaces.galerkin import snapshots
 
 FINER = 1e-4  #: eps of the factors over that of the bases
@@ -48,10 +59,12 @@ Measure: TypeAlias = Callable[[System, "FullRun", Trajectory], float]
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """What is trained: a family of full systems, one of them where there are no parameters, and how its runs are reduced.
+    """What is trained: a family of full systems, one of them where there are no parameters, and how
+    its runs are reduced.
 
-    `train` makes a reduced model of it. `family(values)` is the full case at values of the parameters, with all multipliers;
-    `form` changes its system into the one that is run, `interval` [s] says which states are snapshots.
+    `train` makes a reduced model of it. `family(values)` is the full case at values of the
+    parameters, with all multipliers; `form` changes its system into the one that is run, `interval`
+    [s] says which states are snapshots.
     """
 
     family: Family  #: full systems with all multipliers
@@ -61,7 +74,9 @@ class TrainingTask:
     form: Callable[[System], System] = eliminate  #: of the full system that is run
     measure: Measure | None = None  #: e(mu), what is predicted; None for the error of the states
     code: str = ""  #: hash of the files whose functions the family takes by their names, as laws of one's own
-    signals: Callable[[Case], Case] | None = None  #: gives the inputs of a case, full or reduced, what they have while it runs
+    signals: Callable[[Case], Case] | None = (
+        None  #: gives the inputs of a case, full or reduced, what they have while it runs
+    )
 
     def driven(self, case: Case) -> Case:
         """A case as it runs."""
@@ -72,7 +87,8 @@ class TrainingTask:
 class Factor:
     """Deviations of one component from its initial state, modes @ coefficients.
 
-    X (n, s) ~ U S W^T, U (n, r) with U^T W_b U = 1 in the mass of the component over that of all bodies; S [m].
+    X (n, s) ~ U S W^T, U (n, r) with U^T W_b U = 1 in the mass of the component over that of all
+    bodies; S [m].
     """
 
     modes: np.ndarray  #: (n, r) U, orthonormal in the mass
@@ -84,26 +100,38 @@ class Factor:
 class FullRun:
     """The full model at one point.
 
-    What a training keeps of a full motion: factors of every component, or the snapshots of a task without parameters, with times,
-    outputs and cost.
+    What a training keeps of a full motion: factors of every component, or the snapshots of a task
+    without parameters, with times, outputs and cost.
     """
 
     values: dict[str, float]
     times: np.ndarray  #: (s,) [s]
     factors: dict[str, Factor]
     cpu_s: float
-    outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: columns (s,); none where they were not kept
-    q: np.ndarray | None = None  #: (s, q) the snapshots, in place of factors, of a task without parameters
+    outputs: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  #: columns (s,); none where they were not kept
+    q: np.ndarray | None = (
+        None  #: (s, q) the snapshots, in place of factors, of a task without parameters
+    )
     unresolved: bool = False  #: its time step is too large for the motion
-    part_error: float = 0.0  #: largest error of an output that reduced parts in it make, over its range
+    part_error: float = (
+        0.0  #: largest error of an output that reduced parts in it make, over its range
+    )
 
 
 Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
 
 
 @checked
-def task_of(case: Case, plan: Plan, interval: float | np.ndarray, form: Callable[[System], System] = eliminate) -> TrainingTask:
-    """The task without parameters: one full case with all multipliers, snapshots every `interval` [s] or at its times (s,) [s].
+def task_of(
+    case: Case,
+    plan: Plan,
+    interval: float | np.ndarray,
+    form: Callable[[System], System] = eliminate,
+) -> TrainingTask:
+    """The task without parameters: one full case with all multipliers, snapshots every `interval`
+    [s] or at its times (s,) [s].
 
     `form` makes the system that is run of it, by default without the linear constraints.
     """
@@ -111,22 +139,32 @@ def task_of(case: Case, plan: Plan, interval: float | np.ndarray, form: Callable
 
 
 def full_run(task: TrainingTask, values: Mapping[str, float], sharp: bool = True) -> FullRun:
-    """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of its scene.
+    """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of
+    its scene.
 
-    `sharp`: Newton's tolerance is at most 1e-6 sqrt(eps). SolverError where it fails, InputError where fewer than two snapshots
-    lie in its duration.
+    `sharp`: Newton's tolerance is at most 1e-6 sqrt(eps). SolverError where it fails, InputError
+    where fewer than two snapshots lie in its duration.
     """
     case = task.family(values)
     return keep_factors(task, values, case.system, run_case(task, case, sharp))
 
 
 def run_of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
-    """The run of a task without parameters from a motion of its full system, with the snapshots among its stored states.
+    """The run of a task without parameters from a motion of its full system, with the snapshots
+    among its stored states.
 
-    `motion` has to be that of the task's own case. InputError where its snapshots are not among the stored states.
+    `motion` has to be that of the task's own case. InputError where its snapshots are not among the
+    stored states.
     """
     data = snapshots(motion, task.interval)
-    return FullRun({}, data.times, {}, motion.statistics.cpu_s, q=data.q, unresolved=motion.statistics.unresolved)
+    return FullRun(
+        {},
+        data.times,
+        {},
+        motion.statistics.cpu_s,
+        q=data.q,
+        unresolved=motion.statistics.unresolved,
+    )
 
 
 def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
@@ -143,29 +181,34 @@ def run_formed(task: TrainingTask, case: Case) -> Trajectory:
     return cases.run(task.driven(case), snapshot_steps(case, task.interval))
 
 
-def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
+def keep_factors(
+    task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory
+) -> FullRun:
     """What is kept of a motion of the full system `raw`, stored at the snapshots."""
-    q, unresolved, off = (
-        body_coordinates(motion),
-        motion.statistics.unresolved,
-        max((motion.part_errors or {}).values(), default=0.0),
-    )
+    q = body_coordinates(motion)
+    unresolved = motion.statistics.unresolved
+    off = max((motion.part_errors or {}).values(), default=0.0)
     known = dict(values), motion.times
-    cost, columns = motion.statistics.cpu_s, output_errors.columns(motion)
+    cost = motion.statistics.cpu_s
+    columns = output_errors.columns(motion)
     if not task.parameters:
         return FullRun(*known, {}, cost, columns, q, unresolved, off)
-    found = {name: factorise(task.plan, raw, q, members) for name, members in task.plan.components.items()}
+    found = {
+        name: factorise(task.plan, raw, q, members)
+        for name, members in task.plan.components.items()
+    }
     return FullRun(*known, found, cost, columns, unresolved=unresolved, part_error=off)
 
 
 def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
     """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q).
 
-    Rigid components keep all directions, components at rest have none. eps of the factors is 1e-4 of that of the plan, or 1e-20
-    where the plan has a number of modes.
+    Rigid components keep all directions, components at rest have none. eps of the factors is 1e-4
+    of that of the plan, or 1e-20 where the plan has a number of modes.
     """
     rows = rows_of(raw, members)
-    W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
+    W = metric_of(raw, rows)
+    (A, a) = inner_constraints(raw, rows)
     X = satisfy(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
     if is_rigid(raw, members):
         modes = all_directions(W, A)
@@ -174,29 +217,43 @@ def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) ->
         return Factor(np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, len(q))))
     eps = ALL if plan.modes is not None else FINER * plan.tolerance
     basis = pod.basis(X, eps, mean=np.zeros(len(rows)), metric=W, second=mass_of(raw, rows))
-    return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ (W @ X))
+    return Factor(
+        basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ (W @ X)
+    )
 
 
 def snapshot_steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
-    """Numbers of the steps whose states are snapshots, 0 first; the last step is one where an interval reaches it.
+    """Numbers of the steps whose states are snapshots, 0 first; the last step is one where an
+    interval reaches it.
 
     Rising numbers (s,); InputError for fewer than two.
     """
-    last, h = round(case.duration / case.scheme.step), case.scheme.step
+    last = round(case.duration / case.scheme.step)
+    h = case.scheme.step
     if isinstance(interval, np.ndarray):
         numbers = np.round(interval / h).astype(np.int64)
         numbers = np.union1d(0, numbers[(numbers >= 0) & (numbers <= last)])
     else:
         numbers = np.arange(0, last + 1, max(1, round(interval / h)))
     if len(numbers) < 2:
-        raise InputError(say("snapshots", f"times within the duration of {case.duration:g} s", interval, "store more states"))
+        raise InputError(
+            say(
+                "snapshots",
+                f"times within the duration of {case.duration:g} s",
+                interval,
+                "store more states",
+            )
+        )
     return numbers
 
 
-def states(task: TrainingTask, raw: System, run: FullRun, samples: slice | np.ndarray = slice(None)) -> np.ndarray:
+def states(
+    task: TrainingTask, raw: System, run: FullRun, samples: slice | np.ndarray = slice(None)
+) -> np.ndarray:
     """Body coordinates (s, q) of some samples of a run; `raw` is the full system at its parameters.
 
-    q = q0 + sum_b U^b S W^T, for all components b; the snapshots themselves of a task without parameters.
+    q = q0 + sum_b U^b S W^T, for all components b; the snapshots themselves of a task without
+    parameters.
     """
     if run.q is not None:
         return run.q[samples]
@@ -209,13 +266,16 @@ def states(task: TrainingTask, raw: System, run: FullRun, samples: slice | np.nd
 
 
 def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt / int |q - q0|_M dt.
+    """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt
+    / int |q - q0|_M dt.
 
     |u|_M is the root mean square over the mass [m]. InputError where they have not the same snapshots; a notice where one ends
     earlier.
     """
     run, motion = while_both_run(run, motion)
-    block, apart, size = max(1, BLOCK // raw.size), [], []
+    block = max(1, BLOCK // raw.size)
+    apart = []
+    size = []
     for first in range(0, len(run.times), block):
         samples = slice(first, first + block)
         q = states(task, raw, run, samples)
@@ -233,15 +293,24 @@ def while_both_run(run: FullRun, motion: Trajectory) -> tuple[FullRun, Trajector
     mine, others = common_times("error of a reduced run", run.times, motion.times)
     if len(mine) < shorter - 1 or mine[-1] != len(mine) - 1 or others[-1] != len(mine) - 1:
         got = f"{len(mine)} of {shorter} samples that both have"
-        raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))
+        raise InputError(
+            say(
+                "error of a reduced run",
+                "the times of the full run",
+                got,
+                "take the same snapshots and step",
+            )
+        )
     notify_other_end(run.times, motion.times)
     return thin(run, mine), motion.part(slice(len(mine)))
 
 
 def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that says nothing.
+    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that
+    says nothing.
 
-    `raw` is the full system at the parameters of `run`, `motion` the reduced motion at the same snapshots.
+    `raw` is the full system at the parameters of `run`, `motion` the reduced motion at the same
+    snapshots.
     """
     found = math.nan if task.measure is None else task.measure(raw, run, motion)
     return error(task, raw, run, motion) if math.isnan(found) else found
@@ -249,25 +318,35 @@ def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajecto
 
 @dataclass(frozen=True)
 class OutputMeasure:
-    """e(mu) of the outputs: the largest part of a range, or where there are tolerances [their unit] the largest part of them.
+    """e(mu) of the outputs: the largest part of a range, or where there are tolerances [their unit]
+    the largest part of them.
 
-    max_c error_c / range_c over all columns, or max_c error_c / tolerance. InputError where a reduced model does not know an
-    output that has a tolerance.
+    max_c error_c / range_c over all columns, or max_c error_c / tolerance. InputError where a
+    reduced model does not know an output that has a tolerance.
     """
 
     tolerances: Mapping[str, float] = field(default_factory=dict)  #: by output
 
     def __call__(self, raw: System, run: FullRun, motion: Trajectory) -> float:
         found = errors_of_outputs(raw, run, motion)
-        lost = sorted({one.output for one in found.values() if one.output in self.tolerances and math.isnan(one.error)})
+        lost = sorted(
+            {
+                one.output
+                for one in found.values()
+                if one.output in self.tolerances and math.isnan(one.error)
+            }
+        )
         if lost:
             got = f"{', '.join(lost)}, which the reduced model does not know"
-            raise InputError(say("training.tolerance", "outputs of the reduced model", got, "leave them out"))
+            raise InputError(
+                say("training.tolerance", "outputs of the reduced model", got, "leave them out")
+            )
         return output_errors.measure(found, self.tolerances)
 
 
 def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str, OutputError]:
-    """Errors of the outputs of a reduced motion at the samples of a full run; none where those of the run were not kept.
+    """Errors of the outputs of a reduced motion at the samples of a full run; none where those of
+    the run were not kept.
 
     By column, at the samples that both have; `raw` is the full system at the parameters of the run.
     """
@@ -275,27 +354,40 @@ def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str
         return {}
     run, motion = while_both_run(run, motion)
     nothing = output_errors.round_off(raw, run.times)
-    return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs, nothing=nothing)
+    return output_errors.between(
+        run.outputs, output_errors.columns(motion), raw.outputs, nothing=nothing
+    )
 
 
 def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:
-    """Error of the full model's own step in the measure of the task, |q_h - q_2h| / 3 for a method of second order.
+    """Error of the full model's own step in the measure of the task, |q_h - q_2h| / 3 for a method
+    of second order.
 
-    One more full run is made, with steps of 2 h, h that of the case. Samples of odd steps are left out.
+    One more full run is made, with steps of 2 h, h that of the case. Samples of odd steps are left
+    out.
     """
     case = task.family(values)
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
     pairs = round(case.duration / case.scheme.step) // 2
-    stored = np.abs(mine * case.scheme.step - run.times) <= 1e-9 * run.times[-1]  # not where an event has stopped the run
+    stored = (
+        np.abs(mine * case.scheme.step - run.times) <= 1e-9 * run.times[-1]
+    )  # not where an event has stopped the run
     even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs) & stored)
-    doubled = cases.with_step(task.driven(replace(case, system=task.form(case.system))), 2.0 * case.scheme.step)
-    rough = cases.run(replace(cases.unchecked(doubled), duration=pairs * doubled.scheme.step), mine[even] // 2)
+    doubled = cases.with_step(
+        task.driven(replace(case, system=task.form(case.system))), 2.0 * case.scheme.step
+    )
+    rough = cases.run(
+        replace(cases.unchecked(doubled), duration=pairs * doubled.scheme.step), mine[even] // 2
+    )
     return wanted_error(task, case.system, thin(run, even), rough) / 3.0
 
 
 def thin(run: FullRun, samples: np.ndarray) -> FullRun:
     """A full run at some of its samples."""
-    factors = {name: replace(one, coefficients=one.coefficients[:, samples]) for name, one in run.factors.items()}
+    factors = {
+        name: replace(one, coefficients=one.coefficients[:, samples])
+        for name, one in run.factors.items()
+    }
     outputs = {name: values[samples] for name, values in run.outputs.items()}
     q = None if run.q is None else run.q[samples]
     return replace(run, times=run.times[samples], factors=factors, outputs=outputs, q=q)
@@ -309,5 +401,7 @@ def try_run(task: TrainingTask, full: Full, values: Mapping[str, float]) -> Full
     try:
         return full(values)
     except (SolverError, InputError) as error:
-        notify(f"the full model has no motion at {boxes.text(task.parameters, values)}, the point is left out: {error}")
+        notify(
+            f"the full model has no motion at {boxes.text(task.parameters, values)}, the point is left out: {error}"
+        )
         return str(error)

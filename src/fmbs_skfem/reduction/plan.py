@@ -2,9 +2,10 @@ r"""Plans of training: what is kept of the full model, and how sharply both mode
 
     full motion -> snapshots -> bases, eps (14) -> projection (21) -> hyper-reduction, eta (44)
 
-The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
-relative to the size of the mechanism. Above that the smallest modes are noise. Reduced models iterate to 2e-5 sqrt(eps): what they
-leave adds up over the steps, and has to stay below the error of truncation.
+The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training
+run is at most 1e-6 sqrt(eps), relative to the size of the mechanism. Above that the smallest modes
+are noise. Reduced models iterate to 2e-5 sqrt(eps): what they leave adds up over the steps, and has
+to stay below the error of truncation.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from .hyper.hyper_reduction import NONE, HyperReduction
 Components = Mapping[str, Sequence[str]]
 ModeCounts = int | Mapping[str, int] | None
 
-# double pendulum of 24 cells, eps 1e-12: at half the full run takes 3007 corrections in place of 2947, at twice 2867, and the
-# reduced model errs by 1.4e-5 with each
+# double pendulum of 24 cells, eps 1e-12: at half the full run takes 3007 corrections in place of
+# 2947, at twice 2867, and the reduced model errs by 1.4e-5 with each
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
-# the same: 2700 corrections in 1000 reduced steps, 2900 at half, 2510 at twice, with one error; at 2e-3 a reduced crank-slider
-# was 5e-7 late at its end
+# the same: 2700 corrections in 1000 reduced steps, 2900 at half, 2510 at twice, with one error; at
+# 2e-3 a reduced crank-slider was 5e-7 late at its end
 ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
 FINEST = 1e-13  #: smallest Newton tolerance asked for
 USUAL = 1e-12  #: eps where nothing is said
@@ -36,8 +37,9 @@ USUAL = 1e-12  #: eps where nothing is said
 class Plan:
     """How a reduced model is trained.
 
-    `components` names the bodies of each, see `system_level` and `body_level`. eps = sum_{i>r} s_i^2 / sum_i s_i^2 is the part of
-    the motion's square that modes leave out: 1e-12 leaves out 1e-6 of its size.
+    `components` names the bodies of each, see `system_level` and `body_level`. eps = sum_{i>r}
+    s_i^2 / sum_i s_i^2 is the part of the motion's square that modes leave out: 1e-12 leaves out
+    1e-6 of its size.
     """
 
     components: Components
@@ -57,11 +59,14 @@ def modes_of(modes: ModeCounts, component: str) -> int | None:
 
 
 def with_components(plan: Plan, components: Components) -> Plan:
-    """The plan with other components; numbers of modes by name belong to the components that it had.
+    """The plan with other components; numbers of modes by name belong to the components that it
+    had.
 
     A number of modes for all components stays.
     """
-    return replace(plan, components=components, modes=None if isinstance(plan.modes, Mapping) else plan.modes)
+    return replace(
+        plan, components=components, modes=None if isinstance(plan.modes, Mapping) else plan.modes
+    )
 
 
 def newton_for(newton: Newton, tolerance: float) -> Newton:
@@ -69,7 +74,9 @@ def newton_for(newton: Newton, tolerance: float) -> Newton:
 
     Its tolerance is max(1e-6 sqrt(eps), 1e-13), or what it was where that is less.
     """
-    return replace(newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST)))
+    return replace(
+        newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST))
+    )
 
 
 def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:

@@ -1,11 +1,12 @@
-r"""Systems as models of pyMOR, whose reductors run on them, and bases of either side for the other; needs the extra `pymor`.
+r"""Systems as models of pyMOR, whose reductors run on them, and bases of either side for the other;
+needs the extra `pymor`.
 
     statics     f(x0 + u, t) = 0                   a StationaryModel in displacements u (n,), its parameter t the time of histories
     transfer    z' = A z + B w,  y = C z + D w     an LTIModel about an equilibrium, see `dynamics.state_space`
     reduced     x = x0 + V z                       the system in a basis of pyMOR: a System that `dynamics.integrate` moves
 
-Source: R. Milk, S. Rave, F. Schindler, pyMOR - Generic algorithms and interfaces for model order reduction, SIAM J. Sci. Comput.
-38 (2016) S194-S216, doi:10.1137/15M1026614.
+Source: R. Milk, S. Rave, F. Schindler, pyMOR - Generic algorithms and interfaces for model order
+reduction, SIAM J. Sci. Comput. 38 (2016) S194-S216, doi:10.1137/15M1026614.
 """
 
 from __future__ import annotations
@@ -38,13 +39,16 @@ class ForceOperator(Operator):
     linear = False
 
     def __init__(self, system: System) -> None:
-        self.system, self.name = system, "force"
+        self.system = system
+        self.name = "force"
         self.source = self.range = NumpyVectorSpace(system.size)
         self.parameters_own = {"t": 1}
 
     def apply(self, U: Any, mu: Any = None) -> Any:
         x = U.to_numpy().T + self.system.x0
-        return self.range.from_numpy(np.stack([operators.force(self.system, one, t=time_in(mu)) for one in x], axis=1))
+        return self.range.from_numpy(
+            np.stack([operators.force(self.system, one, t=time_in(mu)) for one in x], axis=1)
+        )
 
     def jacobian(self, U: Any, mu: Any = None) -> Any:
         x = U.to_numpy().ravel() + self.system.x0
@@ -57,16 +61,29 @@ def time_in(mu: Any) -> float:
 
 
 def statics(system: System) -> StationaryModel:
-    """The equilibria of a system without multipliers, `systems.eliminate`, with the mass as the product "mass".
+    """The equilibria of a system without multipliers, `systems.eliminate`, with the mass as the
+    product "mass".
 
     InputError where multipliers are left: they would be unknowns beside the displacements.
     """
     if system.constraints.names:
         got = f"{len(system.constraints.names)} of them"
-        raise InputError(say("pymor_models.statics", "a system without multipliers", got, "linear joints alone are eliminated"))
+        raise InputError(
+            say(
+                "pymor_models.statics",
+                "a system without multipliers",
+                got,
+                "linear joints alone are eliminated",
+            )
+        )
     force = ForceOperator(system)
     mass = NumpyMatrixOperator(csc_array(system.mass), name="mass")
-    return StationaryModel(force, ZeroOperator(force.range, NumpyVectorSpace(1)), products={"mass": mass}, name="fmbs statics")
+    return StationaryModel(
+        force,
+        ZeroOperator(force.range, NumpyVectorSpace(1)),
+        products={"mass": mass},
+        name="fmbs statics",
+    )
 
 
 def transfer(space: StateSpace) -> LTIModel:
@@ -75,7 +92,8 @@ def transfer(space: StateSpace) -> LTIModel:
 
 
 def reduced(system: System, basis: Any) -> System:
-    """The system in x = x0 + V z, with the vectors of a VectorArray of pyMOR, made orthonormal, as columns of V (n, r).
+    """The system in x = x0 + V z, with the vectors of a VectorArray of pyMOR, made orthonormal, as
+    columns of V (n, r).
 
     InputError for vectors of another length.
     """
@@ -85,8 +103,11 @@ def reduced(system: System, basis: Any) -> System:
     return change_coordinates(system, np.linalg.qr(V)[0], system.x0)
 
 
-def basis(vectors: Any, tolerance: float | None = None, modes: int | None = None, product: Any = None) -> Any:
-    """POD of this package of a VectorArray of pyMOR about zero, as a VectorArray: `reduction.spaces.pod`, eps or a number of modes.
+def basis(
+    vectors: Any, tolerance: float | None = None, modes: int | None = None, product: Any = None
+) -> Any:
+    """POD of this package of a VectorArray of pyMOR about zero, as a VectorArray:
+    `reduction.spaces.pod`, eps or a number of modes.
 
     `product`, an operator of pyMOR with a matrix, is the metric; Euclid's without one.
     """

@@ -1,4 +1,6 @@
-"""Histories become files, plots and pictures; all from plain arrays (`frames`), nothing heavy is imported before it is used."""
+"""Histories become files, plots and pictures; all from plain arrays (`frames`), nothing heavy is
+imported before it is used.
+"""
 
 from . import frames, pictures, plots, series, speed
 

@@ -39,7 +39,9 @@ LETTERS = 103  #: on a line of one inch, if they are of one point; a key is as w
 
 
 def plain(text: str) -> str:
-    """A text from outside as matplotlib draws it letter by letter: no formula, and no label that is hidden for its underscore."""
+    """A text from outside as matplotlib draws it letter by letter: no formula, and no label that is
+    hidden for its underscore.
+    """
     text = text.replace("$", r"\$")
     return f" {text}" if text.startswith("_") else text
 
@@ -74,7 +76,9 @@ def panels(figure: Figure, count: int, columns: int, **shared: Any) -> np.ndarra
 
 
 def stack(count: int, title: str, across: str) -> tuple[Figure, np.ndarray]:
-    """A figure with `count` panels over one axis, whose label `across` is below the lowest panel of every column."""
+    """A figure with `count` panels over one axis, whose label `across` is below the lowest panel of
+    every column.
+    """
     columns = 2 if count > 3 else 1
     rows = math.ceil(count / columns)
     found = figure(7.2 if columns == 1 else 9.2, 4.2 if count == 1 else 2.3 * rows + 0.6, title)
@@ -93,7 +97,12 @@ def rule(axes: Axes, **chosen: Any) -> None:
 
 def style(number: int, **chosen: Any) -> dict[str, Any]:
     """Colour, mark and width of the curve `number` among several; what is chosen replaces it."""
-    return {"color": palette.colour(number), "marker": MARKERS[number % len(MARKERS)], "ms": 4, "lw": 1.2} | chosen
+    return {
+        "color": palette.colour(number),
+        "marker": MARKERS[number % len(MARKERS)],
+        "ms": 4,
+        "lw": 1.2,
+    } | chosen
 
 
 def dashes(number: int) -> Any:
@@ -102,7 +111,9 @@ def dashes(number: int) -> Any:
 
 
 def stagger(samples: int, number: int, many: int, marks: int) -> tuple[int, int]:
-    """First sample and distance of some `marks` on the curve `number` of `many`, beside those of the others."""
+    """First sample and distance of some `marks` on the curve `number` of `many`, beside those of
+    the others.
+    """
     pace = max(samples // marks, 1)
     return pace * number // max(many, 1), pace
 
@@ -117,7 +128,9 @@ def level(axes: Axes, value: float | None, label: str) -> None:
 
 
 def set_log(axes: Axes, side: str, low: float, high: float) -> None:
-    """A log scale of the side `x` or `y` for values from low to high; below two decades with plain numbers that have room."""
+    """A log scale of the side `x` or `y` for values from low to high; below two decades with plain
+    numbers that have room.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axes.set(**{f"{side}scale": "log"})
@@ -150,14 +163,18 @@ def over_parameter(axes: Axes, side: str, own: Parameter) -> None:
 
 
 def through_centre(count: int, sides: Sequence[int], along: int) -> Array:
-    """Points (i, d) of the unit box of `count` parameters: a grid of `along` points a side, the others in the middle."""
+    """Points (i, d) of the unit box of `count` parameters: a grid of `along` points a side, the
+    others in the middle.
+    """
     unit = np.full((along ** len(sides), count), 0.5)
     grid = np.meshgrid(*[np.linspace(0.0, 1.0, along)] * len(sides), indexing="ij")
     unit[:, list(sides)] = np.stack(grid, axis=-1).reshape(-1, len(sides))
     return unit
 
 
-def band(axes: Axes, x: Array, edges: tuple[Array, Array], middle: Array, names: Sequence[str]) -> None:
+def band(
+    axes: Axes, x: Array, edges: tuple[Array, Array], middle: Array, names: Sequence[str]
+) -> None:
     """A curve within its band, over x (s,)."""
     axes.plot(x, middle, color=palette.BLUE, lw=1.4, label=names[0])
     axes.fill_between(x, *edges, color=palette.SKY, alpha=0.35, lw=0, label=names[1])
@@ -176,8 +193,13 @@ def fit_numbers(axis: Any) -> int:
     """
     from matplotlib.ticker import MaxNLocator
 
-    place, figure = axis.axes.get_position(), axis.get_figure(root=True)
-    length = place.width * figure.get_figwidth() if axis.axis_name == "x" else place.height * figure.get_figheight()
+    place = axis.axes.get_position()
+    figure = axis.get_figure(root=True)
+    length = (
+        place.width * figure.get_figwidth()
+        if axis.axis_name == "x"
+        else place.height * figure.get_figheight()
+    )
     most = min(max(FEWEST, int(length / ROOM)), MOST)
     axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
     return most
@@ -190,14 +212,29 @@ def positive(values: Array) -> Array:
 
 
 def legend_below(figure: Figure) -> None:
-    """One legend for all axes, below them, as many columns as fit; a name that several have stands there once."""
-    found = {label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    """One legend for all axes, below them, as many columns as fit; a name that several have stands
+    there once.
+    """
+    found = {
+        label: handle
+        for axes in figure.axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
     if found:
         columns = fitting(list(found), figure.get_figwidth(), 9)
-        figure.legend(found.values(), found, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+        figure.legend(
+            found.values(),
+            found,
+            loc="outside lower center",
+            ncols=columns,
+            fontsize=9,
+            frameon=False,
+        )
 
 
 def fitting(names: Sequence[str], width: float, size: float) -> int:
-    """Columns of a legend of `names`, in letters of `size` [point], that fit into a `width` [inch]: one at least."""
+    """Columns of a legend of `names`, in letters of `size` [point], that fit into a `width` [inch]:
+    one at least.
+    """
     widest = max(len(name) for name in names)
     return max(1, min(len(names), int(width * LETTERS / size / (widest + 7))))

@@ -34,7 +34,9 @@ LABELS = {
 }
 STRESSES = frozenset(name for name, label in LABELS.items() if "[Pa]" in label)
 SILENT = ", round-off"  #: said of what is drawn as zero
-DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
+DIGITS = 8.0 * float(
+    np.finfo(np.float64).eps
+)  #: round-off of a position, relative to the largest coordinate
 
 
 @dataclass(frozen=True)
@@ -66,12 +68,17 @@ def make_scale(
     given: tuple[float, float] | None = None,
     logarithmic: bool = False,
 ) -> ColourScale:
-    """The scale of a field over all motions, with its name and its limits [SI] where they are given."""
+    """The scale of a field over all motions, with its name and its limits [SI] where they are
+    given.
+    """
     silent = all(is_round_off(one, name) for one in every)
     ends = [given] if given else [limits(one, name, logarithmic) for one in every]
-    low, high = min(end[0] for end in ends), max(end[1] for end in ends)
+    low = min(end[0] for end in ends)
+    high = max(end[1] for end in ends)
     text, unit = display.head(label or LABELS.get(name, name), [0.0] if silent else [low, high])
-    return ColourScale(name, text + SILENT * silent, (low / unit, high / unit), unit, silent, logarithmic)
+    return ColourScale(
+        name, text + SILENT * silent, (low / unit, high / unit), unit, silent, logarithmic
+    )
 
 
 def shows(frames: Frames, name: str) -> bool:
@@ -81,11 +88,14 @@ def shows(frames: Frames, name: str) -> bool:
 
 
 def is_round_off(frames: Frames, name: str) -> bool:
-    """Whether strains or curvatures, not all zero, are those that the round-off of positions makes of straight or flat bodies.
+    """Whether strains or curvatures, not all zero, are those that the round-off of positions makes
+    of straight or flat bodies.
 
-    Positions x are off by DIGITS |x|, strains [-] by that over the distance h of points, curvatures [1/m] by that over h^2.
+    Positions x are off by DIGITS |x|, strains [-] by that over the distance h of points, curvatures
+    [1/m] by that over h^2.
     """
-    power, found = {"strain": 1, "curvature": 2}.get(name, 0), False
+    power = {"strain": 1, "curvature": 2}.get(name, 0)
+    found = False
     for body in frames.bodies.values():
         if power and name in body.fields:
             largest = float(np.abs(frames_.magnitude(body, name)).max())
@@ -102,13 +112,16 @@ def spacing(body: Shown) -> float:
 
 
 def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
-    """Limits of the colour scale over all instants and bodies: symmetric where the field has both signs, five decades at most.
+    """Limits of the colour scale over all instants and bodies: symmetric where the field has both
+    signs, five decades at most.
 
     Stresses start at zero; what is round-off is zero, on a scale up to 1.
     """
     if is_round_off(frames, name):
         return 0.0, 1.0
-    values = np.concatenate([frames_.magnitude(body, name).ravel() for body in frames.bodies.values()])
+    values = np.concatenate(
+        [frames_.magnitude(body, name).ravel() for body in frames.bodies.values()]
+    )
     values = values[np.isfinite(values) & ((values > 0) | (not logarithmic))]
     if values.size == 0:
         return (1e-5, 1.0) if logarithmic else (0.0, 1.0)

@@ -1,4 +1,6 @@
-"""Symbols of joints, loads and axes: one table for the key of a picture, for its scene, and for pages."""
+"""Symbols of joints, loads and axes: one table for the key of a picture, for its scene, and for
+pages.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +9,23 @@ from ..core.storage.records import dataclass
 THIN = 0.0045  #: radius of the thinnest tube, over the longest side of what is shown
 RADIUS = 3.1  #: of a joint, over that of the thinnest tube
 REACH = 22.0  #: length of an arrow, over the radius of the thinnest tube
-DARK, PALE, DRIVEN, VIOLET, BRASS, LOAD = "#303030", "#7F7F7F", "#A83200", "#8A63D2", "#8C6D1F", "#B00058"
+DARK, PALE, DRIVEN, VIOLET, BRASS, LOAD = (
+    "#303030",
+    "#7F7F7F",
+    "#A83200",
+    "#8A63D2",
+    "#8C6D1F",
+    "#B00058",
+)
 
 
 @dataclass(frozen=True)
 class Symbol:
     """A kind of marks, and how it is drawn.
 
-    Forms with their sizes: `ball` radius; `box` half its sides along x, y, z; `cone` radius, height; `prism` radius, half its
-    height, sides; `cross` half the length and half the width of its bars; `arrow`, `ring` and `axis` of arrows have none.
+    Forms with their sizes: `ball` radius; `box` half its sides along x, y, z; `cone` radius,
+    height; `prism` radius, half its height, sides; `cross` half the length and half the width of
+    its bars; `arrow`, `ring` and `axis` of arrows have none.
     """
 
     kind: str  #: in the key
@@ -33,8 +43,9 @@ def make_cube(kind: str, marker: str, colour: str, side: float = 1.4) -> Symbol:
 
 
 BAR = (2.1, 1.1, 0.65)  #: of what slides
-#: markers of a system -> symbol. No two joints look alike, driven ones stand out. A gear is wide and flat, so that it is seen
-#: around the ball of the joint that its wheel turns on. The key turns the marker of gravity as it points in the picture
+#: markers of a system -> symbol. No two joints look alike, driven ones stand out. A gear is wide
+#: and flat, so that it is seen around the ball of the joint that its wheel turns on. The key turns
+#: the marker of gravity as it points in the picture
 MARKERS = {
     "pin": Symbol("revolute joint", "o", DARK, "ball", (1.0,)),
     "spherical": Symbol("spherical joint", "o", VIOLET, "ball", (1.0,)),

@@ -1,4 +1,6 @@
-"""Colours that stay apart for colour-blind readers (Okabe and Ito, https://jfly.uni-koeln.de/color/), dark ones first."""
+"""Colours that stay apart for colour-blind readers (Okabe and Ito,
+https://jfly.uni-koeln.de/color/), dark ones first.
+"""
 
 from __future__ import annotations
 

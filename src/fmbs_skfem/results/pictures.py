@@ -1,7 +1,8 @@
 """Off-screen pictures of deformed configurations, as PNG, GIF or MP4.
 
-VTK may kill the process that asks it for OpenGL where there is none. Therefore this module never imports it: a process of its own
-(`painter`) first draws a probe, then the pictures; when it dies, this one says what to install.
+VTK may kill the process that asks it for OpenGL where there is none. Therefore this module never
+imports it: a process of its own (`painter`) first draws a probe, then the pictures; when it dies,
+this one says what to install.
 """
 
 from __future__ import annotations
@@ -47,15 +48,22 @@ def render(
     options: PictureOptions | None = None,
     layout: Arrangement | None = None,
 ) -> Path:
-    """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the PNG file `path`.
+    """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the
+    PNG file `path`.
 
-    Without a `layout`, lines share one scene and surfaces, which would hide each other, get one scene an instant.
+    Without a `layout`, lines share one scene and surfaces, which would hide each other, get one
+    scene an instant.
     """
     flat = any(body.is_shell for body in frames.bodies.values())
     layout = layout or (Arrangement.MULTIPLES if flat else Arrangement.OVERLAY)
-    indices = frames_.spread(frames.times, 6) if times is None else frames_.choose(frames.times, times)
+    indices = (
+        frames_.spread(frames.times, 6) if times is None else frames_.choose(frames.times, times)
+    )
     return _draw(
-        frames_.select(frames, indices), _check_suffix(path, ".png"), options or PictureOptions(), Arrangement(layout).value
+        frames_.select(frames, indices),
+        _check_suffix(path, ".png"),
+        options or PictureOptions(),
+        Arrangement(layout).value,
     )
 
 
@@ -66,7 +74,8 @@ def animate(
     rate: float = 15.0,
     options: PictureOptions | None = None,
 ) -> Path:
-    """Draw `count` instants evenly spread in time into the GIF or MP4 file `path`, `rate` of them a second.
+    """Draw `count` instants evenly spread in time into the GIF or MP4 file `path`, `rate` of them a
+    second.
 
     MP4 takes ffmpeg; MissingFeature where there is none.
     """
@@ -82,11 +91,19 @@ def animate(
 def _check_suffix(path: Path | str, *suffixes: str) -> Path:
     target = Path(path)
     if target.suffix.lower() not in suffixes:
-        raise InputError(say(f"pictures: {target}", f"a file name ending in {' or '.join(suffixes)}", f"'{target.suffix}'"))
+        raise InputError(
+            say(
+                f"pictures: {target}",
+                f"a file name ending in {' or '.join(suffixes)}",
+                f"'{target.suffix}'",
+            )
+        )
     return target
 
 
-def _draw(frames: Frames, path: Path, options: PictureOptions, layout: str, rate: float = 1.0) -> Path:
+def _draw(
+    frames: Frames, path: Path, options: PictureOptions, layout: str, rate: float = 1.0
+) -> Path:
     known = frames_.names(frames)
     if options.field is not None and options.field not in known:
         got = f"'{options.field}'{closest(options.field, known)}"
@@ -97,29 +114,57 @@ def _draw(frames: Frames, path: Path, options: PictureOptions, layout: str, rate
     return path
 
 
-def make_job(frames: Frames, options: PictureOptions, layout: str, rate: float, target: Path) -> PictureJob:
+def make_job(
+    frames: Frames, options: PictureOptions, layout: str, rate: float, target: Path
+) -> PictureJob:
     """The order for a picture: of the fields that which is drawn, in the unit of the colour scale."""
     scale = None
     if options.field is not None:
-        scale = make_scale([frames], options.field, options.display, options.label, options.limits, options.logarithmic)
+        scale = make_scale(
+            [frames],
+            options.field,
+            options.display,
+            options.label,
+            options.limits,
+            options.logarithmic,
+        )
     bodies = {
-        name: replace(body, fields={scale.field: scale.values(body)} if scale else {}) for name, body in frames.bodies.items()
+        name: replace(body, fields={scale.field: scale.values(body)} if scale else {})
+        for name, body in frames.bodies.items()
     }
     drawn = replace(frames, bodies=bodies)
-    return PictureJob(layout, drawn, frames_.planar(frames), options, scale, rate, target.suffixes[-2].lower(), target)
+    return PictureJob(
+        layout,
+        drawn,
+        frames_.planar(frames),
+        options,
+        scale,
+        rate,
+        target.suffixes[-2].lower(),
+        target,
+    )
 
 
 def _order(job: PictureJob | None) -> None:
-    """Let a job be drawn, or only probe; the end of the process by a signal or code 7 means that there is no usable OpenGL."""
+    """Let a job be drawn, or only probe; the end of the process by a signal or code 7 means that
+    there is no usable OpenGL.
+    """
     extras.need("viz", "pictures")
     with painter.hired() as one:
         try:
             code, reason = one.draw(job)
         except TimeoutError as error:
-            text = say("pictures", f"a picture within {painter.TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
+            text = say(
+                "pictures",
+                f"a picture within {painter.TIME_LIMIT:g} s",
+                "none",
+                "draw fewer instants or a smaller picture",
+            )
             raise FmbsError(text) from error
         except OSError as error:
-            raise MissingFeature(say("pictures", f"a program to draw with ({one.command[0]})", error, ADVICE)) from error
+            raise MissingFeature(
+                say("pictures", f"a program to draw with ({one.command[0]})", error, ADVICE)
+            ) from error
     if code and reason and code != 7:
         raise FmbsError(say("pictures", "a picture", reason))
     if code:

@@ -1,7 +1,8 @@
-"""Figures from plain arrays with matplotlib: histories, errors, norms, singular values, speed against error.
+"""Figures from plain arrays with matplotlib: histories, errors, norms, singular values, speed
+against error.
 
-Every function returns a figure; `save` writes it.
-Figures 3 to 5, 8, 9, 11 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
+Every function returns a figure; `save` writes it. Figures 3 to 5, 8, 9, 11 and 12 of doi
+10.1016/j.cma.2019.112690 have this form.
 """
 
 from __future__ import annotations
@@ -53,18 +54,31 @@ FAMILIES = {
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves (s,) of one unit that share axes, such as the components of a vector; the label has the unit, `tip [m]`."""
+    """Curves (s,) of one unit that share axes, such as the components of a vector; the label has
+    the unit, `tip [m]`.
+    """
 
     label: str
     curves: Mapping[str, Array]
-    bands: Mapping[str, float] = field(default_factory=dict)  #: errors of some of them, drawn as a band on both sides
-    columns: Mapping[str, str] = field(default_factory=dict)  #: columns of outputs that they are, where their names are others
+    bands: Mapping[str, float] = field(
+        default_factory=dict
+    )  #: errors of some of them, drawn as a band on both sides
+    columns: Mapping[str, str] = field(
+        default_factory=dict
+    )  #: columns of outputs that they are, where their names are others
 
     def read_in(self, display: DisplayUnits) -> Panel:
         """The same in the unit in which people read it."""
-        label, size = display.head(self.label, [largest_of(values) for values in self.curves.values()])
+        label, size = display.head(
+            self.label, [largest_of(values) for values in self.curves.values()]
+        )
         curves = {name: np.asarray(values) / size for name, values in self.curves.items()}
-        return replace(self, label=label, curves=curves, bands={name: band / size for name, band in self.bands.items()})
+        return replace(
+            self,
+            label=label,
+            curves=curves,
+            bands={name: band / size for name, band in self.bands.items()},
+        )
 
 
 def panel_grid(
@@ -75,25 +89,49 @@ def panel_grid(
     marks: Sequence[tuple[float, str]] = (),
     display: DisplayUnits = SI,
 ) -> Figure:
-    """Panels over one axis of time or load factor `times` (s,), whose label is `across`; a key where a panel has several curves.
+    """Panels over one axis of time or load factor `times` (s,), whose label is `across`; a key
+    where a panel has several curves.
 
-    `marks` are instants with names, such as those of events. Numbers and labels are in SI units, and drawn in those of `display`,
-    else with prefixes. Raises InputError for more than PANELS panels, for none, and for
-    curves that are not at `times`.
+    `marks` are instants with names, such as those of events. Numbers and labels are in SI units,
+    and drawn in those of `display`, else with prefixes. Raises InputError for more than PANELS
+    panels, for none, and for curves that are not at `times`.
     """
     figure, grid, shown, times, clock = _grid(times, shown, title, across, display)
     for axes, panel in zip(grid.flat, shown, strict=False):
         for number, (name, values) in enumerate(panel.curves.items()):
-            axes.plot(times, values, label=plain(name), color=palette.colour(number), ls=charts.dashes(number), lw=1.3)
+            axes.plot(
+                times,
+                values,
+                label=plain(name),
+                color=palette.colour(number),
+                ls=charts.dashes(number),
+                lw=1.3,
+            )
             if band := panel.bands.get(name):
-                axes.fill_between(times, values - band, values + band, color=palette.colour(number), alpha=0.25, lw=0.0)
+                axes.fill_between(
+                    times,
+                    values - band,
+                    values + band,
+                    color=palette.colour(number),
+                    alpha=0.25,
+                    lw=0.0,
+                )
         _mark(axes, [(time / clock, name) for time, name in marks])
         _finish(axes, panel.label)
         if len(panel.curves) > 1:
             pad = ABOVE if has_power(axes) else 0.1
-            beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": pad}
+            beside: dict[str, Any] = {
+                "loc": "lower left",
+                "bbox_to_anchor": (0.0, 1.0),
+                "borderaxespad": pad,
+            }
             room = figure.get_figwidth() / grid.shape[1] - MARGIN
-            axes.legend(fontsize=8, frameon=False, ncols=charts.fitting(list(panel.curves), room, 8), **beside)
+            axes.legend(
+                fontsize=8,
+                frameon=False,
+                ncols=charts.fitting(list(panel.curves), room, 8),
+                **beside,
+            )
     return figure
 
 
@@ -104,15 +142,27 @@ def history_grid(
     across: str = "time [s]",
     display: DisplayUnits = SI,
 ) -> Figure:
-    """Outputs of several models over `times` (s,), a panel each: label with unit -> {model: (s,)}; errors as of `panel_grid`.
+    """Outputs of several models over `times` (s,), a panel each: label with unit -> {model: (s,)};
+    errors as of `panel_grid`.
 
     One legend for all: the first model is drawn broad and pale, as the reference of the others.
     """
-    figure, grid, shown, times, _ = _grid(times, [Panel(*one) for one in outputs.items()], title, across, display)
+    figure, grid, shown, times, _ = _grid(
+        times, [Panel(*one) for one in outputs.items()], title, across, display
+    )
     for axes, panel in zip(grid.flat, shown, strict=False):
         for number, (name, values) in enumerate(panel.curves.items(), start=-1):
             if number < 0 and len(panel.curves) > 1:
-                axes.plot(times, values, color="#9A9A9A", lw=4.0, alpha=0.75, label=plain(name), zorder=1, solid_capstyle="round")
+                axes.plot(
+                    times,
+                    values,
+                    color="#9A9A9A",
+                    lw=4.0,
+                    alpha=0.75,
+                    label=plain(name),
+                    zorder=1,
+                    solid_capstyle="round",
+                )
                 continue
             every = charts.stagger(len(times), number + 1, len(panel.curves), 12)
             own = charts.style(max(number, 0), ls=charts.dashes(max(number, 0)), lw=1.3)
@@ -125,13 +175,20 @@ def history_grid(
 def _grid(
     times: Array, shown: Sequence[Panel], title: str, across: str, display: DisplayUnits
 ) -> tuple[Figure, np.ndarray, list[Panel], Array, float]:
-    """A figure with axes for panels that fit; these and the times as they are read, and the size of the unit of times."""
+    """A figure with axes for panels that fit; these and the times as they are read, and the size of
+    the unit of times.
+    """
     if not 0 < len(shown) <= PANELS:
         raise InputError(say("plots: outputs", f"1 to {PANELS}", len(shown)))
     for panel in shown:
         _check_curves(f"plots: {panel.label}", times, panel.curves)
     label, clock = display.head(across, times)
-    return *charts.stack(len(shown), title, label), [one.read_in(display) for one in shown], np.asarray(times) / clock, clock
+    return (
+        *charts.stack(len(shown), title, label),
+        [one.read_in(display) for one in shown],
+        np.asarray(times) / clock,
+        clock,
+    )
 
 
 def has_power(axes: Axes) -> bool:
@@ -145,13 +202,32 @@ def _mark(axes: Axes, marks: Sequence[tuple[float, str]]) -> None:
     """Lines at instants, with their names beside them."""
     for time, name in marks:
         axes.axvline(time, color=palette.GREY, lw=0.9, ls=(0, (4, 3)))
-        beside: dict[str, Any] = {"xytext": (-2, -3), "textcoords": "offset points", "ha": "right", "va": "top", "rotation": 90}
-        axes.annotate(plain(name), (time, 1.0), xycoords=axes.get_xaxis_transform(), fontsize=7, color=palette.GREY, **beside)
+        beside: dict[str, Any] = {
+            "xytext": (-2, -3),
+            "textcoords": "offset points",
+            "ha": "right",
+            "va": "top",
+            "rotation": 90,
+        }
+        axes.annotate(
+            plain(name),
+            (time, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            fontsize=7,
+            color=palette.GREY,
+            **beside,
+        )
 
 
 def _finish(axes: Axes, label: str) -> None:
-    """The label beside an axes in short lines, pale lines at the ticks, whose numbers are whole but where they are too CLOSE."""
-    axes.set_ylabel("\n".join(part for line in plain(label).split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
+    """The label beside an axes in short lines, pale lines at the ticks, whose numbers are whole but
+    where they are too CLOSE.
+    """
+    axes.set_ylabel(
+        "\n".join(
+            part for line in plain(label).split(": ", 1) for part in textwrap.wrap(line, LETTERS)
+        )
+    )
     charts.rule(axes)
     axes.margins(x=0.01)
     low, high = axes.get_ylim()
@@ -168,20 +244,28 @@ def errors(
     named: str = "time discretisation",
     display: DisplayUnits = SI,
 ) -> Figure:
-    """Errors or norms (s,) by name over times or values of a parameter (s,), log scale, as Figs 4, 5, 9 and 12 to 14.
+    """Errors or norms (s,) by name over times or values of a parameter (s,), log scale, as Figs 4,
+    5, 9 and 12 to 14.
 
-    `level` is a line in the key as `named`: the error of the full model's own time discretisation, or a tolerance. Values that
-    have no logarithm are gaps. The units of `display` are those of `across` alone: a log scale shows powers of ten. Raises
-    InputError for other shapes.
+    `level` is a line in the key as `named`: the error of the full model's own time discretisation,
+    or a tolerance. Values that have no logarithm are gaps. The units of `display` are those of
+    `across` alone: a log scale shows powers of ten. Raises InputError for other shapes.
     """
     _check_curves(f"plots: {label}", times, models)
     figure = charts.figure(7.2, 4.4)
-    axes, order = figure.subplots(), np.argsort(times, kind="stable")
+    axes = figure.subplots()
+    order = np.argsort(times, kind="stable")
     across, clock = display.head(across, times)
     for number, (name, values) in enumerate(models.items()):
         every = charts.stagger(len(times), number, len(models), 10)
         own = charts.style(number, ls=charts.dashes(number))
-        axes.plot(times[order] / clock, charts.positive(values)[order], markevery=every, label=plain(name), **own)
+        axes.plot(
+            times[order] / clock,
+            charts.positive(values)[order],
+            markevery=every,
+            label=plain(name),
+            **own,
+        )
     if any((np.asarray(values) > 0).any() for values in models.values()):
         axes.set_yscale("log")
     charts.level(axes, level, named)
@@ -200,32 +284,55 @@ def slider(
     title: str = "",
     display: DisplayUnits = SI,
 ) -> Figure:
-    """Displacement x(t) - x(0) [m] of a slider along an axis, and the crank's speed [rad/s] in turns a minute, as Fig. 11.
+    """Displacement x(t) - x(0) [m] of a slider along an axis, and the crank's speed [rad/s] in
+    turns a minute, as Fig. 11.
 
     Positions and speeds (s,) are those of models by name.
     """
     displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
     turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
-    outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}
+    outputs = {
+        f"{axis}-displacement of the slider [m]": displacement,
+        "speed of the crank [rpm]": turns,
+    }
     return history_grid(times, outputs, title, display=display)
 
 
-def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None) -> Figure:
-    """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of eq. (14) as text."""
+def singular_values(
+    values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None
+) -> Figure:
+    """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of
+    eq. (14) as text.
+    """
     figure = charts.figure(6.6, 4.4)
     axes = figure.subplots()
     for number, (name, spectrum) in enumerate(values.items()):
         spectrum = np.asarray(spectrum, float)
         if spectrum.ndim != 1 or spectrum.size == 0 or not spectrum[0] > 0:
             got = f"shape {spectrum.shape}"
-            raise InputError(say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got))
-        scaled, kept = charts.positive(spectrum / spectrum[0]), (modes or {}).get(name)
+            raise InputError(
+                say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got)
+            )
+        scaled = charts.positive(spectrum / spectrum[0])
+        kept = (modes or {}).get(name)
         text = plain(name) if kept is None else f"{plain(name)}: {kept} modes kept"
-        axes.semilogy(np.arange(1, spectrum.size + 1), scaled, label=text, **charts.style(number, ms=3.5, lw=1))
+        axes.semilogy(
+            np.arange(1, spectrum.size + 1),
+            scaled,
+            label=text,
+            **charts.style(number, ms=3.5, lw=1),
+        )
         if kept is not None and 1 <= kept <= spectrum.size:
-            axes.axvline(kept + 0.5, color=palette.colour(number), lw=1.1, ls=charts.dashes(1 + number % 4))
+            axes.axvline(
+                kept + 0.5, color=palette.colour(number), lw=1.1, ls=charts.dashes(1 + number % 4)
+            )
     axes.set(xlabel="number of the mode", ylabel="singular value / largest")
-    axes.legend(fontsize=9, frameon=True, framealpha=0.9, title=None if eps is None else f"truncated at eps = {eps:g}")
+    axes.legend(
+        fontsize=9,
+        frameon=True,
+        framealpha=0.9,
+        title=None if eps is None else f"truncated at eps = {eps:g}",
+    )
     charts.rule(axes)
     return figure
 
@@ -236,14 +343,19 @@ def speed_error(
     label: str = "largest relative error",
     title: str = "",
 ) -> Figure:
-    """CPU time against error, both log; numbered points are on the Pareto front, `floor` is the time-discretisation error.
+    """CPU time against error, both log; numbered points are on the Pareto front, `floor` is the
+    time-discretisation error.
 
-    Models without any error (the reference itself) lie on the lower edge, which is marked as 0; failed ones are only counted, below
-    the key.
+    Models without any error (the reference itself) lie on the lower edge, which is marked as 0;
+    failed ones are only counted, below the key.
     """
     finished = [point for point in points if math.isfinite(point.error)]
     if not finished:
-        raise InputError(say("plots: speed against error", "at least one finished model", f"{len(points)} points"))
+        raise InputError(
+            say(
+                "plots: speed against error", "at least one finished model", f"{len(points)} points"
+            )
+        )
     figure = charts.figure(9.6, 5.6, title)
     axes = figure.subplots()
     positive = [point.error for point in finished if point.error > 0] or [1.0]
@@ -260,20 +372,35 @@ def speed_error(
     charts.rule(axes, which="major")
     if failed := len(points) - len(finished):
         axes.plot([], [], ls="", label=f"({failed} failed, not shown)")
-    figure.legend(loc="outside right center", frameon=False, fontsize=9)  # higher it would meet a long title
+    figure.legend(
+        loc="outside right center", frameon=False, fontsize=9
+    )  # higher it would meet a long title
     return figure
 
 
 def _scatter(axes: Axes, points: Sequence[Point], edge: float) -> None:
-    others = [name for name in dict.fromkeys(point.family for point in points) if name not in FAMILIES]
+    others = [
+        name for name in dict.fromkeys(point.family for point in points) if name not in FAMILIES
+    ]
     for name in (*FAMILIES, *others):
-        members = sorted((point for point in points if point.family == name), key=lambda point: point.cpu_s)
+        members = sorted(
+            (point for point in points if point.family == name), key=lambda point: point.cpu_s
+        )
         if not members:
             continue
         number = others.index(name) if name in others else 0
-        tint, marker, text = FAMILIES.get(name, (palette.colour(number), charts.MARKERS[-1 - number % 10], name))
-        cpu, error = [point.cpu_s for point in members], [max(point.error, edge) for point in members]
-        drawn: dict[str, Any] = {"c": tint, "marker": marker, "edgecolors": "white", "linewidths": 0.6, "label": text}
+        tint, marker, text = FAMILIES.get(
+            name, (palette.colour(number), charts.MARKERS[-1 - number % 10], name)
+        )
+        cpu = [point.cpu_s for point in members]
+        error = [max(point.error, edge) for point in members]
+        drawn: dict[str, Any] = {
+            "c": tint,
+            "marker": marker,
+            "edgecolors": "white",
+            "linewidths": 0.6,
+            "label": text,
+        }
         axes.scatter(cpu, error, s=110 if marker == "*" else 42, clip_on=False, zorder=3, **drawn)
 
 
@@ -282,13 +409,41 @@ def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> No
     cpu = [point.cpu_s for point in best]
     error = [max(point.error, edge) for point in best]
     broad: dict[str, Any] = {"color": "#B0B0B0", "lw": 5, "alpha": 0.45, "zorder": 1}
-    axes.step([cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", label="Pareto front, fastest first:", **broad)
-    beside: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "fontsize": 9, "fontweight": "bold", "zorder": 4}
-    for number, (point, place) in enumerate(zip(best, zip(cpu, error, strict=True), strict=True), start=1):
+    axes.step(
+        [cpu[0], *cpu],
+        [max(top, error[0]) * 1.5, *error],
+        where="post",
+        label="Pareto front, fastest first:",
+        **broad,
+    )
+    beside: dict[str, Any] = {
+        "textcoords": "offset points",
+        "ha": "right",
+        "fontsize": 9,
+        "fontweight": "bold",
+        "zorder": 4,
+    }
+    for number, (point, place) in enumerate(
+        zip(best, zip(cpu, error, strict=True), strict=True), start=1
+    ):
         low = place[1] > edge  # below the edge are the numbers of the axis
-        axes.annotate(str(number), place, xytext=(-5, -5 if low else 5), va="top" if low else "bottom", **beside)
+        axes.annotate(
+            str(number),
+            place,
+            xytext=(-5, -5 if low else 5),
+            va="top" if low else "bottom",
+            **beside,
+        )
         name = f"{textwrap.shorten(point.name, LONGEST, placeholder='…')}: {point.cpu_s:.2g} s, {speed.accuracy(point)}"
-        axes.plot([], [], ls="", marker=f"${number}$", color="black", ms=5 * len(str(number)), label=plain(name))
+        axes.plot(
+            [],
+            [],
+            ls="",
+            marker=f"${number}$",
+            color="black",
+            ms=5 * len(str(number)),
+            label=plain(name),
+        )
 
 
 def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None:
@@ -301,14 +456,24 @@ def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None
 
 
 def save(figure: Figure, path: Path | str) -> Path:
-    """Write a figure to a file. As PNG it is drawn by the canvas itself: `savefig` would lay it out twice, for the same pixels."""
+    """Write a figure to a file. As PNG it is drawn by the canvas itself: `savefig` would lay it out
+    twice, for the same pixels.
+    """
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
-        raise InputError(say(f"plots: {target}", "a file name ending in " + ", ".join(SUFFIXES), f"'{target.suffix}'"))
+        raise InputError(
+            say(
+                f"plots: {target}",
+                "a file name ending in " + ", ".join(SUFFIXES),
+                f"'{target.suffix}'",
+            )
+        )
     target.parent.mkdir(parents=True, exist_ok=True)
     canvas: Any = figure.canvas
     if target.suffix.lower() == ".png" and hasattr(canvas, "print_png"):
-        canvas.print_png(target, pil_kwargs={"compress_level": 3})  # half the time of the usual 6, files 1.1 times as large
+        canvas.print_png(
+            target, pil_kwargs={"compress_level": 3}
+        )  # half the time of the usual 6, files 1.1 times as large
     else:
         figure.savefig(target)
     return target

@@ -1,4 +1,5 @@
-"""The history of a run on the disk while it runs: closed files, so that what kills the process loses the open one at most.
+"""The history of a run on the disk while it runs: closed files, so that what kills the process
+loses the open one at most.
 
     history/segment-00001.h5    HDF5: times (s,), x, v, a (s, n), multipliers (s, m), memory (s, l), work (s,)
                                 of a run that keeps few states x, v, a (k, n), ..., their numbers `kept` (k,), and in `trace` what
@@ -6,8 +7,8 @@
     history/checkpoint-00001.h5 all that the next step reads (`dynamics.checkpoint`), of the newest segment only
     history/manifest.h5         the job, and how far it is
 
-The manifest comes last: what it counts is there, what it does not count is written again. Other programs read the segments as plain
-HDF5.
+The manifest comes last: what it counts is there, what it does not count is written again. Other
+programs read the segments as plain HDF5.
 """
 
 from __future__ import annotations
@@ -62,16 +63,25 @@ class Manifest:
 
 
 class Recorder:
-    """Keeps a run in `folder`: a segment and a checkpoint every so many seconds; see `dynamics.integrate`.
+    """Keeps a run in `folder`: a segment and a checkpoint every so many seconds; see
+    `dynamics.integrate`.
 
-    Without `every` the first one is written after EVERY seconds, so that short runs write nothing; with it, also at the end.
+    Without `every` the first one is written after EVERY seconds, so that short runs write nothing;
+    with it, also at the end.
     """
 
-    def __init__(self, folder: Path, job: Mapping[str, Any], every: float | None = None, manifest: Manifest | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        job: Mapping[str, Any],
+        every: float | None = None,
+        manifest: Manifest | None = None,
+    ) -> None:
         self.folder = folder
         self.every = every
         self.manifest = manifest or Manifest(dict(job))
-        self.last, self.took = time.perf_counter(), 0.0
+        self.last = time.perf_counter()
+        self.took = 0.0
 
     def __call__(self, moment: RunState) -> None:
         if self.due(moment):
@@ -94,14 +104,20 @@ class Recorder:
 
     def write(self, moment: RunState) -> None:
         """Close a segment with all states since the last one, and a checkpoint."""
-        begin, files, segments = time.perf_counter(), store_of(self.folder), self.manifest.segments
+        begin = time.perf_counter()
+        files = store_of(self.folder)
+        segments = self.manifest.segments
         if moment.kept > self.kept:
-            files.append(SEGMENT, len(segments) + 1, columns_of(moment.rows(self.kept, moment.kept)))
+            files.append(
+                SEGMENT, len(segments) + 1, columns_of(moment.rows(self.kept, moment.kept))
+            )
             segments = (*segments, moment.kept)
         number = self.manifest.checkpoint + 1
         files.append(CHECKPOINT, number, moment.checkpoint())
         state = HistoryState.DONE if moment.done == moment.steps else HistoryState.RUNNING
-        found = replace(self.manifest, state=state, done=moment.done, steps=moment.steps, time=moment.time)
+        found = replace(
+            self.manifest, state=state, done=moment.done, steps=moment.steps, time=moment.time
+        )
         self.manifest = replace(found, segments=segments, checkpoint=number)
         files.append(MANIFEST, None, self.manifest)
         files.forget(CHECKPOINT, but=number)
@@ -122,9 +138,13 @@ def columns_of(rows: Rows) -> dict[str, Any]:
 
 def joined(parts: Sequence[Mapping[str, Any]], firsts: Sequence[int]) -> Rows:
     """The arrays of segments behind each other, of which the first states have these numbers."""
-    columns: dict[str, Any] = {column: np.concatenate([part[column] for part in parts]) for column in COLUMNS}
+    columns: dict[str, Any] = {
+        column: np.concatenate([part[column] for part in parts]) for column in COLUMNS
+    }
     least = min(part[MEMORY].shape[1] if MEMORY in part else 0 for part in parts)
-    memory = np.concatenate([part[MEMORY] if least else np.zeros((len(part["x"]), 0)) for part in parts])
+    memory = np.concatenate(
+        [part[MEMORY] if least else np.zeros((len(part["x"]), 0)) for part in parts]
+    )
     work = np.concatenate([part["work"] for part in parts])
     if TRACE not in parts[0]:
         return Rows(**columns, memory=memory, work=work)
@@ -139,10 +159,14 @@ def store_of(folder: Path) -> Store:
 
 
 def remedy(folder: Path) -> str:
-    """What helps where the disk is full: whether the run in a folder has closed what it can go on from."""
+    """What helps where the disk is full: whether the run in a folder has closed what it can go on
+    from.
+    """
     closed = exists(folder)
     return (
-        "everything closed before is intact: make room, then go on with fmbs resume" if closed else "make room, then run it again"
+        "everything closed before is intact: make room, then go on with fmbs resume"
+        if closed
+        else "make room, then run it again"
     )
 
 
@@ -157,14 +181,26 @@ def manifest(folder: Path) -> Manifest:
     found: Manifest | None = files.read(MANIFEST, None, Manifest)
     if found is None:
         remedy = f"a run writes its first segment after {EVERY:g} s, or earlier with --checkpoint"
-        raise InputError(say(f"{folder}", f"a folder with {FOLDER}/{files.path(MANIFEST, None).name}", "none", remedy))
+        raise InputError(
+            say(
+                f"{folder}",
+                f"a folder with {FOLDER}/{files.path(MANIFEST, None).name}",
+                "none",
+                remedy,
+            )
+        )
     return found
 
 
 def read(folder: Path) -> Resumed:
-    """All states of the history in a folder and its checkpoint; CorruptFile where a byte is not as it was written."""
-    found, files = manifest(folder), store_of(folder)
-    parts = [files.read(SEGMENT, number, needed=True) for number in range(1, len(found.segments) + 1)]
+    """All states of the history in a folder and its checkpoint; CorruptFile where a byte is not as
+    it was written.
+    """
+    found = manifest(folder)
+    files = store_of(folder)
+    parts = [
+        files.read(SEGMENT, number, needed=True) for number in range(1, len(found.segments) + 1)
+    ]
     with container.reading(files.path(MANIFEST, None), KIND):
         rows = joined(parts, (0, *found.segments[:-1]))
     return Resumed(files.read(CHECKPOINT, found.checkpoint, Checkpoint, needed=True), rows)

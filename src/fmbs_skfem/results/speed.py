@@ -2,7 +2,8 @@
 
     a is beaten by b  <=>  cpu_b <= cpu_a and error_b <= error_a, one of them strictly
 
-The front holds the models that nobody beats. The honest competitors of a reduced model are coarser meshes and larger steps.
+The front holds the models that nobody beats. The honest competitors of a reduced model are coarser
+meshes and larger steps.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from collections.abc import Iterable
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 
-#: families that are full models: the reference, coarser meshes, larger steps, what accuracies choose
+#: families that are full models: the reference, coarser meshes, larger steps, what accuracies
+#: choose
 FULL = frozenset({"full", "coarse", "step", "chosen"})
 
 
@@ -30,20 +32,28 @@ class Point:
         if not self.cpu_s > 0 or math.isinf(self.cpu_s):
             raise InputError(say(f"speed: model '{self.name}'", "a CPU time above 0 s", self.cpu_s))
         if self.error < 0:
-            raise InputError(say(f"speed: model '{self.name}'", "an error of at least 0", self.error))
+            raise InputError(
+                say(f"speed: model '{self.name}'", "an error of at least 0", self.error)
+            )
 
 
 def front(points: Iterable[Point]) -> tuple[Point, ...]:
-    """The models that no other beats, fastest first; of equal ones the first; failed runs are never among them."""
+    """The models that no other beats, fastest first; of equal ones the first; failed runs are never
+    among them.
+    """
     best: list[Point] = []
-    for point in sorted((p for p in points if math.isfinite(p.error)), key=lambda p: (p.cpu_s, p.error)):
+    for point in sorted(
+        (p for p in points if math.isfinite(p.error)), key=lambda p: (p.cpu_s, p.error)
+    ):
         if not best or point.error < best[-1].error:
             best.append(point)
     return tuple(best)
 
 
 def cheapest(points: Iterable[Point], error: float) -> Point | None:
-    """The fastest of the models that err by no more than `error`, of equal ones the most exact; None where there is none."""
+    """The fastest of the models that err by no more than `error`, of equal ones the most exact;
+    None where there is none.
+    """
     good = (point for point in points if point.error <= error)
     return min(good, key=lambda point: (point.cpu_s, point.error), default=None)
 
@@ -54,7 +64,9 @@ def accuracy(point: Point) -> str:
 
 
 def front_in_words(points: Iterable[Point]) -> str:
-    """Who is on the Pareto front, fastest first, how many of them are reduced models, and what failed."""
+    """Who is on the Pareto front, fastest first, how many of them are reduced models, and what
+    failed.
+    """
     everyone = tuple(points)
     best = front(everyone)
     if not best:
@@ -72,6 +84,8 @@ def front_in_words(points: Iterable[Point]) -> str:
     text = f"Of {len(everyone)} models {len(best)} {verb} on the Pareto front, {share}; fastest first: {who}."
     if reduced:
         errors_ = [point.error for point in reduced]
-        text += f" Reduced models are on it at errors from {min(errors_):.1e} to {max(errors_):.1e}."
+        text += (
+            f" Reduced models are on it at errors from {min(errors_):.1e} to {max(errors_):.1e}."
+        )
     failed = [point.name for point in everyone if not math.isfinite(point.error)]
     return text + (f" Failed: {', '.join(failed)}." if failed else "")

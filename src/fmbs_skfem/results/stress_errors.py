@@ -1,12 +1,14 @@
-r"""How far stresses of plates and shells are off, by those that are recovered from patches of cells.
+r"""How far stresses of plates and shells are off, by those that are recovered from patches of
+cells.
 
     s* = sum_v N_v p_v,    p_v = argmin sum_x w_x |p(x) - s(x)|^2 over the patch of vertex v,    e = |s* - s| / max |s*|
 
-s are the stresses on both faces, tensors in space, at the points of a picture; p_v are polynomials of a degree above that of s in
-a cell, on the cells that meet at v (and their neighbours, where these are few or one side is free), N_v bilinear. Where s jumps
-from cell to cell or bends there, s* is nearer to the exact stress. O. C. Zienkiewicz and J. Z. Zhu, A simple error estimator and
-adaptive procedure for practical engineering analysis, Int. J. Numer. Meth. Engng. 24 (1987) 337-357, doi:10.1002/nme.1620240206.
-Axes: e cell, p point of it, x = e p, v vertex, m monomial.
+s are the stresses on both faces, tensors in space, at the points of a picture; p_v are polynomials
+of a degree above that of s in a cell, on the cells that meet at v (and their neighbours, where
+these are few or one side is free), N_v bilinear. Where s jumps from cell to cell or bends there, s*
+is nearer to the exact stress. O. C. Zienkiewicz and J. Z. Zhu, A simple error estimator and
+adaptive procedure for practical engineering analysis, Int. J. Numer. Meth. Engng. 24 (1987)
+337-357, doi:10.1002/nme.1620240206. Axes: e cell, p point of it, x = e p, v vertex, m monomial.
 """
 
 from __future__ import annotations
@@ -55,15 +57,25 @@ class Recovered:
         return float(np.sqrt(square)) / self.largest if self.largest > 0.0 else 0.0
 
     def at(self, point: Array, reference: Array) -> float:
-        """The largest error at a point (3,) of the surface with the reference (x, 3), of all cells there, as such a part."""
+        """The largest error at a point (3,) of the surface with the reference (x, 3), of all cells
+        there, as such a part.
+        """
         nearest = int(np.linalg.norm(reference - point, axis=1).argmin())
-        return float(self.errors[self.place == self.place[nearest]].max()) / self.largest if self.largest > 0.0 else 0.0
+        return (
+            float(self.errors[self.place == self.place[nearest]].max()) / self.largest
+            if self.largest > 0.0
+            else 0.0
+        )
 
     @property
     def von_mises(self) -> Array:
         """Of the recovered stresses (x,), the larger one of both faces [Pa]."""
         s = self.smooth.reshape(-1, 2, 3, 3)
-        return np.asarray(np.sqrt(1.5 * np.sum(s**2, axis=(2, 3)) - 0.5 * np.trace(s, axis1=2, axis2=3) ** 2).max(axis=1))
+        return np.asarray(
+            np.sqrt(1.5 * np.sum(s**2, axis=(2, 3)) - 0.5 * np.trace(s, axis1=2, axis2=3) ** 2).max(
+                axis=1
+            )
+        )
 
 
 def _size(tensors: Array) -> Array:
@@ -72,36 +84,52 @@ def _size(tensors: Array) -> Array:
 
 
 def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str, float]:
-    """Errors of the stresses, strains and forces that outputs of plates and shells read, by name, at the instant of the largest.
+    """Errors of the stresses, strains and forces that outputs of plates and shells read, by name,
+    at the instant of the largest.
 
     They are parts of the largest stress of the body then; `values` (s,) are those of all columns.
     """
-    system, found = trajectory.system, dict[str, float]()
+    system = trajectory.system
+    found = dict[str, float]()
     for name in recovered_at(system):
         output = system.outputs[name]
         size = np.linalg.norm([values[column] for column in output.columns[:3]], axis=0)
         if np.isfinite(size).all() and size.max() > 0.0:
-            place = np.asarray(output.place) + system.origin  # from which it counts, as coordinates do
-            surface, reference = of_body(trajectory, int(size.argmax()), output.body, place.tolist())
+            place = (
+                np.asarray(output.place) + system.origin
+            )  # from which it counts, as coordinates do
+            surface, reference = of_body(
+                trajectory, int(size.argmax()), output.body, place.tolist()
+            )
             found[name] = surface.at(np.pad(place, (0, 3 - len(place))), reference)
     return found
 
 
 def recovered_at(system: System) -> list[str]:
-    """Outputs of stresses, strains and forces at places of plates and shells, of which the states are read when all are known."""
+    """Outputs of stresses, strains and forces at places of plates and shells, of which the states
+    are read when all are known.
+    """
     surfaces = {skin.name for skin in system.skins}
-    return [name for name, output in system.outputs.items() if output.place and output.body in surfaces]
+    return [
+        name for name, output in system.outputs.items() if output.place and output.body in surfaces
+    ]
 
 
 def warn(errors: Mapping[str, float]) -> None:
     """A warning of outputs with large errors."""
     if large := [f"{name} ({100.0 * part:.0f} %)" for name, part in errors.items() if part > LARGE]:
         text = f"stresses of cells around differ at the place of {', '.join(large)}, as a part of the largest stress of the body"
-        notify(f"{text}: take a finer mesh, of cells nearer to parallelograms, or another interpolation")
+        notify(
+            f"{text}: take a finer mesh, of cells nearer to parallelograms, or another interpolation"
+        )
 
 
-def of_body(trajectory: Trajectory, row: int, body: str, near: Sequence[float] = ()) -> tuple[Recovered, Array]:
-    """Stresses of a plate or shell at an instant, near a place (c,) of the reference or everywhere, and the reference (x, 3)."""
+def of_body(
+    trajectory: Trajectory, row: int, body: str, near: Sequence[float] = ()
+) -> tuple[Recovered, Array]:
+    """Stresses of a plate or shell at an instant, near a place (c,) of the reference or everywhere,
+    and the reference (x, 3).
+    """
     system = trajectory.system
     (skin,) = (one for one in system.skins if one.name == body)
     q = in_scene(system, np.asarray(system.lift.matrix @ trajectory.x[row]) + system.lift.offset)
@@ -110,12 +138,20 @@ def of_body(trajectory: Trajectory, row: int, body: str, near: Sequence[float] =
 
 
 def of_picture(trajectory: Trajectory, row: int = -1) -> float:
-    """Largest mean error of the stresses of all plates and shells at an instant, as a part of the largest stress of the body."""
-    return max((of_body(trajectory, row, skin.name)[0].mean for skin in trajectory.system.skins), default=0.0)
+    """Largest mean error of the stresses of all plates and shells at an instant, as a part of the
+    largest stress of the body.
+    """
+    return max(
+        (of_body(trajectory, row, skin.name)[0].mean for skin in trajectory.system.skins),
+        default=0.0,
+    )
 
 
-def recover_stresses(skin: Skin, gradients: Array, reference: Array, near: Sequence[float] = ()) -> tuple[Recovered, Array]:
-    """Stresses of a surface from its gradients (1 + k, x, c) now and in the reference, and the recovered ones; positions (x, 3).
+def recover_stresses(
+    skin: Skin, gradients: Array, reference: Array, near: Sequence[float] = ()
+) -> tuple[Recovered, Array]:
+    """Stresses of a surface from its gradients (1 + k, x, c) now and in the reference, and the
+    recovered ones; positions (x, 3).
 
     With a place `near` (c,) these are of cells around it only.
     """
@@ -127,15 +163,21 @@ def recover_stresses(skin: Skin, gradients: Array, reference: Array, near: Seque
     raw = np.einsum("lkx,kxj->xlj", levels, basis).reshape(-1, 18)
     points = len(skin.thickness) // _cells(skin)
     some = _around(position, points, np.asarray(near)) if len(near) else slice(None)
-    smooth, weights, place = _smooth(raw[some], position[some], np.stack([one, two], axis=1)[some], points, _degree(skin))
-    return Recovered(raw[some], smooth, weights, place, points, float(_size(raw).max())), position[some]
+    smooth, weights, place = _smooth(
+        raw[some], position[some], np.stack([one, two], axis=1)[some], points, _degree(skin)
+    )
+    return Recovered(raw[some], smooth, weights, place, points, float(_size(raw).max())), position[
+        some
+    ]
 
 
 def _around(position: Array, points: int, place: Array) -> Indices:
     """Points (x,) of the cells within REACH sizes of a cell from the one at a place (c,)."""
     cells = position.reshape(-1, points, 3)
     away = np.linalg.norm(cells - np.pad(place, (0, 3 - len(place))), axis=2).min(axis=1)
-    size = np.linalg.norm(np.ptp(cells[away <= away.min() + 1e-9 * np.ptp(position)], axis=1), axis=1).max()
+    size = np.linalg.norm(
+        np.ptp(cells[away <= away.min() + 1e-9 * np.ptp(position)], axis=1), axis=1
+    ).max()
     return (np.flatnonzero(away <= REACH * size)[:, None] * points + np.arange(points)).ravel()
 
 
@@ -146,21 +188,30 @@ def _cells(skin: Skin) -> int:
 
 
 def _degree(skin: Skin) -> int:
-    """Degree of the polynomials: about that of the derivatives in the energy, plus one; from the number of functions in a cell."""
+    """Degree of the polynomials: about that of the derivatives in the energy, plus one; from the
+    number of functions in a cell.
+    """
     rows = csr_array(skin.samples)
     functions = float(np.median(np.diff(rows.indptr)[-len(skin.thickness) :]))
     return int(np.sqrt(functions) - 1.4) + (skin.law is Law.MEMBRANE)
 
 
-def _smooth(raw: Array, x: Array, axes: Array, points: int, degree: int) -> tuple[Array, Array, Indices]:
-    """Recovered stresses, parts of the area and places of cells with `points` points (x, 3) each, and tangents (x, 2, 3) there."""
-    cells, side = len(x) // points, int(np.sqrt(points))
+def _smooth(
+    raw: Array, x: Array, axes: Array, points: int, degree: int
+) -> tuple[Array, Array, Indices]:
+    """Recovered stresses, parts of the area and places of cells with `points` points (x, 3) each,
+    and tangents (x, 2, 3) there.
+    """
+    cells = len(x) // points
+    side = int(np.sqrt(points))
     place = places(x)
     corners = np.array([0, (side - 1) * side, side - 1, points - 1])
     _, vertex = np.unique(place.reshape(cells, points)[:, corners], return_inverse=True)
     vertex = vertex.reshape(cells, 4)
     count = int(vertex.max()) + 1
-    touch = csr_array((np.ones(4 * cells), (vertex.ravel(), np.repeat(np.arange(cells), 4))), shape=(count, cells))
+    touch = csr_array(
+        (np.ones(4 * cells), (vertex.ravel(), np.repeat(np.arange(cells), 4))), shape=(count, cells)
+    )
     powers = np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)])
     first = np.zeros(count, np.int64)
     first[vertex.ravel()] = (np.arange(cells)[:, None] * points + corners).ravel()
@@ -190,16 +241,24 @@ def _smooth(raw: Array, x: Array, axes: Array, points: int, degree: int) -> tupl
 
 
 def _monomials(x: Array, origin: Array, axes: Array, scale: Array, powers: Indices) -> Array:
-    """Monomials (v, x, m) of points (v, x, 3) in the plane of the axes (v, 2, 3) at the origins (v, 3)."""
+    """Monomials (v, x, m) of points (v, x, 3) in the plane of the axes (v, 2, 3) at the origins (v,
+    3).
+    """
     y = np.einsum("vxc,vac->vxa", x - origin[:, None], axes) / scale[:, None, None]
     return np.asarray((y[:, :, None, :] ** powers).prod(axis=3))
 
 
 def _patches(touch: csr_array) -> csr_array:
-    """Cells of the patch of every vertex (v, e): those at it, and those that touch them where these are few."""
+    """Cells of the patch of every vertex (v, e): those at it, and those that touch them where these
+    are few.
+    """
     around = csr_array(touch @ (touch.T @ touch))
     few = np.diff(touch.indptr) <= FEW
-    found = csr_array(np.where(few, 1.0, 0.0)[:, None] * around) if few.any() else csr_array(touch.shape)
+    found = (
+        csr_array(np.where(few, 1.0, 0.0)[:, None] * around)
+        if few.any()
+        else csr_array(touch.shape)
+    )
     found = csr_array(found + touch)
     found.eliminate_zeros()
     found.sort_indices()
@@ -208,11 +267,15 @@ def _patches(touch: csr_array) -> csr_array:
 
 def _area(x: Array) -> Array:
     """Areas (e, i, j) of the facets of cells with points (e, i, j, 3)."""
-    return 0.5 * np.linalg.norm(np.cross(x[:, 1:, 1:] - x[:, :-1, :-1], x[:, 1:, :-1] - x[:, :-1, 1:]), axis=3)
+    return 0.5 * np.linalg.norm(
+        np.cross(x[:, 1:, 1:] - x[:, :-1, :-1], x[:, 1:, :-1] - x[:, :-1, 1:]), axis=3
+    )
 
 
 def _area_of_points(x: Array) -> Array:
-    """Parts (e, i, j) of the area of cells at their points (e, i, j, 3): a quarter of every facet around, in Simpson's shares."""
+    """Parts (e, i, j) of the area of cells at their points (e, i, j, 3): a quarter of every facet
+    around, in Simpson's shares.
+    """
     area = 0.25 * _area(x)
     found = np.zeros(x.shape[:3])
     for i in (0, 1):

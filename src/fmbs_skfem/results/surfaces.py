@@ -1,8 +1,10 @@
-r"""Geometry of sampled surfaces for pictures: points that cells share, the outline, and normals for shading.
+r"""Geometry of sampled surfaces for pictures: points that cells share, the outline, and normals for
+shading.
 
     n_f = (p2 - p0) x (p3 - p1),    n_i = sum of n_f over the facets around point i, normalised
 
-Cells bring their own points, so that stresses may jump; points that coincide in the reference are one `place`.
+Cells bring their own points, so that stresses may jump; points that coincide in the reference are
+one `place`.
 """
 
 from __future__ import annotations
@@ -35,13 +37,19 @@ def facet_normals(points: Array, quads: Indices) -> Array:
 
 
 def outline(reference: Array, quads: Indices, place: Indices) -> Indices:
-    """Edges (i,2), as numbers of points, that belong to one facet only or where facets meet in a crease."""
+    """Edges (i,2), as numbers of points, that belong to one facet only or where facets meet in a
+    crease.
+    """
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     facet = np.repeat(np.arange(len(quads)), 4)
     ends = np.sort(place[edges], axis=1)
     real = ends[:, 0] != ends[:, 1]
-    edges, facet, ends = edges[real], facet[real], ends[real]
-    _, first, same, uses = np.unique(ends, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    edges = edges[real]
+    facet = facet[real]
+    ends = ends[real]
+    _, first, same, uses = np.unique(
+        ends, axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
     normals = facet_normals(reference, quads)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     along = np.abs(np.einsum("fc,fc->f", normals[facet], normals[facet[first[same.ravel()]]]))
@@ -51,8 +59,14 @@ def outline(reference: Array, quads: Indices, place: Indices) -> Indices:
 
 
 def edges(body: Shown) -> Indices:
-    """Edges (i,2) of a body that are drawn as lines: the outline of a surface, the segments of a line."""
-    return outline(body.reference, body.cells, places(body.reference)) if body.is_surface else body.cells
+    """Edges (i,2) of a body that are drawn as lines: the outline of a surface, the segments of a
+    line.
+    """
+    return (
+        outline(body.reference, body.cells, places(body.reference))
+        if body.is_surface
+        else body.cells
+    )
 
 
 def normals(points: Array, quads: Indices, place: Indices) -> Array:

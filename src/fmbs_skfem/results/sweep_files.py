@@ -1,13 +1,15 @@
-r"""Files of a sweep: a record for every member, complete or not at all, and one table of all of them.
+r"""Files of a sweep: a record for every member, complete or not at all, and one table of all of
+them.
 
     members/000017.h5    as soon as the member is settled
     sweep.csv            a row a member: parameters, smallest, largest and last value of every output, parts that
                          leave their training, status, cost
     sweep.h5             parameters (k, d), status, times and histories (k, s)
 
-All are written beside their place, flushed to the disk and renamed.
-Whatever ends a sweep leaves the records so far, so that it can go on with the members that are missing. Arrays carry HDF5's
-Fletcher-32 checksums; a record that cannot be read counts as missing. Headers of the table: `E [Pa]`, `C_z max`, ..., in SI units.
+All are written beside their place, flushed to the disk and renamed. Whatever ends a sweep leaves
+the records so far, so that it can go on with the members that are missing. Arrays carry HDF5's
+Fletcher-32 checksums; a record that cannot be read counts as missing. Headers of the table: `E
+[Pa]`, `C_z max`, ..., in SI units.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ from ..families.members import Record, Status
 
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"
-FORMAT, VERSION = "fmbs_skfem sweep", 1
+FORMAT = "fmbs_skfem sweep"
+VERSION = 1
 KIND = FileKind("fmbs_skfem sweep record", "a record", "remove it and go on with --resume")
 RESUME = "what is there is kept; make room and go on with --resume"
 EXTREMES = ("min", "max", "final")
@@ -55,7 +58,9 @@ class Sweep:
     columns: dict[str, np.ndarray]  #: output -> (k, s)
     units: dict[str, str]  #: output -> SI unit, where it is known
     numbers: dict[str, np.ndarray]  #: further results -> (k,)
-    ends: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (k, 2), where known apart
+    ends: dict[str, np.ndarray] = field(
+        default_factory=dict
+    )  #: output -> smallest and largest value (k, 2), where known apart
 
 
 def store_of(folder: Path) -> Store:
@@ -75,7 +80,8 @@ def read(folder: Path, number: int) -> Record:
 
 
 def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
-    """Records of the members at `points` that can be read, by number; others count as missing, with a warning.
+    """Records of the members at `points` that can be read, by number; others count as missing, with
+    a warning.
 
     Those that took too long or too much memory, or whose process ended, are missing as well.
     """
@@ -89,19 +95,25 @@ def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict
             notify(f"{problem}; the sample counts as missing")
             continue
         if record.values != dict(zip(names, points[number].tolist(), strict=True)):
-            notify(f"{store_of(folder).path('', number)}: a record of another sample; the sample counts as missing")
+            notify(
+                f"{store_of(folder).path('', number)}: a record of another sample; the sample counts as missing"
+            )
         elif record.final:
             found[number] = record
     return found
 
 
-def collect(parameters: Sequence[Parameter], points: np.ndarray, records: Mapping[int, Record]) -> Sweep:
+def collect(
+    parameters: Sequence[Parameter], points: np.ndarray, records: Mapping[int, Record]
+) -> Sweep:
     """All members side by side."""
-    count, results = len(points), {k: record.result for k, record in records.items() if record.result is not None}
+    count = len(points)
+    results = {k: record.result for k, record in records.items() if record.result is not None}
     samples = max((len(result.times) for result in results.values()), default=0)
     names = dict.fromkeys(name for result in results.values() for name in result.columns)
     extra = dict.fromkeys(name for result in results.values() for name in result.numbers)
-    times, columns = np.full((count, samples), np.nan), {name: np.full((count, samples), np.nan) for name in names}
+    times = np.full((count, samples), np.nan)
+    columns = {name: np.full((count, samples), np.nan) for name in names}
     numbers = {name: np.full(count, np.nan) for name in extra}
     ends = {name: np.full((count, 2), np.nan) for name in names}
     for k, result in results.items():
@@ -135,11 +147,16 @@ def extremes(sweep: Sweep, output: str) -> dict[str, np.ndarray]:
     values = sweep.columns[output]
     if not values.shape[1]:
         return dict.fromkeys(EXTREMES, np.full(len(values), np.nan))
-    there, more = np.isfinite(values), sweep.ends.get(output, np.full((len(values), 2), np.nan))
+    there = np.isfinite(values)
+    more = sweep.ends.get(output, np.full((len(values), 2), np.nan))
     last = values.shape[1] - 1 - there[:, ::-1].argmax(axis=1)
     final = values[np.arange(len(values)), last]
     known = np.column_stack([np.where(there, values, np.nan), more])
-    return {"min": np.fmin.reduce(known, axis=1), "max": np.fmax.reduce(known, axis=1), "final": final}
+    return {
+        "min": np.fmin.reduce(known, axis=1),
+        "max": np.fmax.reduce(known, axis=1),
+        "final": final,
+    }
 
 
 def check_names(parameters: Sequence[Parameter]) -> None:
@@ -157,18 +174,27 @@ def table(sweep: Sweep) -> dict[str, Sequence[Any] | np.ndarray]:
     found |= {add_unit(p.name, p.unit): sweep.points[:, k] for k, p in enumerate(sweep.parameters)}
     for name in sweep.columns:
         unit = sweep.units.get(name, "")
-        found |= {add_unit(f"{name} {kind}", unit): column for kind, column in extremes(sweep, name).items()}
+        found |= {
+            add_unit(f"{name} {kind}", unit): column
+            for kind, column in extremes(sweep, name).items()
+        }
     found |= sweep.numbers
-    found |= {"status": [status.value if status else "missing" for status in sweep.status], "reason": sweep.reasons}
+    found |= {
+        "status": [status.value if status else "missing" for status in sweep.status],
+        "reason": sweep.reasons,
+    }
     return found | {"message": sweep.messages, "cpu_s [s]": sweep.cpu_s}
 
 
 def write_csv(sweep: Sweep, target: Path) -> Path:
     """The table; cells without number are empty."""
-    columns, text = table(sweep), io.StringIO()
+    columns = table(sweep)
+    text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(zip(*([cell(value) for value in column] for column in columns.values()), strict=True))
+    writer.writerows(
+        zip(*([cell(value) for value in column] for column in columns.values()), strict=True)
+    )
     return durable.write(target, text.getvalue().encode(), RESUME)
 
 
@@ -181,7 +207,10 @@ def cell(value: Any) -> str:
 
 def write_hdf5(sweep: Sweep, target: Path) -> Path:
     """The table with the histories."""
-    names = {"names": [p.name for p in sweep.parameters], "units": [p.unit for p in sweep.parameters]}
+    names = {
+        "names": [p.name for p in sweep.parameters],
+        "units": [p.unit for p in sweep.parameters],
+    }
     content = {
         "format": FORMAT,
         "version": VERSION,
@@ -191,24 +220,40 @@ def write_hdf5(sweep: Sweep, target: Path) -> Path:
         "message": list(sweep.messages),
         "cpu_s": sweep.cpu_s,
         "times": pack(shared_times(sweep.times), "s"),
-        "histories": {name: pack(column, sweep.units.get(name, "")) for name, column in sweep.columns.items()},
+        "histories": {
+            name: pack(column, sweep.units.get(name, "")) for name, column in sweep.columns.items()
+        },
     }
-    return durable.write(target, container.image(content | ({"numbers": sweep.numbers} if sweep.numbers else {})), RESUME)
+    return durable.write(
+        target,
+        container.image(content | ({"numbers": sweep.numbers} if sweep.numbers else {})),
+        RESUME,
+    )
 
 
 def pack(values: np.ndarray, unit: str) -> Dataset:
     """Histories, checked and packed."""
-    return Dataset(values, {"unit": unit}, {"compression": "lzf", "shuffle": True, "fletcher32": True} if values.size else {})
+    return Dataset(
+        values,
+        {"unit": unit},
+        {"compression": "lzf", "shuffle": True, "fletcher32": True} if values.size else {},
+    )
 
 
 def shared_times(times: np.ndarray) -> np.ndarray:
     """Times (s,) where all members have the same, otherwise (k, s)."""
     there = times[np.isfinite(times).any(axis=1)]
-    return there[0] if len(there) and np.array_equal(there, np.broadcast_to(there[0], there.shape), equal_nan=True) else times
+    return (
+        there[0]
+        if len(there)
+        and np.array_equal(there, np.broadcast_to(there[0], there.shape), equal_nan=True)
+        else times
+    )
 
 
 def read_points(place: Path, parameters: Sequence[Parameter]) -> list[dict[str, float]]:
-    """Rows of a CSV file whose header names parameters, with units where the numbers are not SI: `E [GPa]`.
+    """Rows of a CSV file whose header names parameters, with units where the numbers are not SI: `E
+    [GPa]`.
 
     Columns of other names, such as those of a table of results, are left out.
     """
@@ -219,8 +264,13 @@ def read_points(place: Path, parameters: Sequence[Parameter]) -> list[dict[str, 
         wanted = ", ".join(own.name for own in parameters)
         raise InputError(say(str(place), f"a header with {wanted} and a row for each sample", got))
     columns = {own: tables.find_column(str(place), titles, own.name) for own in parameters}
-    found = {own.name: (k, tables.size_of(str(place), titles[k], own.unit)) for own, k in columns.items()}
+    found = {
+        own.name: (k, tables.size_of(str(place), titles[k], own.unit)) for own, k in columns.items()
+    }
     return [
-        {name: tables.number(str(place), row, column, line) * size for name, (column, size) in found.items()}
+        {
+            name: tables.number(str(place), row, column, line) * size
+            for name, (column, size) in found.items()
+        }
         for line, row in enumerate(rows, 2)
     ]

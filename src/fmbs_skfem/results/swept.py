@@ -1,4 +1,5 @@
-r"""Beams with torsion in pictures: the contour of the section swept along the line, with strains, section forces and stresses.
+r"""Beams with torsion in pictures: the contour of the section swept along the line, with strains,
+section forces and stresses.
 
     p(s, x) = r + y e_2 + z e_3,    e_i = d_i / |d_i|
 
@@ -32,7 +33,9 @@ from .frames import Array, Indices, Shown
 
 @dataclass(frozen=True)
 class SweptMesh:
-    """A contour of n points at x places as a surface, its ends closed by triangles between points of their own."""
+    """A contour of n points at x places as a surface, its ends closed by triangles between points
+    of their own.
+    """
 
     ends: Array  #: (m, n) points of each end from those of the contour there
     cells: Indices  #: (f, 4)
@@ -44,9 +47,12 @@ class SweptMesh:
 
 
 def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Array) -> Shown:
-    """The skin of a beam of which the line is shown, from samples q and rates (s, q), and the reference (1, q)."""
+    """The skin of a beam of which the line is shown, from samples q and rates (s, q), and the
+    reference (1, q).
+    """
     swept: SweptLine = line.swept
-    every, profile = (len(shown.reference) - 1) // (len(swept.places) - 1), swept.profile
+    every = (len(shown.reference) - 1) // (len(swept.places) - 1)
+    profile = swept.profile
     u, moving, before = (np.asarray(swept.rows @ part.T).T for part in (q, rate, reference))
     strains, forces = swept.sections.read(u)
     now, change, start = (vectors(part, len(swept.places)) for part in (u, moving, before))
@@ -68,12 +74,28 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
     _, contour, unit = profile.at(swept.places)
     mesh = closed(profile, len(swept.places))
     stress = np.einsum("xkfn,fsx->ksxn", unit, forces)
-    everywhere = {name: np.repeat(values[:, :, None], contour.shape[1], axis=2) for name, values in along.items()}
-    fields = everywhere | {"normal_stress": stress[0], "von_mises": von_mises(stress), "velocity": placed(contour, change, size)}
+    everywhere = {
+        name: np.repeat(values[:, :, None], contour.shape[1], axis=2)
+        for name, values in along.items()
+    }
+    fields = everywhere | {
+        "normal_stress": stress[0],
+        "von_mises": von_mises(stress),
+        "velocity": placed(contour, change, size),
+    }
     points = mesh.spread(placed(contour, now, size))
-    still = mesh.spread(placed(contour, start, np.linalg.norm(start[1:4], axis=-1, keepdims=True)))[0]
+    still = mesh.spread(placed(contour, start, np.linalg.norm(start[1:4], axis=-1, keepdims=True)))[
+        0
+    ]
     radius = np.full(len(still), line.radius)
-    return Shown(points, {name: mesh.spread(one) for name, one in fields.items()}, radius, still, mesh.cells, contour.shape[:2])
+    return Shown(
+        points,
+        {name: mesh.spread(one) for name, one in fields.items()},
+        radius,
+        still,
+        mesh.cells,
+        contour.shape[:2],
+    )
 
 
 def vectors(u: Array, places: int) -> Array:
@@ -82,7 +104,9 @@ def vectors(u: Array, places: int) -> Array:
 
 
 def placed(contour: Array, vectors: Array, size: Array) -> Array:
-    """Points (s, x, n, 3) of contours (x, n, 2), of r, d_i (8, s, x, 3) with directors of a size (3, s, x, 1); or their rates."""
+    """Points (s, x, n, 3) of contours (x, n, 2), of r, d_i (8, s, x, 3) with directors of a size
+    (3, s, x, 1); or their rates.
+    """
     across = np.stack([vectors[2] / size[1], vectors[3] / size[2]])
     return np.asarray(vectors[0][:, :, None] + np.einsum("xna,asxc->sxnc", contour, across))
 
@@ -90,23 +114,32 @@ def placed(contour: Array, vectors: Array, size: Array) -> Array:
 def closed(profile: Profile, places: int) -> SweptMesh:
     """The mesh of a profile at so many places."""
     count = profile.points.shape[1]
-    around = [np.column_stack([one, np.roll(one, -1)]) for one in (np.arange(count)[loop] for loop in profile.loops)]
+    around = [
+        np.column_stack([one, np.roll(one, -1)])
+        for one in (np.arange(count)[loop] for loop in profile.loops)
+    ]
     side = np.concatenate(around)
-    first = np.concatenate([side, count + side[:, ::-1]], axis=1)  # of the first and the second place
+    first = np.concatenate(
+        [side, count + side[:, ::-1]], axis=1
+    )  # of the first and the second place
     quads = (first[None] + count * np.arange(places - 1)[:, None, None]).reshape(-1, 4)
     ends, triangles = cap(profile.points[0].tobytes(), profile.first.tobytes(), count)
     facets = np.column_stack([triangles, triangles[:, -1]])
     begin = count * places
-    return SweptMesh(ends, np.concatenate([quads, begin + facets[:, ::-1], begin + len(ends) + facets]))
+    return SweptMesh(
+        ends, np.concatenate([quads, begin + facets[:, ::-1], begin + len(ends) + facets])
+    )
 
 
 @lru_cache(maxsize=64)  # pictures of long motions come instant by instant
 def cap(points: bytes, first: bytes, count: int) -> tuple[Array, Indices]:
-    """Points (m, n) of a contour's inside, as shares of those of the contour, and triangles (e, 3) between them.
+    """Points (m, n) of a contour's inside, as shares of those of the contour, and triangles (e, 3)
+    between them.
 
     `points` (n, 2) and the `first` points of loops are the bytes of their arrays.
     """
-    contour, starts = np.frombuffer(points).reshape(count, 2), np.frombuffer(first, dtype=np.int64)
+    contour = np.frombuffer(points).reshape(count, 2)
+    starts = np.frombuffer(first, dtype=np.int64)
     start, end, after = sides(np.split(contour, starts[1:]))
     found, triangles = triangulated(start, end, after)
     nearest = distances(found, start, end).argmin(axis=1)

@@ -1,7 +1,9 @@
-"""One file for a whole motion, name.vtkhdf: the mesh once, in the reference, and all fields over time.
+"""One file for a whole motion, name.vtkhdf: the mesh once, in the reference, and all fields over
+time.
 
-Points stand in the reference; the field `displacement` moves them (Warp By Vector in ParaView). Bodies, cells and fields are those
-of `series`. Format: VTK HDF 2.0 with transient data, https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
+Points stand in the reference; the field `displacement` moves them (Warp By Vector in ParaView).
+Bodies, cells and fields are those of `series`. Format: VTK HDF 2.0 with transient data,
+https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
 """
 
 from __future__ import annotations
@@ -47,18 +49,26 @@ def write_mesh(root: Any, frames: Frames) -> None:
     points = np.concatenate([body.reference for body in frames.bodies.values()])
     sizes = np.concatenate([np.full(len(cells), cells.shape[1]) for _, cells in blocks])
     connectivity = np.concatenate([cells.ravel() for _, cells in blocks])
-    for name, count in (("Points", len(points)), ("Cells", len(sizes)), ("ConnectivityIds", len(connectivity))):
+    for name, count in (
+        ("Points", len(points)),
+        ("Cells", len(sizes)),
+        ("ConnectivityIds", len(connectivity)),
+    ):
         root[f"NumberOf{name}"] = np.array([count])
     root["Points"], root["Connectivity"] = points, connectivity
     root["Offsets"] = np.concatenate([[0], np.cumsum(sizes)])
-    root["Types"] = np.concatenate([np.full(len(cells), TYPES[kind], dtype=np.uint8) for kind, cells in blocks])
+    root["Types"] = np.concatenate(
+        [np.full(len(cells), TYPES[kind], dtype=np.uint8) for kind, cells in blocks]
+    )
     root["CellData/body"] = np.concatenate(bodies)
 
 
 def append(root: Any, name: str, values: np.ndarray) -> None:
     """Rows (i, ...) behind those that are there."""
     if name not in root:
-        root.create_dataset(name, data=values, maxshape=(None, *values.shape[1:]), chunks=True, compression="gzip")
+        root.create_dataset(
+            name, data=values, maxshape=(None, *values.shape[1:]), chunks=True, compression="gzip"
+        )
         return
     there = root[name]
     there.resize(len(there) + len(values), axis=0)
@@ -78,4 +88,6 @@ def write_steps(root: Any, times: np.ndarray) -> None:
         steps[name] = none[:, None]
     steps["CellDataOffsets/body"] = none
     for name, values in root["PointData"].items():
-        steps[f"PointDataOffsets/{name}"] = np.arange(count, dtype=np.int64) * (len(values) // count)
+        steps[f"PointDataOffsets/{name}"] = np.arange(count, dtype=np.int64) * (
+            len(values) // count
+        )

@@ -1,6 +1,8 @@
-"""Figures of a greedy training: the surrogate of the indicator with its samples, errors over the parameters, predicted errors.
+"""Figures of a greedy training: the surrogate of the indicator with its samples, errors over the
+parameters, predicted errors.
 
-Arrays in, one figure out; letters: c candidates, k samples or hold-out points. Only `slices` takes a surrogate as it is.
+Arrays in, one figure out; letters: c candidates, k samples or hold-out points. Only `slices` takes
+a surrogate as it is.
 """
 
 from __future__ import annotations
@@ -35,7 +37,9 @@ BAND = ("surrogate", "two standard deviations of a run")
 
 @dataclass(frozen=True)
 class SurrogatePanel:
-    """The surrogate of one iteration over the candidates, as log10 of the indicator, and the samples it was fitted to."""
+    """The surrogate of one iteration over the candidates, as log10 of the indicator, and the
+    samples it was fitted to.
+    """
 
     title: str
     mean: Array  #: (c,)
@@ -46,13 +50,22 @@ class SurrogatePanel:
     runs: tuple[int, ...] = ()  #: candidates with a full run, where the surrogate is not fitted
 
 
-def surrogate(candidates: Mapping[str, Array], panels: Sequence[SurrogatePanel], label: str = "indicator") -> Figure:
-    """The surrogate over one parameter (a curve an iteration), two (a surface an iteration) or more (the last, pair by pair).
+def surrogate(
+    candidates: Mapping[str, Array], panels: Sequence[SurrogatePanel], label: str = "indicator"
+) -> Figure:
+    """The surrogate over one parameter (a curve an iteration), two (a surface an iteration) or more
+    (the last, pair by pair).
 
     `candidates` holds the values (c,) of every parameter by its name with unit.
     """
     if not panels or not candidates:
-        raise InputError(say("plots: surrogate", "candidates and at least one iteration", f"{len(panels)} iterations"))
+        raise InputError(
+            say(
+                "plots: surrogate",
+                "candidates and at least one iteration",
+                f"{len(panels)} iterations",
+            )
+        )
     if len(candidates) > 2:
         return _pairs(candidates, panels[-1], label)
     columns = min(len(panels), 3)
@@ -75,11 +88,17 @@ def surrogate(candidates: Mapping[str, Array], panels: Sequence[SurrogatePanel],
 
 
 def slices(
-    known: Sequence[Parameter], model: Surrogate, label: str = "indicator (49)", title: str = "", display: DisplayUnits = SI
+    known: Sequence[Parameter],
+    model: Surrogate,
+    label: str = "indicator (49)",
+    title: str = "",
+    display: DisplayUnits = SI,
 ) -> Figure:
-    """A surrogate with its samples: one parameter a curve with its band, two a surface, more slices through the centre.
+    """A surrogate with its samples: one parameter a curve with its band, two a surface, more slices
+    through the centre.
 
-    Of more than two, curves stand on the diagonal and surfaces below; samples, which lie beside the slices, are projected on them.
+    Of more than two, curves stand on the diagonal and surfaces below; samples, which lie beside the
+    slices, are projected on them.
     """
     sides = [0] if len(known) == 1 else range(len(known))
     alone = len(known) == 2
@@ -88,10 +107,13 @@ def slices(
     grid = figure.subplots(size, size, squeeze=False)
     pairs = [(1, 0)] if alone else [(i, j) for i in sides for j in sides if j <= i]
     cuts = {(i, j): _cut(known, model, (j,) if i == j else (j, i)) for i, j in pairs}
-    limits, read = _limits([panel for _, panel in cuts.values()]), [charts.read_parameter(one, display) for one in known]
+    limits = _limits([panel for _, panel in cuts.values()])
+    read = [charts.read_parameter(one, display) for one in known]
     for (i, j), (values, panel) in cuts.items():
         axes = grid[0, 0] if alone else grid[i, j]
-        shown = [one / read[k][1] for one, k in zip(values, (j,) if i == j else (j, i), strict=True)]
+        shown = [
+            one / read[k][1] for one, k in zip(values, (j,) if i == j else (j, i), strict=True)
+        ]
         (_curve if i == j else _surface)(axes, shown, panel, limits)
         charts.over_parameter(axes, "x", read[j][0])
         if i == j:
@@ -107,18 +129,39 @@ def slices(
 
 
 def predicted(
-    true: Array, prediction: Array, low: Array, high: Array, goal: float | None = None, label: str = "mean error"
+    true: Array,
+    prediction: Array,
+    low: Array,
+    high: Array,
+    goal: float | None = None,
+    label: str = "mean error",
 ) -> Figure:
-    """True errors (k,) of hold-out points against predicted ones with their bands, log scales; points outside are marked."""
-    true, prediction, low, high = (np.asarray(values, float) for values in (true, prediction, low, high))
+    """True errors (k,) of hold-out points against predicted ones with their bands, log scales;
+    points outside are marked.
+    """
+    true, prediction, low, high = (
+        np.asarray(values, float) for values in (true, prediction, low, high)
+    )
     usable = np.isfinite(true) & np.isfinite(prediction) & (true > 0) & (prediction > 0)
     if not usable.any():
-        raise InputError(say("plots: predicted errors", "at least one point with errors above zero", f"{len(true)} points"))
-    true, prediction, low, high = true[usable], prediction[usable], low[usable], high[usable]
+        raise InputError(
+            say(
+                "plots: predicted errors",
+                "at least one point with errors above zero",
+                f"{len(true)} points",
+            )
+        )
+    true = true[usable]
+    prediction = prediction[usable]
+    low = low[usable]
+    high = high[usable]
     inside = (low <= true) & (true <= high)
     figure = charts.figure(6.2, 5.6)
     axes = figure.subplots()
-    for chosen, tint, marker, text in ((inside, palette.BLUE, "o", "inside"), (~inside, palette.VERMILLION, "D", "outside")):
+    for chosen, tint, marker, text in (
+        (inside, palette.BLUE, "o", "inside"),
+        (~inside, palette.VERMILLION, "D", "outside"),
+    ):
         if chosen.any():
             bars = np.array([true[chosen], true[chosen]])
             spans = np.clip(np.array([prediction - low, high - prediction])[:, chosen], 0.0, None)
@@ -126,7 +169,10 @@ def predicted(
                 bars[0], prediction[chosen], yerr=spans, fmt=marker, ms=5, color=tint, ecolor=tint, elinewidth=0.7, capsize=2,
                 label=f"{text} the stated band ({int(chosen.sum())} of {len(true)})",
             )  # fmt: skip
-    ends = np.array([min(true.min(), prediction.min()), max(true.max(), prediction.max())]) * [0.5, 2.0]
+    ends = np.array([min(true.min(), prediction.min()), max(true.max(), prediction.max())]) * [
+        0.5,
+        2.0,
+    ]
     axes.plot(ends, ends, color=palette.BLACK, lw=1.0, label="predicted = true")
     axes.set(xscale="log", yscale="log", xlabel=f"true {label}", ylabel=f"predicted {label}")
     charts.level(axes, goal, "tolerance")
@@ -135,10 +181,13 @@ def predicted(
     return figure
 
 
-def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) -> tuple[list[Array], SurrogatePanel]:
+def _cut(
+    known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]
+) -> tuple[list[Array], SurrogatePanel]:
     """The surrogate along some axes, the others at the middle of the box, and the samples there."""
     unit = charts.through_centre(len(known), axes, FINE[len(axes)])
-    (mean, _), std = kriging.predict(model, unit), kriging.deviation(model, unit)
+    (mean, _) = kriging.predict(model, unit)
+    std = kriging.deviation(model, unit)
     values = boxes.from_box(tuple(known), np.concatenate([unit, model.points]))
     samples = np.arange(len(unit), len(values))
     return [values[:, k] for k in axes], SurrogatePanel("", mean, std, samples, 10**model.values)
@@ -146,13 +195,18 @@ def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) ->
 
 def _limits(panels: Sequence[SurrogatePanel]) -> tuple[float, float]:
     """Lowest and highest mean of all iterations, apart."""
-    low, high = min(float(panel.mean.min()) for panel in panels), max(float(panel.mean.max()) for panel in panels)
+    low = min(float(panel.mean.min()) for panel in panels)
+    high = max(float(panel.mean.max()) for panel in panels)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
-def _curve(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: tuple[float, float]) -> None:
+def _curve(
+    axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: tuple[float, float]
+) -> None:
     order = np.argsort(values[0][: len(panel.mean)], kind="stable")
-    x, mean, std = np.asarray(values[0])[order], panel.mean[order], panel.std[order]
+    x = np.asarray(values[0])[order]
+    mean = panel.mean[order]
+    std = panel.std[order]
     edges = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
     charts.band(axes, x, edges, 10**mean, BAND)
     found = np.isfinite(panel.indicators) & (panel.indicators > 0)
@@ -165,34 +219,83 @@ def _curve(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: t
             x = values[0][np.asarray(panel.samples)[mask]]
             axes.plot(x, panel.indicators[mask], "o", mec=palette.BLACK, mfc=fill, ms=5, label=text)
     if panel.chosen is not None:
-        axes.axvline(values[0][panel.chosen], color=palette.VERMILLION, lw=1.3, ls=charts.dashes(1), label="next full run")
+        axes.axvline(
+            values[0][panel.chosen],
+            color=palette.VERMILLION,
+            lw=1.3,
+            ls=charts.dashes(1),
+            label="next full run",
+        )
     if np.ptp(np.concatenate(edges)) == 0.0:
         axes.set_ylim(10 ** limits[0], 10 ** limits[1])
     axes.set_yscale("log")
     charts.rule(axes)
 
 
-def _surface(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: tuple[float, float], joined: bool = True) -> None:
-    """The mean over two parameters: a surface where points can be joined, otherwise dots, the largest in front."""
+def _surface(
+    axes: Axes,
+    values: Sequence[Array],
+    panel: SurrogatePanel,
+    limits: tuple[float, float],
+    joined: bool = True,
+) -> None:
+    """The mean over two parameters: a surface where points can be joined, otherwise dots, the
+    largest in front.
+    """
     x, y = values
     shown = slice(len(panel.mean))
     if joined and _spreads(x, y):
-        axes.tricontourf(x[shown], y[shown], panel.mean, levels=np.linspace(*limits, LEVELS + 1), cmap="viridis", extend="both")
+        axes.tricontourf(
+            x[shown],
+            y[shown],
+            panel.mean,
+            levels=np.linspace(*limits, LEVELS + 1),
+            cmap="viridis",
+            extend="both",
+        )
     else:
         order = np.argsort(panel.mean, kind="stable")
-        axes.scatter(x[order], y[order], c=panel.mean[order], vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
-    axes.plot(x[panel.samples], y[panel.samples], "o", mfc="white", mec=palette.BLACK, ms=5, label="reduced runs")
+        axes.scatter(
+            x[order],
+            y[order],
+            c=panel.mean[order],
+            vmin=limits[0],
+            vmax=limits[1],
+            cmap="viridis",
+            s=14,
+        )
+    axes.plot(
+        x[panel.samples],
+        y[panel.samples],
+        "o",
+        mfc="white",
+        mec=palette.BLACK,
+        ms=5,
+        label="reduced runs",
+    )
     if panel.chosen is not None:
-        axes.plot(x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=15, mec="white", label="next full run")
+        axes.plot(
+            x[[panel.chosen]],
+            y[[panel.chosen]],
+            "*",
+            color=palette.VERMILLION,
+            ms=15,
+            mec="white",
+            label="next full run",
+        )
 
 
 def _spreads(x: Array, y: Array) -> bool:
     """Whether points span an area, so that they can be joined to triangles."""
-    return len(x) >= 3 and ranks.rank(np.stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
+    return (
+        len(x) >= 3 and ranks.rank(np.stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
+    )
 
 
 def _pairs(candidates: Mapping[str, Array], panel: SurrogatePanel, label: str) -> Figure:
-    """Every pair of parameters: candidates coloured by the surrogate, samples and the next full run marked."""
+    """Every pair of parameters: candidates coloured by the surrogate, samples and the next full run
+    marked.
+    """
     names = list(candidates)
     size = len(names) - 1
     figure = charts.figure(3.0 * size + 1.2, 2.7 * size + 0.6, panel.title)

@@ -1,4 +1,6 @@
-"""Animations as MP4, through the program ffmpeg, which is found on the path or in the package imageio-ffmpeg."""
+"""Animations as MP4, through the program ffmpeg, which is found on the path or in the package
+imageio-ffmpeg.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +26,28 @@ def find_program(what: str) -> str:
         return found
     if find_spec("imageio_ffmpeg") is not None:
         return str(import_module("imageio_ffmpeg").get_ffmpeg_exe())
-    raise MissingFeature(say(what, "the program ffmpeg, which writes MP4", "none on the path", REMEDY))
+    raise MissingFeature(
+        say(what, "the program ffmpeg, which writes MP4", "none on the path", REMEDY)
+    )
 
 
 def write(images: Sequence[np.ndarray], path: Path, rate: float) -> None:
-    """An MP4 file of images (height, width, 3) of one size, `rate` of them a second; FmbsError with the message of ffmpeg."""
+    """An MP4 file of images (height, width, 3) of one size, `rate` of them a second; FmbsError with
+    the message of ffmpeg.
+    """
     height, width = images[0].shape[:2]
-    ends = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-"]
+    ends = [
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{width}x{height}",
+        "-r",
+        f"{rate:g}",
+        "-i",
+        "-",
+    ]
     call = [
         find_program(str(path)),
         "-y",
@@ -46,7 +63,12 @@ def write(images: Sequence[np.ndarray], path: Path, rate: float) -> None:
         "-f",
         "mp4",
     ]
-    done = subprocess.run([*call, str(path)], input=b"".join(image.tobytes() for image in images), capture_output=True)
+    done = subprocess.run(
+        [*call, str(path)], input=b"".join(image.tobytes() for image in images), capture_output=True
+    )
     if done.returncode or not path.is_file():
-        last = (done.stderr.decode(errors="replace").strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+        last = (
+            done.stderr.decode(errors="replace").strip().splitlines()
+            or [f"exit code {done.returncode}"]
+        )[-1]
         raise FmbsError(say(str(path), "a film written by ffmpeg", last, REMEDY))

@@ -1,4 +1,6 @@
-"""Scenes: YAML files become systems. In data-flow order: text -> Scene -> bodies, joints, loads -> System, or a family of them."""
+"""Scenes: YAML files become systems. In data-flow order: text -> Scene -> bodies, joints, loads ->
+System, or a family of them.
+"""
 
 from .family import family
 from .reading import loads, read

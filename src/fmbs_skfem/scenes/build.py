@@ -1,6 +1,8 @@
-"""From a Scene to a System: files become bodies, names become places, times become numbers of steps.
+"""From a Scene to a System: files become bodies, names become places, times become numbers of
+steps.
 
-Strings of the scene are resolved here, once; whatever does not fit is reported with file, line and key path.
+Strings of the scene are resolved here, once; whatever does not fit is reported with file, line and
+key path.
 """
 
 from __future__ import annotations
@@ -44,8 +46,9 @@ SUBJECT = re.compile(r"(body|joint|load|output|controller|event|monitor) '([^']*
 def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
     """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 
-    `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the scene's project folder. Raises
-    InputError for meshes, places, edges and functions of time that do not fit, with file, line and path of keys.
+    `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the
+    scene's project folder. Raises InputError for meshes, places, edges and functions of time that
+    do not fit, with file, line and path of keys.
     """
     check_functions(scene)  # before meshes are read
     return of_parts(scene, parts(scene, cells, allow_outside))
@@ -67,26 +70,33 @@ def check_files(scene: Scene, allow_outside: bool = False) -> None:
 def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:
     """The bodies of a scene; arguments as those of `system`.
 
-    A warning is shown of files that look as if they were in mm, and of bodies that move and turn about an origin that is not their
-    centre of mass.
+    A warning is shown of files that look as if they were in mm, and of bodies that move and turn
+    about an origin that is not their centre of mass.
     """
     found = [_body(scene, name, cells, allow_outside) for name in scene.bodies]
-    for look, part in itertools.product((plausibility.file_unit, plausibility.without_center), found):
+    for look, part in itertools.product(
+        (plausibility.file_unit, plausibility.without_center), found
+    ):
         if (odd := look(scene, part.name, part)) is not None:
             notify(f"{where(scene, *odd.keys)}: {odd}")
     return found
 
 
 def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
-    """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
+    """The system of a scene with its bodies made; without `pictures` for those who look at numbers
+    only.
+    """
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
-    joints, loads = scene.joints.values(), scene.loads.values()
+    joints = scene.joints.values()
+    loads = scene.loads.values()
     more: dict[str, Any] = {"inputs": sources(scene), "controllers": scene.controllers.values()}
     if scene.analysis.moves:
         more |= {"events": scene.events, "monitors": scene.monitors.values()}
     try:
-        system = assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, **more)
+        system = assembly.assemble(
+            parts, joints, loads, scene.damping, scene.outputs, initial, pictures, **more
+        )
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
     if any(part.shapes for part in parts):
@@ -98,17 +108,24 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
 
 def sources(scene: Scene) -> list[Source]:
     """Inputs and tables of a scene."""
-    return [*scene.inputs.values(), *(one.table for one in scene.tables.values() if one.table is not None)]
+    return [
+        *scene.inputs.values(),
+        *(one.table for one in scene.tables.values() if one.table is not None),
+    ]
 
 
 def locate_message(scene: Scene, message: str) -> str:
-    """A message of the assembly, which begins with the joint, load or output that it is about, with its file and line."""
+    """A message of the assembly, which begins with the joint, load or output that it is about, with
+    its file and line.
+    """
     keys = subject(scene, message)
     return f"{where(scene, *keys)}: {message}" if keys and keys[0] != "bodies" else message
 
 
 def subject(scene: Scene, message: str) -> tuple[str, ...]:
-    """Keys of what a message begins with, such as "joint 'gear'"; none where that is nothing of the scene."""
+    """Keys of what a message begins with, such as "joint 'gear'"; none where that is nothing of the
+    scene.
+    """
     if (found := SUBJECT.match(message)) is None:
         return ()
     section = "bodies" if found[1] == "body" else f"{found[1]}s"
@@ -116,10 +133,11 @@ def subject(scene: Scene, message: str) -> tuple[str, ...]:
 
 
 def chosen_form(scene: Scene, full: System) -> System:
-    """The form in which the scene wants its full system solved: without its linear constraints, or with all multipliers.
+    """The form in which the scene wants its full system solved: without its linear constraints, or
+    with all multipliers.
 
-    Unless the scene chooses, motions of plates of more than LARGE functions keep multipliers, up to MANY linear constraints, and
-    everything else is eliminated.
+    Unless the scene chooses, motions of plates of more than LARGE functions keep multipliers, up to
+    MANY linear constraints, and everything else is eliminated.
     """
     few = int(is_linear(full.constraints).sum()) <= MANY
     multipliers = few and scene.analysis.moves and has_large_plates(scene, full)
@@ -144,19 +162,25 @@ def snapshot_steps(scene: Scene) -> np.ndarray:
 def dynamic(scene: Scene) -> Dynamic:
     """The analysis of a scene that has steps."""
     if not scene.analysis.moves:
-        raise InputError(say(f"{scene.path or 'scene'}: analysis.type", "dynamic", scene.analysis.word))
+        raise InputError(
+            say(f"{scene.path or 'scene'}: analysis.type", "dynamic", scene.analysis.word)
+        )
     return cast("Dynamic", scene.analysis)
 
 
 def stepped(scene: Scene) -> Dynamic:
-    """The analysis of a scene whose motion its scheme alone makes, as that of families and reduced models."""
+    """The analysis of a scene whose motion its scheme alone makes, as that of families and reduced
+    models.
+    """
     from .analyses.dynamic import Dynamic
 
     analysis = dynamic(scene)
     if type(analysis).solve is not Dynamic.solve:
         got = f"{analysis.word}, whose class has a 'solve' of its own"
         remedy = "families, sweeps and reduced models run without it: give the class a 'scheme' instead, or use fmbs run"
-        raise InputError(say(where(scene, "analysis"), "a motion by the steps of its scheme", got, remedy))
+        raise InputError(
+            say(where(scene, "analysis"), "a motion by the steps of its scheme", got, remedy)
+        )
     return analysis
 
 
@@ -164,7 +188,9 @@ def history(scene: Scene) -> History:
     """The analysis of a scene that finds states over time or over the load factor."""
     if not isinstance(scene.analysis, History):
         wanted = "one with outputs, such as dynamic or static"
-        raise InputError(say(f"{scene.path or 'scene'}: analysis.type", wanted, scene.analysis.word))
+        raise InputError(
+            say(f"{scene.path or 'scene'}: analysis.type", wanted, scene.analysis.word)
+        )
     return scene.analysis
 
 
@@ -172,14 +198,18 @@ def _body(scene: Scene, name: str, cells: int | None, allow_outside: bool) -> Bo
     try:
         found = scene.bodies[name].build(scene, cells, allow_outside)
         if not isinstance(found, Body):
-            raise InputError(say(f"class {type(scene.bodies[name]).__qualname__}: build", "a Body", repr(found)))
+            raise InputError(
+                say(f"class {type(scene.bodies[name]).__qualname__}: build", "a Body", repr(found))
+            )
         return found
     except InputError as error:
         raise InputError(f"{where(scene, 'bodies', name)}: {error}") from error
 
 
 def _check_places(scene: Scene, parts: dict[str, Body]) -> None:
-    """Every place, edge and face of joints, loads and outputs is one of its body; all that are not are listed."""
+    """Every place, edge and face of joints, loads and outputs is one of its body; all that are not
+    are listed.
+    """
     wrong: list[str] = []
     for keys, place in places(scene):
         try:
@@ -218,4 +248,6 @@ def check_functions(scene: Scene) -> None:
     """Histories and drives are finite at every step of the analysis."""
     instants = scene.analysis.instants()
     for keys, function in functions(scene, ("loads", "joints"), Expression):
-        expressions.check(function, instants, f"{where(scene, *keys)}: {str(keys[0])[:-1]} '{keys[1]}'")
+        expressions.check(
+            function, instants, f"{where(scene, *keys)}: {str(keys[0])[:-1]} '{keys[1]}'"
+        )

@@ -1,6 +1,8 @@
-"""What ties the parts of a scene together: names that must exist, sizes that must agree, values that are hardly meant.
+"""What ties the parts of a scene together: names that must exist, sizes that must agree, values
+that are hardly meant.
 
-Problems stop a scene and are listed together; warnings do not. A problem is a pair of the path of keys and the `Problem`.
+Problems stop a scene and are listed together; warnings do not. A problem is a pair of the path of
+keys and the `Problem`.
 """
 
 from __future__ import annotations
@@ -56,7 +58,10 @@ def notices(scene: Scene) -> Iterator[Oddity]:
     for name, limits in scene.ranges.items():
         if not limits.low <= scene.parameters[name] <= limits.high:
             text = f"the value {scene.parameters[name]:g} {limits.unit}".strip()
-            yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
+            yield (
+                ("parameters", name),
+                f"{text} is outside the range of {limits}, where reduced models are trained",
+            )
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
     yield from _idle(scene)
     yield from _leaving(scene)
@@ -64,18 +69,24 @@ def notices(scene: Scene) -> Iterator[Oddity]:
     yield from _degrees(() if scene.node is None else yamlfile.plain(scene.node), ())
     for keys, angle in _angles(scene):
         if abs(angle) > 2 * math.pi * (1 + 1e-12):
-            yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
+            yield (
+                keys,
+                f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant",
+            )
 
 
 def _tilting(scene: Scene) -> Iterator[Oddity]:
-    """Drives in space of bodies that spherical joints alone hold: they prescribe one angle, and the others are free."""
+    """Drives in space of bodies that spherical joints alone hold: they prescribe one angle, and the
+    others are free.
+    """
     for name, drive in scene.joints.items():
         if scene.dimension == 2 or not isinstance(drive, joints.DrivenAngle):
             continue
         holding = [
             key
             for key, one in scene.joints.items()
-            if key != name and any(isinstance(end, At) and end.body == drive.at.body for end in vars(one).values())
+            if key != name
+            and any(isinstance(end, At) and end.body == drive.at.body for end in vars(one).values())
         ]
         if holding and all(isinstance(scene.joints[key], joints.Pin) for key in holding):
             text = f"drives one angle of '{drive.at.body}', which '{holding[0]}' holds at a point only: in space it can tilt about "
@@ -98,7 +109,11 @@ def functions(scene: Scene, sections: Iterable[str], kind: Any) -> Iterator[tupl
             for key, value in vars(item).items():
                 parts = enumerate(value) if isinstance(value, tuple) else ()
                 each = [((), value), *(((k,), one) for k, one in parts)]
-                yield from (((section, name, key, *place), one) for place, one in each if isinstance(one, kind))
+                yield from (
+                    ((section, name, key, *place), one)
+                    for place, one in each
+                    if isinstance(one, kind)
+                )
 
 
 def _leaving(scene: Scene) -> Iterator[Oddity]:
@@ -110,44 +125,83 @@ def _leaving(scene: Scene) -> Iterator[Oddity]:
 
 
 def _idle(scene: Scene) -> Iterator[Oddity]:
-    """What a scene says without effect: keys that its analysis or body does not read, changed parameters that nothing uses."""
+    """What a scene says without effect: keys that its analysis or body does not read, changed
+    parameters that nothing uses.
+    """
     for name, body in scene.bodies.items():
         yield from ((("bodies", name, key), text) for key, text in body.idle())
-    named = [value for value in vars(scene.analysis).values() if isinstance(value, str)]  # by analyses that read outputs themselves
-    idle = [] if scene.analysis.has_outputs else [name for name in scene.outputs if name not in named]
+    named = [
+        value for value in vars(scene.analysis).values() if isinstance(value, str)
+    ]  # by analyses that read outputs themselves
+    idle = (
+        [] if scene.analysis.has_outputs else [name for name in scene.outputs if name not in named]
+    )
     if idle:
-        yield ("outputs",), f"do nothing, an analysis of {scene.analysis.word} has none: {', '.join(idle)}"
+        yield (
+            ("outputs",),
+            f"do nothing, an analysis of {scene.analysis.word} has none: {', '.join(idle)}",
+        )
     yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)
         yield from ((("loads", name, key), text) for key, text in load.unread(scene.dimension))
         if rigid := _within_a_rigid_body(scene, load):
-            yield ("loads", name), f"does nothing, as both of its places are on the rigid body '{rigid}'"
+            yield (
+                ("loads", name),
+                f"does nothing, as both of its places are on the rigid body '{rigid}'",
+            )
     parts = scene.joints, scene.loads, scene.controllers, scene.events
-    read = {name for part in parts for item in part.values() for name in inputs_in(vars(item).values())}
+    read = {
+        name for part in parts for item in part.values() for name in inputs_in(vars(item).values())
+    }
     for section in ("inputs", "controllers"):
-        yield from (((section, name), "nothing in the scene reads it") for name in getattr(scene, section) if name not in read)
-    yield from ((("tables", name), "nothing in the scene reads it") for name in scene.tables if f"{name}(t)" not in read)
-    straight = [name for name, one in scene.tables.items() if not one.smooth and one.ends != "automatic"]
-    yield from ((("tables", name, "ends"), "are those of smooth curves, write `smooth: true`") for name in straight)
+        yield from (
+            ((section, name), "nothing in the scene reads it")
+            for name in getattr(scene, section)
+            if name not in read
+        )
+    yield from (
+        (("tables", name), "nothing in the scene reads it")
+        for name in scene.tables
+        if f"{name}(t)" not in read
+    )
+    straight = [
+        name for name, one in scene.tables.items() if not one.smooth and one.ends != "automatic"
+    ]
+    yield from (
+        (("tables", name, "ends"), "are those of smooth curves, write `smooth: true`")
+        for name in straight
+    )
     if scene.controllers and not scene.analysis.moves:
         yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
     if scene.events and not scene.analysis.moves:
         yield ("events",), f"do not happen in an analysis of {scene.analysis.word}"
     if scene.monitors and not scene.analysis.moves:
-        yield ("monitors",), f"do nothing in an analysis of {scene.analysis.word}, which has no motion"
+        yield (
+            ("monitors",),
+            f"do nothing in an analysis of {scene.analysis.word}, which has no motion",
+        )
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
-            yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
+            yield (
+                ("parameters", name),
+                "nothing in the scene uses this parameter, so that its value changes nothing",
+            )
 
 
 def _within_a_rigid_body(scene: Scene, load: Load) -> str:
-    """The rigid body that carries both places of a load, or what touches and the shape; nothing where there is none."""
+    """The rigid body that carries both places of a load, or what touches and the shape; nothing
+    where there is none.
+    """
     ends = [vars(load).get(key) for key in ("at", "body", "to", "on")]
     carriers = [end.body if isinstance(end, At) else end for end in ends if end is not None]
     if len(carriers) != 2 or carriers[0] != carriers[1] or not isinstance(carriers[0], str):
         return ""
-    return carriers[0] if isinstance(scene.bodies.get(carriers[0]), PointMass | Rigid | RigidPlate) else ""
+    return (
+        carriers[0]
+        if isinstance(scene.bodies.get(carriers[0]), PointMass | Rigid | RigidPlate)
+        else ""
+    )
 
 
 def inputs_in(values: Iterable[Any]) -> Iterator[str]:
@@ -164,7 +218,13 @@ def inputs_in(values: Iterable[Any]) -> Iterator[str]:
 
 def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Oddity]:
     """Sines of plain numbers beyond one turn anywhere in a file."""
-    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    inside = (
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, list)
+        else ()
+    )
     for key, entry in inside:
         yield from _degrees(entry, (*keys, key))
     for name, number in SINE.findall(value) if isinstance(value, str) else ():
@@ -186,7 +246,11 @@ def places(scene: Scene) -> Iterator[tuple[tuple[str, ...], At]]:
     """All places of joints, loads and outputs with their paths of keys."""
     for part in PARTS:
         for name, item in getattr(scene, part).items():
-            yield from (((part, name, key), value) for key, value in vars(item).items() if isinstance(value, At))
+            yield from (
+                ((part, name, key), value)
+                for key, value in vars(item).items()
+                if isinstance(value, At)
+            )
 
 
 def _declared(scene: Scene) -> Iterator[Found]:
@@ -194,9 +258,15 @@ def _declared(scene: Scene) -> Iterator[Found]:
     for part in ("bodies", *PARTS, "controllers", "monitors"):
         for name, item in getattr(scene, part).items():
             for key, problem in item.problems(scene.dimension):
-                yield (part, name, *(key if isinstance(key, tuple) else (key,) if key else ())), problem
+                yield (
+                    (part, name, *(key if isinstance(key, tuple) else (key,) if key else ())),
+                    problem,
+                )
     for name, event in scene.events.items():
-        yield from ((("events", name, *((key,) if key else ())), problem) for key, problem in event.problems())
+        yield from (
+            (("events", name, *((key,) if key else ())), problem)
+            for key, problem in event.problems()
+        )
     for name, joint in scene.joints.items():
         to = getattr(joint, "to", None)
         if isinstance(to, At) and to == getattr(joint, "at", None):
@@ -204,7 +274,9 @@ def _declared(scene: Scene) -> Iterator[Found]:
 
 
 def _references(scene: Scene) -> Iterator[Found]:
-    """Names of joints, and of plates and shells, in joints, loads and outputs; bodies of the initial motion."""
+    """Names of joints, and of plates and shells, in joints, loads and outputs; bodies of the
+    initial motion.
+    """
     surfaces = [name for name, body in scene.bodies.items() if body.has_surface]
     stressed = [name for name, body in scene.bodies.items() if "von_mises" in body.shows]
     for part in PARTS:
@@ -215,9 +287,17 @@ def _references(scene: Scene) -> Iterator[Found]:
                 if rule.names == "bodies" and value is not None and value not in scene.bodies:
                     yield (part, name, key), unknown("body", "bodies", value, scene.bodies)
                 if rule.names == "surfaces":
-                    yield from _surface(scene, (part, name, key), value, surfaces, "plates and shells")
+                    yield from _surface(
+                        scene, (part, name, key), value, surfaces, "plates and shells"
+                    )
                 if rule.names == "stressed":
-                    yield from _surface(scene, (part, name, key), value, stressed, "plates, shells and beams with torsion")
+                    yield from _surface(
+                        scene,
+                        (part, name, key),
+                        value,
+                        stressed,
+                        "plates, shells and beams with torsion",
+                    )
     for name, event in scene.events.items():
         for key in ("release", "lock"):
             for one in getattr(event, key):
@@ -228,7 +308,9 @@ def _references(scene: Scene) -> Iterator[Found]:
             yield ("initial", "bodies", name), unknown("body", "bodies", name, scene.bodies)
 
 
-def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[str], kinds: str) -> Iterator[Found]:
+def _surface(
+    scene: Scene, key: tuple[str, ...], value: str | At, known: list[str], kinds: str
+) -> Iterator[Found]:
     """What acts on whole surfaces and edges, or reads stresses, names a body that has them.
 
     That a place has a body is checked with all places.
@@ -242,26 +324,50 @@ def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[st
 
 
 def _responses(scene: Scene) -> Iterator[Found]:
-    """Expressions of the state name outputs of the scene, or what their load measures, and have the dimension that is wanted."""
+    """Expressions of the state name outputs of the scene, or what their load measures, and have the
+    dimension that is wanted.
+    """
     names = Counter([*scene.outputs, *scene.inputs, *scene.controllers])
     for section in ("inputs", "controllers"):
         for name in getattr(scene, section):
             if names[name] > 1:
-                yield (section, name), Problem("another name than those of outputs, inputs and controllers", f"'{name}'")
-    read = [one for _, one in functions(scene, ("joints", "loads", "controllers", "events"), Expression | OfState)]
+                yield (
+                    (section, name),
+                    Problem(
+                        "another name than those of outputs, inputs and controllers", f"'{name}'"
+                    ),
+                )
+    read = [
+        one
+        for _, one in functions(
+            scene, ("joints", "loads", "controllers", "events"), Expression | OfState
+        )
+    ]
     for name, table in scene.tables.items():
         if problem := ends_early(table, scene.analysis.instants(), read):
             yield ("tables", name), problem
     known = responses.variables(scene.outputs, scene.dimension)
     tables = [one.table for one in scene.tables.values() if one.table is not None]
-    known |= timed(tables) | {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
-    steered = ((("controllers", name, key), one) for name, item in scene.controllers.items() for key, one in item.products())
+    known |= timed(tables) | {
+        name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()
+    }
+    steered = (
+        (("controllers", name, key), one)
+        for name, item in scene.controllers.items()
+        for key, one in item.products()
+    )
     for keys, value in (*functions(scene, ("loads", "controllers", "events"), OfState), *steered):
-        if keys[0] != "loads" and any(readings.follows(one, scene.outputs, scene.dimension) for one in value.outputs):
+        if keys[0] != "loads" and any(
+            readings.follows(one, scene.outputs, scene.dimension) for one in value.outputs
+        ):
             continue  # columns of outputs are known when the system is made, and looked at there
         try:
             readings.refuse(value, scene.outputs, scene.dimension)
-            require(value, known | getattr(getattr(scene, str(keys[0]))[keys[1]], "own", {}), calls_of(tables))
+            require(
+                value,
+                known | getattr(getattr(scene, str(keys[0]))[keys[1]], "own", {}),
+                calls_of(tables),
+            )
         except Problem as problem:
             yield keys, problem
 
@@ -275,17 +381,29 @@ def _components(scene: Scene) -> Iterator[Found]:
         owner: dict[str, str] = {}
         for component, names in reduction.components.items():
             if not names:
-                yield ("reduction", "components", component), Problem("a list of bodies", "an empty one", "delete the component")
+                yield (
+                    ("reduction", "components", component),
+                    Problem("a list of bodies", "an empty one", "delete the component"),
+                )
             for i, name in enumerate(names):
                 if name not in scene.bodies:
-                    yield ("reduction", "components", component, i), unknown("body", "bodies", name, scene.bodies)
+                    yield (
+                        ("reduction", "components", component, i),
+                        unknown("body", "bodies", name, scene.bodies),
+                    )
                 elif name in owner:
                     twice = f"'{name}' in '{owner[name]}' and '{component}'"
-                    yield ("reduction", "components", component, i), Problem("every body in one component", twice)
+                    yield (
+                        ("reduction", "components", component, i),
+                        Problem("every body in one component", twice),
+                    )
                 owner.setdefault(name, component)
         left = [name for name in scene.bodies if name not in owner]
         if left:
-            yield ("reduction", "components"), Problem("every body in a component", f"none for {', '.join(left)}")
+            yield (
+                ("reduction", "components"),
+                Problem("every body in a component", f"none for {', '.join(left)}"),
+            )
     if isinstance(reduction.modes, dict):
         known = reduction.components or scene.bodies
         for name in reduction.modes:
@@ -301,7 +419,10 @@ def _training(scene: Scene) -> Iterator[Found]:
         yield ("training",), without_ranges()
     if scene.reduction is None or not scene.analysis.moves:
         got = f"analysis {scene.analysis.word}" if scene.reduction else "none"
-        yield ("training",), Problem("a section 'reduction' and a dynamic analysis", got, "add them")
+        yield (
+            ("training",),
+            Problem("a section 'reduction' and a dynamic analysis", got, "add them"),
+        )
     if isinstance(scene.training.tolerance, Allowed):
         yield from _tolerances(scene, scene.training.tolerance)
 
@@ -316,15 +437,27 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
         output = scene.outputs[name]
         if given not in ("", unit_of(output.unit)):
             expected = f"an error in {output.unit}" if output.unit else "a number"
-            yield key, Problem(expected, f"one in {given}", f"output '{name}' is of the type {output.word}")
+            yield (
+                key,
+                Problem(
+                    expected, f"one in {given}", f"output '{name}' is of the type {output.word}"
+                ),
+            )
 
 
 def _comparisons(scene: Scene) -> Iterator[Found]:
     """Coarser meshes are made of cables only, and fields colour bodies that have them."""
     bodies = scene.bodies.values()
-    if scene.compare is not None and scene.compare.coarse and not any(body.divisible for body in bodies):
+    if (
+        scene.compare is not None
+        and scene.compare.coarse
+        and not any(body.divisible for body in bodies)
+    ):
         remedy = "compare with a scene of its own that reads a coarser mesh"
-        yield ("compare", "coarse"), Problem("a scene with cables, which can be divided anew", "one without", remedy)
+        yield (
+            ("compare", "coarse"),
+            Problem("a scene with cables, which can be divided anew", "one without", remedy),
+        )
     color = "curvature" if scene.pictures is None else scene.pictures.color
     showing = sorted({kind.word for kind in SceneBody.known.values() if color in kind.shows})
     if showing and not any(color in body.shows for body in bodies):

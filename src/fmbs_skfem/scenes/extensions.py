@@ -1,10 +1,12 @@
-"""Python files that a scene names: they declare joints, loads, outputs, sections, laws and interpolations of its author's own.
+"""Python files that a scene names: they declare joints, loads, outputs, sections, laws and
+interpolations of its author's own.
 
     extensions: [my_joint.py]            beside the scene, or anywhere in its project folder, as meshes
 
-The files are run before the scene is checked, with the rights of whoever reads it, and only by consent: see `core.consents`. A
-warning names them. A file is run once a process; one that has changed since is refused, because its classes may be in use. Worker
-processes find its classes by the name of its module.
+The files are run before the scene is checked, with the rights of whoever reads it, and only by
+consent: see `core.consents`. A warning names them. A file is run once a process; one that has
+changed since is refused, because its classes may be in use. Worker processes find its classes by
+the name of its module.
 """
 
 from __future__ import annotations
@@ -43,12 +45,16 @@ class SourceLoader(SourceFileLoader):
 
 
 class ExtensionFinder:
-    """Modules of files by the path in their name, so that what they declare can be sent to other processes.
+    """Modules of files by the path in their name, so that what they declare can be sent to other
+    processes.
 
-    It is no `importlib.abc.MetaPathFinder`, which loads a dozen modules that a check of a scene has no use for.
+    It is no `importlib.abc.MetaPathFinder`, which loads a dozen modules that a check of a scene has
+    no use for.
     """
 
-    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         if not name.startswith(PREFIX):
             return None
         file = file_of(name)
@@ -59,13 +65,23 @@ sys.meta_path.append(ExtensionFinder())
 
 
 def load(named: object, folder: Path) -> list[Found]:
-    """Run the files that the section `extensions` of a scene in `folder` names; what is wrong with them."""
+    """Run the files that the section `extensions` of a scene in `folder` names; what is wrong with
+    them.
+    """
     if named is None:
         return []
     if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
-        return [(("extensions",), Problem("a list of Python files, their paths from the folder of the scene", shown(named)))]
+        return [
+            (
+                ("extensions",),
+                Problem(
+                    "a list of Python files, their paths from the folder of the scene", shown(named)
+                ),
+            )
+        ]
     found: list[Found] = []
-    files, digests = dict[int, Path](), dict[Path, str]()
+    files = dict[int, Path]()
+    digests = dict[Path, str]()
     for k, text in enumerate(named):
         try:
             files[k] = meshes.path(text, folder, what="extension")
@@ -76,7 +92,13 @@ def load(named: object, folder: Path) -> list[Found]:
             found.append((("extensions", k), Problem("a Python file of the project", str(error))))
     if not found:
         try:
-            consents.require({path: digest for path, digest in digests.items() if RUN.get(module_of(path)) != digest})
+            consents.require(
+                {
+                    path: digest
+                    for path, digest in digests.items()
+                    if RUN.get(module_of(path)) != digest
+                }
+            )
         except Problem as problem:
             return [(("extensions",), problem)]
         for k, path in files.items():
@@ -90,7 +112,9 @@ def load(named: object, folder: Path) -> list[Found]:
 
 
 def modules(named: Sequence[str] | None, folder: Path) -> tuple[str, ...]:
-    """Modules of the files that a scene lists, once they have been run, and of those that a call has named."""
+    """Modules of the files that a scene lists, once they have been run, and of those that a call
+    has named.
+    """
     listed = (module_of(meshes.path(text, folder, what="extension")) for text in named or ())
     return tuple(dict.fromkeys([*listed, *sorted(own_words.EVERYWHERE)]))
 
@@ -121,25 +145,38 @@ def texts_in(value: object) -> Iterator[str]:
 def digest_of(path: Path) -> str:
     """SHA-256 of a file; Problem where it is no Python file."""
     if path.suffix != ".py" or not path.is_file():
-        raise Problem("a Python file (.py)", str(path) if path.exists() else f"{path}, which is not there")
+        raise Problem(
+            "a Python file (.py)", str(path) if path.exists() else f"{path}, which is not there"
+        )
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def place_of(error: BaseException) -> str:
-    """File and line of an extension that an exception comes from or has passed, or its class that lacks something; else nothing."""
+    """File and line of an extension that an exception comes from or has passed, or its class that
+    lacks something; else nothing.
+    """
     chain = [one.__traceback__ for one in (error, error.__cause__) if one is not None]
     frames = [frame for one in chain for frame in reversed(traceback.extract_tb(one))]
     files = {file_of(name) for name in sys.modules if name.startswith(PREFIX)}
-    if line := next((f"{frame.filename}, line {frame.lineno}" for frame in frames if frame.filename in files), ""):
+    if line := next(
+        (f"{frame.filename}, line {frame.lineno}" for frame in frames if frame.filename in files),
+        "",
+    ):
         return line
     owner = type(getattr(error, "obj", None))  # of an AttributeError
-    return f"{file_of(owner.__module__)}, class {owner.__qualname__}" if owner.__module__.startswith(PREFIX) else ""
+    return (
+        f"{file_of(owner.__module__)}, class {owner.__qualname__}"
+        if owner.__module__.startswith(PREFIX)
+        else ""
+    )
 
 
 def class_of(error: BaseException) -> str:
-    """The class or function of an extension that was at hand where an exception came, the innermost first; else nothing.
+    """The class or function of an extension that was at hand where an exception came, the innermost
+    first; else nothing.
 
-    That what it returned is of no use shows only where the package goes on with it, in no line of its file.
+    That what it returned is of no use shows only where the package goes on with it, in no line of
+    its file.
     """
     for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):
         for value in frame.f_locals.values():
@@ -152,9 +189,14 @@ def class_of(error: BaseException) -> str:
 
 def run(path: Path) -> None:
     """Run a file, once a process."""
-    name, digest = module_of(path), digest_of(path)
+    name = module_of(path)
+    digest = digest_of(path)
     if RUN.get(name, digest) != digest:
-        raise Problem("a file that stays the same while it is in use", f"{path}, which has changed", "start Python anew")
+        raise Problem(
+            "a file that stays the same while it is in use",
+            f"{path}, which has changed",
+            "start Python anew",
+        )
     if name in RUN:
         return
     if name not in sys.modules:  # as in a worker process that has found its classes
@@ -162,7 +204,16 @@ def run(path: Path) -> None:
     try:
         importlib.import_module(name)
     except (Exception, SystemExit) as error:
-        last = next((frame for frame in reversed(traceback.extract_tb(error.__traceback__)) if frame.filename == str(path)), None)
+        last = next(
+            (
+                frame
+                for frame in reversed(traceback.extract_tb(error.__traceback__))
+                if frame.filename == str(path)
+            ),
+            None,
+        )
         where = f" in {path.name}, line {last.lineno}" if last is not None else ""
-        raise Problem("a Python file that runs", f"{type(error).__name__}{where}: {error}") from error
+        raise Problem(
+            "a Python file that runs", f"{type(error).__name__}{where}: {error}"
+        ) from error
     RUN[name] = digest

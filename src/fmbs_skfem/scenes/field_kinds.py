@@ -1,4 +1,6 @@
-"""Fields of bodies and analyses in a scene: thicknesses, rims, inertias, rotations, numbers of modes, spans of time."""
+"""Fields of bodies and analyses in a scene: thicknesses, rims, inertias, rotations, numbers of
+modes, spans of time.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,8 @@ class Turn:
     def matrix(self) -> np.ndarray:
         """(c, c), about z in the plane."""
         if self.axis is None:
-            c, s = np.cos(self.angle), np.sin(self.angle)
+            c = np.cos(self.angle)
+            s = np.sin(self.angle)
             return np.array([[c, -s], [s, c]])
         return rotation(self.angle * np.array(self.axis) / np.linalg.norm(self.axis))
 
@@ -68,20 +71,30 @@ def turn(value: object, context: Context) -> Turn:
     if context.dimension == 2:
         return Turn(read_quantity(value, units.ANGLE, context))
     if not isinstance(value, dict) or set(value) != {"axis", "angle"}:
-        what, remedy = "a rotation in space such as {axis: [0, 0, 1], angle: 30 deg}", "say it by axis and angle"
+        what, remedy = (
+            "a rotation in space such as {axis: [0, 0, 1], angle: 30 deg}",
+            "say it by axis and angle",
+        )
         if not is_matrix(value):
             raise Problem(what, shown(value))
         if np.linalg.det(value) > 0.0:
             raise Problem(what, "a matrix", remedy)
-        raise Problem(what, "a matrix that mirrors", "a mirrored body is another one: mirror its mesh, of a part train it anew")
-    return Turn(read_quantity(value["angle"], units.ANGLE, context), read_axis(value["axis"], context))
+        raise Problem(
+            what,
+            "a matrix that mirrors",
+            "a mirrored body is another one: mirror its mesh, of a part train it anew",
+        )
+    return Turn(
+        read_quantity(value["angle"], units.ANGLE, context), read_axis(value["axis"], context)
+    )
 
 
 def is_matrix(value: object) -> TypeGuard[list[list[float]]]:
     """Whether it is a list of 3 lists of 3 numbers."""
     rows = value if isinstance(value, list) and len(value) == 3 else []
     return bool(rows) and all(
-        isinstance(row, list) and len(row) == 3 and all(isinstance(x, int | float) for x in row) for row in rows
+        isinstance(row, list) and len(row) == 3 and all(isinstance(x, int | float) for x in row)
+        for row in rows
     )
 
 
@@ -97,8 +110,14 @@ def inertia(value: object, context: Context) -> float | Vector | tuple[Vector, .
 
 
 def spans(value: object, context: Context) -> Spans:
-    """A list of {until: ..., every: ...} with times that increase; the last one may leave `until` out."""
-    if not isinstance(value, list) or not value or not all(isinstance(part, dict) for part in value):
+    """A list of {until: ..., every: ...} with times that increase; the last one may leave `until`
+    out.
+    """
+    if (
+        not isinstance(value, list)
+        or not value
+        or not all(isinstance(part, dict) for part in value)
+    ):
         raise Problem("a list such as [{until: 0.1 s, every: 1 ms}, {every: 5 ms}]", shown(value))
     found: Spans = SPAN_LIST.read(value, context)
     ends = [part.until for part in found]
@@ -106,7 +125,9 @@ def spans(value: object, context: Context) -> Spans:
         raise Problem("the key 'until' in every span but the last", "no such key")
     known = [end for end in ends if end is not None]
     if any(b <= a for a, b in itertools.pairwise(known)):
-        raise Problem("spans that end one after the other", ", ".join(f"{end:g} s" for end in known))
+        raise Problem(
+            "spans that end one after the other", ", ".join(f"{end:g} s" for end in known)
+        )
     return found
 
 
@@ -123,7 +144,11 @@ def read_display_units(value: object, context: Context) -> tuple[str, ...]:
     for one in read_names(value, context):
         base = display.describe(one)[0]
         if not base:
-            raise Problem("a unit such as mm, MPa or rpm", shown(one), "one that a quantity may have in a scene")
+            raise Problem(
+                "a unit such as mm, MPa or rpm",
+                shown(one),
+                "one that a quantity may have in a scene",
+            )
         if base in found:
             raise Problem("one unit of each dimension", f"{shown(found[base])} and {shown(one)}")
         found[base] = one
@@ -155,28 +180,62 @@ NUMBER_OF = whole(1, COUNT)
 _INERTIA = number_schema(units.INERTIA)
 _ROW = array_schema(_INERTIA, 3, 3)
 _AXIS = {"type": "array", "items": {"type": "number"}}
-_TURNS = [number_schema(units.ANGLE), mapping_schema(("axis", "angle"), axis=_AXIS, angle=number_schema(units.ANGLE))]
+_TURNS = [
+    number_schema(units.ANGLE),
+    mapping_schema(("axis", "angle"), axis=_AXIS, angle=number_schema(units.ANGLE)),
+]
 
 THICKNESS = parts_or("a thickness, or one a face", quantity("m", "> 0"), names(Length, 1), dict)
-RIM = parts_or("an edge, a list of edges, or {edges: ..., center: [...], slopes: true or false}", EDGES, inline(Rim), dict)
+RIM = parts_or(
+    "an edge, a list of edges, or {edges: ..., center: [...], slopes: true or false}",
+    EDGES,
+    inline(Rim),
+    dict,
+)
 INERTIA = Takes(
     inertia,
-    _options("a moment of inertia [kg m^2], in space 3 principal ones or a tensor", _INERTIA, _ROW, array_schema(_ROW, 3, 3)),
+    _options(
+        "a moment of inertia [kg m^2], in space 3 principal ones or a tensor",
+        _INERTIA,
+        _ROW,
+        array_schema(_ROW, 3, 3),
+    ),
 )
 ROTATION = Takes(
     turn,
     _options("an angle [rad], in space {axis: [x, y, z], angle: an angle [rad]}", *_TURNS),
     angle=lambda value: None if value is None else float(value.angle),
 )
-COUNTS = parts_or("a number of modes, for all components or by their names", NUMBER_OF, names(Annotated[int, NUMBER_OF], 1), dict)
+COUNTS = parts_or(
+    "a number of modes, for all components or by their names",
+    NUMBER_OF,
+    names(Annotated[int, NUMBER_OF], 1),
+    dict,
+)
 TIME = quantity("s", "> 0")
-STEPS_OR_SPANS = parts_or("a number of steps, a time such as 5 ms, or spans of time", NUMBER_OF, SPANS, list)
-EVERY = Takes(every, STEPS_OR_SPANS.schema | {"anyOf": [NUMBER_OF.schema, TIME.schema, SPANS.schema]})
+STEPS_OR_SPANS = parts_or(
+    "a number of steps, a time such as 5 ms, or spans of time", NUMBER_OF, SPANS, list
+)
+EVERY = Takes(
+    every, STEPS_OR_SPANS.schema | {"anyOf": [NUMBER_OF.schema, TIME.schema, SPANS.schema]}
+)
 SNAPSHOTS = parts_or("a time between snapshots, or spans of time", TIME, SPANS, list)
 
-DIRECTION = parts_or("a direction, or directions at fractions of the length", vector(""), at_fractions(vector("")), dict)
-TWIST = parts_or("an angle, or angles at fractions of the length", quantity("rad"), at_fractions(quantity("rad")), dict)
-OFFSET = parts_or("centroid, shear_centre, or a point [y, z]", one_of(("centroid", "shear_centre")), POINT, list)
+DIRECTION = parts_or(
+    "a direction, or directions at fractions of the length",
+    vector(""),
+    at_fractions(vector("")),
+    dict,
+)
+TWIST = parts_or(
+    "an angle, or angles at fractions of the length",
+    quantity("rad"),
+    at_fractions(quantity("rad")),
+    dict,
+)
+OFFSET = parts_or(
+    "centroid, shear_centre, or a point [y, z]", one_of(("centroid", "shear_centre")), POINT, list
+)
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]
 Rims = Annotated[dict[str, Rim], names(Annotated[Rim, RIM], words=True)]
@@ -186,8 +245,11 @@ Counts = Annotated[int | dict[str, int], COUNTS]
 Every = Annotated[int | Spans, EVERY]
 Snapshots = Annotated[float | Spans, SNAPSHOTS]
 DisplayUnits = Annotated[
-    tuple[str, ...], Takes(read_display_units, NAMES | {"description": "units of results, such as [mm, MPa, rpm]"})
+    tuple[str, ...],
+    Takes(read_display_units, NAMES | {"description": "units of results, such as [mm, MPa, rpm]"}),
 ]
 Instant = Annotated[float, quantity("s", ">= 0")]
-MeshFile = Annotated[str, "a mesh file (.msh, .vtu, .inp, .med, .vtk), its path from the folder of the scene"]
+MeshFile = Annotated[
+    str, "a mesh file (.msh, .vtu, .inp, .med, .vtk), its path from the folder of the scene"
+]
 NewtonTolerance = Annotated[float, quantity("", "> 0", "< 0.01")]

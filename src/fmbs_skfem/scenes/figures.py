@@ -66,7 +66,8 @@ def of_any(part: Body) -> BodyFigures:
 def of_line(part: Body, data: Given, degree: int, gravity: float) -> BodyFigures:
     """A line with a section, under gravity [m/s2]."""
     lengths = line_cells(part)
-    length, weight = float(lengths.sum()), data.rhoA * gravity
+    length = float(lengths.sum())
+    weight = data.rhoA * gravity
     return replace(
         of_any(part),
         length=length,
@@ -74,19 +75,24 @@ def of_line(part: Body, data: Given, degree: int, gravity: float) -> BodyFigures
         slenderness=length / math.sqrt(data.EI / data.EA),
         sag=weight * length**3 / (8 * data.EI) if gravity else None,
         weight_strain=weight * length / data.EA if gravity else None,
-        cells=CellShapes(len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))),
+        cells=CellShapes(
+            len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))
+        ),
         degree=degree,
     )
 
 
 def of_plate(part: Body, material: Material, gravity: float, flat: bool) -> BodyFigures:
-    """A plate or shell under gravity [m/s2]; where it is `flat`, cells from edge to edge are counted."""
+    """A plate or shell under gravity [m/s2]; where it is `flat`, cells from edge to edge are
+    counted.
+    """
     speed = math.sqrt(material.young_modulus / material.density)
     cells, area = plate_cells(part)
     if flat and part.dim == 3 and material.poisson_ratio and cells.count <= COUNTED:
         assert isinstance(part.space, Surface)
         cells = replace(cells, across=cells_across(part.space))
-    length, t = math.sqrt(float(area.sum())), float(np.mean(part.thickness))
+    length = math.sqrt(float(area.sum()))
+    t = float(np.mean(part.thickness))
     sag = 1.5 * length**3 / (speed**2 * t**2)
     bent = gravity and part.dim == 3
     return replace(
@@ -107,24 +113,41 @@ def line_cells(part: Body) -> np.ndarray:
 
 
 def plate_cells(part: Body) -> tuple[CellShapes, np.ndarray]:
-    """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,) [m2]."""
+    """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,)
+    [m2].
+    """
     shape = part.space
     assert isinstance(shape, Surface)
     found = [shapes_of(shape, part.shape_reference, cells) for cells in surface.parts(shape)]
-    aspect, angle, jacobian, area, middle = (np.concatenate(figure) for figure in zip(*found, strict=True))
-    worst, ratio = int(np.argmax(aspect)), float(area.max() / area.min())
+    aspect, angle, jacobian, area, middle = (
+        np.concatenate(figure) for figure in zip(*found, strict=True)
+    )
+    worst = int(np.argmax(aspect))
+    ratio = float(area.max() / area.min())
     place = tuple(middle[worst].tolist())
-    return CellShapes(len(aspect), ratio, float(aspect[worst]), float(angle.min()), float(jacobian.min()), worst, place), area
+    return CellShapes(
+        len(aspect),
+        ratio,
+        float(aspect[worst]),
+        float(angle.min()),
+        float(jacobian.min()),
+        worst,
+        place,
+    ), area
 
 
 def shapes_of(shape: Surface, reference: np.ndarray, part: slice) -> tuple[np.ndarray, ...]:
-    """Aspect, smallest angle [deg], J_min / J_max, area [m2] (e,) and middle (e, c) [m] of some cells."""
+    """Aspect, smallest angle [deg], J_min / J_max, area [m2] (e,) and middle (e, c) [m] of some
+    cells.
+    """
     table = surface.tabulate(shape, part=part)
     points, *tangents = np.moveaxis(on_nodes(table.values[:, :, :3], reference[table.nodes]), 2, 0)
     sides = [*tangents, tangents[1] - tangents[0]] if shape.parent is Parent.TRIANGLE else tangents
     gram = np.einsum("kepc,lepc->epkl", tangents, tangents)
     J = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
-    cosines = [np.abs(np.einsum("epc,epc->ep", a, b)) for k, a in enumerate(sides) for b in sides[k + 1 :]]
+    cosines = [
+        np.abs(np.einsum("epc,epc->ep", a, b)) for k, a in enumerate(sides) for b in sides[k + 1 :]
+    ]
     strong = np.linalg.eigvalsh(IDEAL[shape.parent].T @ gram @ IDEAL[shape.parent])
     aspect = np.sqrt(strong[:, :, 1] / np.maximum(strong[:, :, 0], 1e-300)).max(axis=1)
     angle = np.degrees(np.arctan2(J, np.max(cosines, axis=0))).min(axis=1)
@@ -133,7 +156,9 @@ def shapes_of(shape: Surface, reference: np.ndarray, part: slice) -> tuple[np.nd
 
 
 def cells_across(shape: Surface) -> int:
-    """Number of square cells that reach from edge to edge: neighbours at two opposite sides and none at the others."""
+    """Number of square cells that reach from edge to edge: neighbours at two opposite sides and
+    none at the others.
+    """
     if shape.parent is not Parent.SQUARE:
         return 0
     one, two, _ = surface.coincident_sides(shape)
@@ -141,4 +166,8 @@ def cells_across(shape: Surface) -> int:
     for cell, side in (one.T, two.T):
         inner[cell, side] = True
     first, second = inner[:, [0, 2]], inner[:, [1, 3]]
-    return int(((first.any(axis=1) & ~second.any(axis=1)) | (second.any(axis=1) & ~first.any(axis=1))).sum())
+    return int(
+        (
+            (first.any(axis=1) & ~second.any(axis=1)) | (second.any(axis=1) & ~first.any(axis=1))
+        ).sum()
+    )

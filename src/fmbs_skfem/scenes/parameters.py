@@ -1,9 +1,11 @@
-"""Parameters of a scene: values, and the ranges over which reduced models are trained and sweeps run.
+"""Parameters of a scene: values, and the ranges over which reduced models are trained and sweeps
+run.
 
     E: 70 GPa                                                       a value
     E: {value: 70 GPa, range: [40 GPa, 70 GPa], scale: linear}      a value and its range
 
-Without a value it is the middle of the range on its scale, (low + high) / 2 or sqrt(low high). A parameter may use those before it.
+Without a value it is the middle of the range on its scale, (low + high) / 2 or sqrt(low high). A
+parameter may use those before it.
 """
 
 from __future__ import annotations
@@ -49,7 +51,11 @@ def read_ends(value: object, context: Context) -> list[Written]:
 class Ranged:
     """A range with its scale, and the value."""
 
-    range: Annotated[list[Written], Takes(read_ends, array_schema(_QUANTITY, 2, 2)), "its ends, or write the value alone"]
+    range: Annotated[
+        list[Written],
+        Takes(read_ends, array_schema(_QUANTITY, 2, 2)),
+        "its ends, or write the value alone",
+    ]
     scale: Annotated[str, word([one.value for one in Scale])] = Scale.LINEAR.value
     value: Annotated[Written, Takes(read_quantity, _QUANTITY)] | None = None
 
@@ -75,7 +81,9 @@ class ParameterValues(dict[str, Quantity]):
 
 @dataclass(frozen=True)
 class Resolved:
-    """The parameters of a scene in file order, those that have a range, what is wrong with them, and which ones each is made of."""
+    """The parameters of a scene in file order, those that have a range, what is wrong with them,
+    and which ones each is made of.
+    """
 
     values: ParameterValues
     ranges: dict[str, Parameter]
@@ -98,16 +106,24 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
     """The section `parameters`; `changed` replaces values."""
     raw = {} if raw is None else raw
     if not isinstance(raw, dict):
-        return Resolved(ParameterValues(), {}, [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))])
+        return Resolved(
+            ParameterValues(),
+            {},
+            [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))],
+        )
     known = Resolved(ParameterValues(), {}, [])
     for name, entry in raw.items():
         key = ("parameters", name)
         try:
             check_name(name)
             own, limits = (
-                read_range(name, entry, known.values) if isinstance(entry, dict) else (quantities.read(entry, known.values), None)
+                read_range(name, entry, known.values)
+                if isinstance(entry, dict)
+                else (quantities.read(entry, known.values), None)
             )
-            known.values[name] = _change(own, changed[name], known.values) if name in changed else own
+            known.values[name] = (
+                _change(own, changed[name], known.values) if name in changed else own
+            )
             if limits is not None:
                 known.ranges[name] = limits
         except InputError as error:
@@ -117,7 +133,9 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
     for name in changed:
         if name not in raw:
             got = f"{shown(name)}{closest(name, raw)}"
-            known.found.append((("parameters",), Problem(f"one of the parameters {listed(raw, name)}", got)))
+            known.found.append(
+                (("parameters",), Problem(f"one of the parameters {listed(raw, name)}", got))
+            )
     return known
 
 
@@ -128,19 +146,34 @@ def check_name(name: str) -> None:
         raise Problem(f"a name of letters, digits and _ that is not taken ({taken})", shown(name))
 
 
-def read_range(name: str, entry: dict[str, Any], values: Mapping[str, Quantity]) -> tuple[Quantity, Parameter]:
+def read_range(
+    name: str, entry: dict[str, Any], values: Mapping[str, Quantity]
+) -> tuple[Quantity, Parameter]:
     """Value and range, all of one dimension."""
     given: Ranged = RANGED.read(entry, Context(parameters=values))
     written = [*given.range, *([given.value] if given.value else [])]
-    exponents = next((one.quantity.exponents for one in written if has_unit(one)), units.NUMBER.exponents)
+    exponents = next(
+        (one.quantity.exponents for one in written if has_unit(one)), units.NUMBER.exponents
+    )
     for place, one in zip((("range", 0), ("range", 1), ("value",)), written, strict=False):
         if has_unit(one) and one.quantity.exponents != exponents:
             got = f"{shown(one.text)} ({units.describe(one.quantity.exponents)})"
-            raise Problems([(place, Problem(f"value and range of one dimension ({units.describe(exponents)})", got))])
+            raise Problems(
+                [
+                    (
+                        place,
+                        Problem(
+                            f"value and range of one dimension ({units.describe(exponents)})", got
+                        ),
+                    )
+                ]
+            )
     low, high = given.range
     if problem := wrong_ends(low, high, given.scale == Scale.LOG.value):
         raise Problems([(("range",), problem)])
-    limits = Parameter(name, low.quantity.value, high.quantity.value, Scale(given.scale), units.unit(exponents))
+    limits = Parameter(
+        name, low.quantity.value, high.quantity.value, Scale(given.scale), units.unit(exponents)
+    )
     value = given.value.quantity.value if given.value else limits.nominal
     return Quantity(value, exponents, max(one.quantity.cycles for one in written)), limits
 
@@ -151,13 +184,21 @@ def has_unit(one: Written) -> bool:
 
 def wrong_ends(first: Written, last: Written, log: bool) -> Problem | None:
     """What is wrong with two ends; [40, 70 GPa] would begin at 40 Pa, where zero needs no unit."""
-    low, high, text = first.quantity.value, last.quantity.value, f"[{first.text}, {last.text}]"
+    low = first.quantity.value
+    high = last.quantity.value
+    text = f"[{first.text}, {last.text}]"
     if has_unit(first) != has_unit(last) and low and high:
-        return Problem("both ends of a range with a unit, or both without", text, "write the unit at both")
+        return Problem(
+            "both ends of a range with a unit, or both without", text, "write the unit at both"
+        )
     if not low < high:
         return Problem("a range whose first value is smaller than its second", text)
     if log and low <= 0.0:
-        return Problem("a range above zero for the scale log", text, "write 'scale: linear', or a larger first value")
+        return Problem(
+            "a range above zero for the scale log",
+            text,
+            "write 'scale: linear', or a larger first value",
+        )
     if not math.isfinite(high / low if log else high - low):
         return Problem("a range whose width is a finite number", text)
     return None
@@ -169,5 +210,8 @@ def _change(own: Quantity, text: float | str, values: Mapping[str, Quantity]) ->
     if new.exponents == units.NUMBER.exponents:
         return replace(own, value=new.value)
     if units.NUMBER.exponents != own.exponents != new.exponents:
-        raise Problem(f"a value of the dimension of the parameter ({units.describe(own.exponents)})", shown(text))
+        raise Problem(
+            f"a value of the dimension of the parameter ({units.describe(own.exponents)})",
+            shown(text),
+        )
     return new

@@ -1,4 +1,6 @@
-"""From the text of a scene file to a Scene: all problems at once, each with file, line and key path."""
+"""From the text of a scene file to a Scene: all problems at once, each with file, line and key
+path.
+"""
 
 from __future__ import annotations
 
@@ -26,25 +28,40 @@ MOST = 50  #: problems that one message lists
 
 @checked
 def read(
-    path: Path | str, parameters: Changes | None = None, repair: bool = False, *, extensions: str | None = None
+    path: Path | str,
+    parameters: Changes | None = None,
+    repair: bool = False,
+    *,
+    extensions: str | None = None,
 ) -> schema.Scene:
     """The scene in a file, all its quantities in SI units.
 
-    `parameters` replace values of the scene's own parameters, as numbers in SI units or as text with a unit (a sweep changes
-    nothing else). With `repair`, nodes of its meshes that are at one place are merged. Python files that the scene names are run
-    where `extensions` is "allow", see `core.consents`. Raises InputError, which lists every problem with file, line and path of
-    keys; what is hardly meant is a Python warning of the class `Notice`. Meshes are not read yet.
+    `parameters` replace values of the scene's own parameters, as numbers in SI units or as text
+    with a unit (a sweep changes nothing else). With `repair`, nodes of its meshes that are at one
+    place are merged. Python files that the scene names are run where `extensions` is "allow", see
+    `core.consents`. Raises InputError, which lists every problem with file, line and path of keys;
+    what is hardly meant is a Python warning of the class `Notice`. Meshes are not read yet.
     """
     path = Path(path)
     with consents.given(extensions):
-        return _warn(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
+        return _warn(
+            _scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair)
+        )
 
 
 @checked
-def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None, *, extensions: str | None = None) -> schema.Scene:
+def loads(
+    text: str,
+    folder: Path | str = ".",
+    parameters: Changes | None = None,
+    *,
+    extensions: str | None = None,
+) -> schema.Scene:
     """The scene in a text, as `read`; mesh paths are relative to `folder`."""
     with consents.given(extensions):
-        return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
+        return _warn(
+            _scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {})
+        )
 
 
 def _scene(
@@ -64,14 +81,25 @@ def _scene(
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}
     context = Context(
-        2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis"), modules), modules=modules
+        2 if data.get("dimension") == 2 else 3,
+        known.values,
+        known.ranges,
+        _clock(data.get("analysis"), modules),
+        modules=modules,
     )
     told, wrong = inputs.inputs(data.get("inputs"), context)
     given, more = inputs.steered(data.get("controllers"), context)
     listed, odd = inputs.tables(data.get("tables"), context, folder)
     _stop(name, node, [*wrong, *more, *odd])
-    context = replace(context, inputs=told | given | {one.table.name: one.table for one in listed.values() if one.table})
-    ready = {key: value for key, value in (("parameters", values), ("inputs", told), ("tables", listed)) if value}
+    context = replace(
+        context,
+        inputs=told | given | {one.table.name: one.table for one in listed.values() if one.table},
+    )
+    ready = {
+        key: value
+        for key, value in (("parameters", values), ("inputs", told), ("tables", listed))
+        if value
+    }
     try:
         found = read_struct(schema.Scene, data | ready, context)
     except InputError as error:
@@ -80,7 +108,12 @@ def _scene(
     origin: dict[str, Any] = {"path": path, "folder": folder, "node": node, "repair": repair}
     origin["read"] = partial(_scene, node, name, path, folder, repair=repair, modules=modules)
     scene: schema.Scene = replace(
-        found, **origin, ranges=known.ranges, parameter_units=known.si_units(), changed=dict(changed), used=known.used()
+        found,
+        **origin,
+        ranges=known.ranges,
+        parameter_units=known.si_units(),
+        changed=dict(changed),
+        used=known.used(),
     )
     _stop(name, node, consistency.problems(scene))
     return scene
@@ -89,7 +122,11 @@ def _scene(
 def _clock(analysis: Any, modules: tuple[str, ...]) -> bool:
     """Whether t is a time in an analysis that is not read yet."""
     word = analysis.get(Analysis.tag) if isinstance(analysis, dict) else None
-    found = Analysis.known.get(own_words.meant(word, Analysis.known, modules)) if isinstance(word, str) else None
+    found = (
+        Analysis.known.get(own_words.meant(word, Analysis.known, modules))
+        if isinstance(word, str)
+        else None
+    )
     return True if found is None else found.clock
 
 
@@ -107,7 +144,9 @@ def _stop(name: str, node: yamlfile.Node, found: Iterable[Found]) -> None:
     listed = sorted(found, key=lambda item: yamlfile.line(node, item[0]))
     if listed:
         more = [f"{name}: and {len(listed) - MOST} more problems"] if len(listed) > MOST else []
-        told = [printable(problem.at(location(name, node, keys))) for keys, problem in listed[:MOST]]
+        told = [
+            printable(problem.at(location(name, node, keys))) for keys, problem in listed[:MOST]
+        ]
         raise InputError("\n".join(told + more))
 
 
@@ -115,16 +154,41 @@ def _version(data: Any) -> list[Found]:
     """The scene is a mapping of a version this release reads."""
     supported = f"schema version {schema.VERSION}"
     if not isinstance(data, dict):
-        return [((), Problem("a mapping of schema, bodies, joints, ...", shown(data), "start with 'schema: 1'"))]
+        return [
+            (
+                (),
+                Problem(
+                    "a mapping of schema, bodies, joints, ...",
+                    shown(data),
+                    "start with 'schema: 1'",
+                ),
+            )
+        ]
     if "schema" not in data:
         return [
-            ((), Problem(f"the key 'schema' ({supported})", "no such key", f"add 'schema: {schema.VERSION}' as the first line"))
+            (
+                (),
+                Problem(
+                    f"the key 'schema' ({supported})",
+                    "no such key",
+                    f"add 'schema: {schema.VERSION}' as the first line",
+                ),
+            )
         ]
     version = data["schema"]
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
-        return [(("schema",), Problem(supported, shown(version), f"write 'schema: {schema.VERSION}'"))]
+        return [
+            (("schema",), Problem(supported, shown(version), f"write 'schema: {schema.VERSION}'"))
+        ]
     if version > schema.VERSION:
         return [
-            (("schema",), Problem(supported, shown(version), "install a newer fmbs_skfem, or write the scene for this version"))
+            (
+                ("schema",),
+                Problem(
+                    supported,
+                    shown(version),
+                    "install a newer fmbs_skfem, or write the scene for this version",
+                ),
+            )
         ]
     return []

@@ -1,4 +1,6 @@
-"""The JSON schema of scene files as a page for people: every section, every type, every key with what it takes (Markdown)."""
+"""The JSON schema of scene files as a page for people: every section, every type, every key with
+what it takes (Markdown).
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ from ..core.declared import WORD
 Node: TypeAlias = Mapping[str, Any]
 
 TAGS = ("type", "shape")  #: keys that say which of several models a mapping is
-EXAMPLE = re.compile(r"\n*^(\{(?:type|shape): .*\})$", re.MULTILINE)  #: the last line of a description
+EXAMPLE = re.compile(
+    r"\n*^(\{(?:type|shape): .*\})$", re.MULTILINE
+)  #: the last line of a description
 HEAD = """# Scene files: reference
 
 Every section and every type with an example and its keys, as `fmbs` checks them (`fmbs schema --page`); [scene files](scenes.md)
@@ -25,7 +29,8 @@ unit, or expressions of parameters: `0.01`, `10 mm`, `d / 2`.
 def page(schema: Node) -> str:
     """The whole schema as Markdown."""
     schema = by_words(schema)
-    known, parts = schema["$defs"], [HEAD]
+    known = schema["$defs"]
+    parts = [HEAD]
     sections = {key: models(value) for key, value in schema["properties"].items()}
     plain = {key: schema["properties"][key] for key, own in sections.items() if not own}
     parts += ["## The file", table(plain, schema.get("required", ()))]
@@ -43,18 +48,25 @@ def page(schema: Node) -> str:
                 told.add(name)
                 model = known[name]
                 parts += describe(model, name, own != [name])
-                wanted += [one for entry in model.get("properties", {}).values() for one in models(entry)]
+                wanted += [
+                    one for entry in model.get("properties", {}).values() for one in models(entry)
+                ]
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
 def by_words(schema: Node) -> Node:
-    """The schema with models under their first word, as their headings are, where no other model has it."""
-    known, text = schema["$defs"], json.dumps(schema)
+    """The schema with models under their first word, as their headings are, where no other model
+    has it.
+    """
+    known = schema["$defs"]
+    text = json.dumps(schema)
     first = {name: tagged(model)[0] for name, model in known.items() if tagged(model)}
     taken = [plain(name) for name in known] + list(first.values())
     for name, word in first.items():
         if plain(name) != word and taken.count(word) == 1:
-            text = text.replace(f'"#/$defs/{name}"', f'"#/$defs/{word}"').replace(f'"{name}": {{"title"', f'"{word}": {{"title"')
+            text = text.replace(f'"#/$defs/{name}"', f'"#/$defs/{word}"').replace(
+                f'"{name}": {{"title"', f'"{word}": {{"title"'
+            )
     found: Node = json.loads(text)
     return found
 
@@ -81,7 +93,13 @@ def table(entries: Mapping[str, Node], required: Any) -> str:
     """Keys, what they take, and their defaults."""
     lines = ["| key | takes | default |", "|---|---|---|"]
     for key, value in entries.items():
-        default = "" if key in required else "(none)" if value.get("default") is None else f"`{json.dumps(value['default'])}`"
+        default = (
+            ""
+            if key in required
+            else "(none)"
+            if value.get("default") is None
+            else f"`{json.dumps(value['default'])}`"
+        )
         lines.append(f"| `{key}` | {takes(value)} | {default} |".replace(" |  |", " | |"))
     return "\n".join(lines)
 
@@ -90,8 +108,12 @@ def takes(value: Node) -> str:
     """What a key takes, in words: its description, after the words or whole numbers that it may be."""
     if "properties" in value:
         return kind(value)
-    options = [one for one in value.get("anyOf", value.get("oneOf", ())) if one.get("type") != "null"]
-    known = " or ".join(f"`{word}`" for word in words(value)) or (kind(value) if value.get("type") == "integer" else "")
+    options = [
+        one for one in value.get("anyOf", value.get("oneOf", ())) if one.get("type") != "null"
+    ]
+    known = " or ".join(f"`{word}`" for word in words(value)) or (
+        kind(value) if value.get("type") == "integer" else ""
+    )
     if known or "description" in value:
         inside = options[0].get("description") if len(options) == 1 else ""
         return ": ".join(part for part in (known, value.get("description"), inside) if part)
@@ -108,7 +130,11 @@ def kind(value: Node) -> str:
         case "array":
             return f"a list of: {takes(value['items'])}"
         case "object" if "properties" in value:
-            return "{" + ", ".join(f"{key}: {takes(part)}" for key, part in value["properties"].items()) + "}"
+            return (
+                "{"
+                + ", ".join(f"{key}: {takes(part)}" for key, part in value["properties"].items())
+                + "}"
+            )
         case "object":
             return f"names, each with {takes(value['additionalProperties'])}"
         case "integer":

@@ -2,8 +2,9 @@
 
     Scene = bodies + joints + loads + damping + initial motion + analysis + outputs (+ reduction, training, compare, pictures)
 
-Every section is a dataclass or a family, declared once (`mappings`), and knows its own fields only; what ties them together
-(names that must exist) is checked in `consistency`. Bodies and analyses of the package are imported here, which makes them known.
+Every section is a dataclass or a family, declared once (`mappings`), and knows its own fields only;
+what ties them together (names that must exist) is checked in `consistency`. Bodies and analyses of
+the package are imported here, which makes them known.
 """
 
 from __future__ import annotations
@@ -84,9 +85,11 @@ class Initial:
 
 @dataclass(frozen=True)
 class HyperReductionOptions:
-    """How elastic forces are evaluated: ECSW with relative tolerance eta over elements or points, or another way by its name.
+    """How elastic forces are evaluated: ECSW with relative tolerance eta over elements or points,
+    or another way by its name.
 
-    Without a `tolerance` `fmbs reduce` finds it for the accuracy of the analysis; without an accuracy it is 1e-3.
+    Without a `tolerance` `fmbs reduce` finds it for the accuracy of the analysis; without an
+    accuracy it is 1e-3.
     """
 
     tolerance: Tolerance | None = None
@@ -95,10 +98,12 @@ class HyperReductionOptions:
 
 @dataclass(frozen=True)
 class Reduction:
-    """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one.
+    """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every
+    body is one.
 
-    An invariant `basis` holds with a state all its rotations: its modes are vectors and do not know the training's directions.
-    Without `tolerance` and `modes` `fmbs reduce` finds eps for the accuracy of the analysis; without an accuracy it is 1e-12.
+    An invariant `basis` holds with a state all its rotations: its modes are vectors and do not know
+    the training's directions. Without `tolerance` and `modes` `fmbs reduce` finds eps for the
+    accuracy of the analysis; without an accuracy it is 1e-12.
     """
 
     snapshots: fields.Snapshots
@@ -108,12 +113,16 @@ class Reduction:
     modes: fields.Counts | None = None
     hyper_reduction: HyperReductionOptions | None = field(default_factory=HyperReductionOptions)
     constraints: Literal["keep", "eliminate"] = "keep"
-    signals: Annotated[TrainingSignals, "of inputs that have ranges"] = field(default_factory=TrainingSignals)
+    signals: Annotated[TrainingSignals, "of inputs that have ranges"] = field(
+        default_factory=TrainingSignals
+    )
 
 
 @dataclass(frozen=True)
 class Compare:
-    """Competitors in speed and error: coarser meshes (cells a body), other steps, POD tolerances, modes of FFRF."""
+    """Competitors in speed and error: coarser meshes (cells a body), other steps, POD tolerances,
+    modes of FFRF.
+    """
 
     coarse: list[Count] = field(default_factory=list)
     steps: list[Time] = field(default_factory=list)
@@ -152,7 +161,9 @@ class Scene:
     units: Literal["SI"] = "SI"
     display_units: fields.DisplayUnits = ()
     dimension: Literal[2, 3] = 3
-    extensions: Annotated[list[str] | None, "a list of Python files with more types; they are run"] = None
+    extensions: Annotated[
+        list[str] | None, "a list of Python files with more types; they are run"
+    ] = None
     parameters: dict[str, Annotated[float, PARAMETER]] = field(default_factory=dict)
     inputs: dict[str, Annotated[Input, INPUT]] = field(default_factory=dict)
     tables: dict[str, Annotated[TableModel, TABLE]] = field(default_factory=dict)
@@ -164,23 +175,31 @@ class Scene:
     monitors: dict[str, Monitor] = field(default_factory=dict)
     damping: Rayleigh = field(default_factory=Rayleigh)
     initial: Initial = field(default_factory=Initial)
-    analysis: Annotated[Analysis, "what to compute, such as {type: dynamic, duration: 1 s, step: 1 ms}"]
+    analysis: Annotated[
+        Analysis, "what to compute, such as {type: dynamic, duration: 1 s, step: 1 ms}"
+    ]
     outputs: dict[str, Probe] = field(default_factory=dict)
     reduction: Reduction | None = None
     training: Training | None = None
     compare: Compare | None = None
     pictures: Pictures | None = None
-    #: the file it was read from, the folder that paths of its files are relative to, and the tree of the file
+    #: the file it was read from, the folder that paths of its files are relative to, and the tree
+    #: of the file
     path: Path | None = field(default=None, metadata=HIDDEN)
     folder: Path = field(default=Path(), metadata=HIDDEN)
     node: yamlfile.Node | None = field(default=None, metadata=HIDDEN, repr=False)
-    #: parameters that have a range, in the order of the file, that were replaced when it was read, and that some value depends on
+    #: parameters that have a range, in the order of the file, that were replaced when it was read,
+    #: and that some value depends on
     ranges: dict[str, Parameter] = field(default_factory=dict, metadata=HIDDEN)
     parameter_units: dict[str, str] = field(default_factory=dict, metadata=HIDDEN)  #: SI units
     changed: dict[str, float | str] = field(default_factory=dict, metadata=HIDDEN)
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
-    repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
-    read: Callable[[Changes], Scene] | None = field(default=None, metadata=HIDDEN, repr=False, compare=False)  #: for other values
+    repair: bool = field(
+        default=False, metadata=HIDDEN
+    )  #: whether nodes of meshes that are at one place are merged
+    read: Callable[[Changes], Scene] | None = field(
+        default=None, metadata=HIDDEN, repr=False, compare=False
+    )  #: for other values
     #: what was found for an accuracy, as `chosen` takes it
     choice: tuple[Any, ...] | None = field(default=None, metadata=HIDDEN)
 
@@ -188,26 +207,44 @@ class Scene:
     def display(self) -> DisplayUnits:
         """The units in which its results are read, see `core.values.display`."""
         return DisplayUnits(
-            self.display_units, () if self.node is None else tuple(dict.fromkeys(typed_in(yamlfile.plain(self.node))))
+            self.display_units,
+            () if self.node is None else tuple(dict.fromkeys(typed_in(yamlfile.plain(self.node)))),
         )
 
     def again(self, changed: Changes) -> Scene:
-        """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
+        """The same scene with other values of parameters, on top of those it was read with;
+        warnings are not repeated.
+        """
         if self.read is None:
-            raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
+            raise InputError(
+                say("scene", "one that was read from a file or a text", "one made in Python")
+            )
         found = self.read({**self.changed, **changed})
         return found if self.choice is None else found.chosen(*self.choice)
 
-    def chosen(self, cells: int | None, step: float | None, local_error: float = 0.0, tolerance: float | None = None) -> Scene:
-        """The scene with these cells in all lines that have none, and a step [s], as far as they are given; without an accuracy.
+    def chosen(
+        self,
+        cells: int | None,
+        step: float | None,
+        local_error: float = 0.0,
+        tolerance: float | None = None,
+    ) -> Scene:
+        """The scene with these cells in all lines that have none, and a step [s], as far as they
+        are given; without an accuracy.
 
-        With a `local_error` steps are divided that err by more, see `dynamics.GeneralizedAlpha`; the `tolerance` is Newton's.
+        With a `local_error` steps are divided that err by more, see `dynamics.GeneralizedAlpha`;
+        the `tolerance` is Newton's.
         """
         from . import build
 
         found = build.history(self).settled(step, local_error, tolerance)
-        bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in self.bodies.items()}
-        return replace(self, bodies=bodies, analysis=found, choice=(cells, step, local_error, tolerance))
+        bodies = {
+            name: body.with_cells(cells) if cells and body.open else body
+            for name, body in self.bodies.items()
+        }
+        return replace(
+            self, bodies=bodies, analysis=found, choice=(cells, step, local_error, tolerance)
+        )
 
     def run(self, **options: Any) -> Any:
         """`studies.run` of this scene, with its options: a `studies.Run`."""
@@ -218,4 +255,7 @@ class Scene:
 
 def json_schema() -> dict[str, Any]:
     """The JSON schema of a scene file, with everything that is declared by now."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **mappings.json_schema(Scene)}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **mappings.json_schema(Scene),
+    }

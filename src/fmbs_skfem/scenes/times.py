@@ -20,25 +20,35 @@ def count_steps(time: float, step: float) -> int | None:
 
 
 def numbers(spans: Spans, step: float, duration: float) -> np.ndarray:
-    """Numbers of the steps, 0 first, at which spans of time ask for a state; the last span lasts to the end."""
+    """Numbers of the steps, 0 first, at which spans of time ask for a state; the last span lasts to
+    the end.
+    """
     end = round(duration / step)
-    parts, begin = [np.zeros(1, np.int64)], 0
+    parts = [np.zeros(1, np.int64)]
+    begin = 0
     for k, span in enumerate(spans):
         stride = count_steps(span.every, step)
         if stride is None:
-            raise InputError(say("every", f"a multiple of the step {step:g} s", f"{span.every:g} s"))
-        until = end if span.until is None or k == len(spans) - 1 else min(end, round(span.until / step))
+            raise InputError(
+                say("every", f"a multiple of the step {step:g} s", f"{span.every:g} s")
+            )
+        until = (
+            end if span.until is None or k == len(spans) - 1 else min(end, round(span.until / step))
+        )
         parts.append(np.arange(begin + stride, until + 1, stride))
         begin = max(begin, until)
     return np.concatenate(parts)
 
 
 def instants(spans: Spans, step: float, duration: float) -> np.ndarray | None:
-    """Times (s,) [s], 0 first, at which spans of time ask for a state, and the end; None where all are whole numbers of steps."""
+    """Times (s,) [s], 0 first, at which spans of time ask for a state, and the end; None where all
+    are whole numbers of steps.
+    """
     counted = [time for span in spans for time in (span.every, span.until) if time is not None]
     if all(count_steps(time, step) is not None for time in counted):
         return None
-    parts, begin = [np.array([0.0])], 0.0
+    parts = [np.array([0.0])]
+    begin = 0.0
     for k, span in enumerate(spans):
         until = duration if span.until is None or k == len(spans) - 1 else min(duration, span.until)
         count = int((until - begin) / span.every * (1.0 + NEAR))
@@ -50,13 +60,21 @@ def instants(spans: Spans, step: float, duration: float) -> np.ndarray | None:
 
 def kept(every: int | Spans, step: float, duration: float) -> int | np.ndarray:
     """What `dynamics.integrate` takes as `every`; with spans the last step is always kept."""
-    return every if isinstance(every, int) else np.union1d(numbers(every, step, duration), round(duration / step))
+    return (
+        every
+        if isinstance(every, int)
+        else np.union1d(numbers(every, step, duration), round(duration / step))
+    )
 
 
 def fit(step: float, duration: float, counted: Iterable[float] = ()) -> float:
-    """The largest step, not above `step`, that divides a duration; `step` itself where it would not divide the times `counted`."""
+    """The largest step, not above `step`, that divides a duration; `step` itself where it would not
+    divide the times `counted`.
+    """
     found = duration / np.ceil(duration / step * (1.0 - NEAR))
-    if count_steps(duration, step) is not None or any(count_steps(time, found) is None for time in counted):
+    if count_steps(duration, step) is not None or any(
+        count_steps(time, found) is None for time in counted
+    ):
         return step
     return float(found)
 
@@ -66,6 +84,8 @@ def snapshots(interval: float | Spans, step: float, duration: float) -> np.ndarr
     if not isinstance(interval, tuple):
         stride = count_steps(interval, step)
         if stride is None:
-            raise InputError(say("reduction.snapshots", f"a multiple of the step {step:g} s", f"{interval:g} s"))
+            raise InputError(
+                say("reduction.snapshots", f"a multiple of the step {step:g} s", f"{interval:g} s")
+            )
         return np.arange(0, round(duration / step) + 1, stride)
     return numbers(interval, step, duration)

@@ -1,4 +1,5 @@
-"""The section `training` of a scene: over which points of the parameters' ranges a reduced model is trained, and how far.
+"""The section `training` of a scene: over which points of the parameters' ranges a reduced model is
+trained, and how far.
 
 candidates: 101                                      evenly spaced with one parameter, Sobol points with several, and corners
 candidates: {E: 21, d: 11}                           a grid
@@ -35,7 +36,9 @@ POINTS = Takes(_points, whole(1, LARGEST).schema)
 
 @dataclass(frozen=True)
 class Spread:
-    """So many points: evenly spaced with one parameter, by `design` with several, a default where that is empty."""
+    """So many points: evenly spaced with one parameter, by `design` with several, a default where
+    that is empty.
+    """
 
     count: Annotated[int, POINTS]
     design: Annotated[str, word(DESIGNS)] = ""
@@ -70,9 +73,17 @@ def design(value: object, context: Context) -> Design:
     """Points over the ranges: a number of them, a grid, a named design, or a list."""
     _need_ranges(context)
     if isinstance(value, list):
-        return Listed(_distinct(tuple(point(entry, context) for entry in value))) if value else _refuse(value)
+        return (
+            Listed(_distinct(tuple(point(entry, context) for entry in value)))
+            if value
+            else _refuse(value)
+        )
     if isinstance(value, dict):
-        return DESIGN.read(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
+        return (
+            DESIGN.read(value, context)
+            if "design" in value and "design" not in context.ranges
+            else _grid(value, context)
+        )
     return Spread(POINTS.read(value, context))
 
 
@@ -80,12 +91,18 @@ def _distinct(rows: tuple[Row, ...]) -> tuple[Row, ...]:
     """Points one by one; Problem for one that is there twice, of which nothing new is learned."""
     for k, row in enumerate(rows):
         if row in rows[:k]:
-            raise Problem("points that differ", f"one twice, as points {rows.index(row) + 1} and {k + 1}", "delete one")
+            raise Problem(
+                "points that differ",
+                f"one twice, as points {rows.index(row) + 1} and {k + 1}",
+                "delete one",
+            )
     return rows
 
 
 def point(value: object, context: Context) -> Row:
-    """One point over the ranges: a quantity with one parameter, or a mapping of names and quantities."""
+    """One point over the ranges: a quantity with one parameter, or a mapping of names and
+    quantities.
+    """
     names = list(context.ranges)
     _need_ranges(context)
     if not isinstance(value, dict):
@@ -116,10 +133,15 @@ def without_ranges() -> Problem:
 def _same_names(value: Mapping[Any, Any], names: list[str]) -> None:
     for name in value:
         if name not in names:
-            raise Problem(f"the parameters with ranges {', '.join(names)}", f"{shown(name)}{closest(str(name), names)}")
+            raise Problem(
+                f"the parameters with ranges {', '.join(names)}",
+                f"{shown(name)}{closest(str(name), names)}",
+            )
     missing = [name for name in names if name not in value]
     if missing:
-        raise Problem(f"all parameters with ranges ({', '.join(names)})", f"none for {', '.join(missing)}")
+        raise Problem(
+            f"all parameters with ranges ({', '.join(names)})", f"none for {', '.join(missing)}"
+        )
 
 
 def _grid(value: dict[str, Any], context: Context) -> Grid:
@@ -128,12 +150,16 @@ def _grid(value: dict[str, Any], context: Context) -> Grid:
 
 
 def tolerance(value: object, context: Context) -> float | Allowed:
-    """An error between 0 and 1 as a part of the ranges of the outputs, or errors of outputs by name: quantities."""
+    """An error between 0 and 1 as a part of the ranges of the outputs, or errors of outputs by
+    name: quantities.
+    """
     if not isinstance(value, dict):
         found = read_quantity(value, units.NUMBER, context, "> 0")
         if not found < 1.0:
             raise Problem(
-                "a part of the ranges of the outputs below 1, or errors of outputs by name", shown(value), "1e-4 for instance"
+                "a part of the ranges of the outputs below 1, or errors of outputs by name",
+                shown(value),
+                "1e-4 for instance",
             )
         return found
     if not value:
@@ -153,7 +179,9 @@ def _refuse(value: object) -> Listed:
 DESIGN = inline(Spread)
 _COUNT = POINTS.schema
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-_POINT: dict[str, Any] = {"anyOf": [*_VALUE["anyOf"], {"type": "object", "additionalProperties": _VALUE}]}
+_POINT: dict[str, Any] = {
+    "anyOf": [*_VALUE["anyOf"], {"type": "object", "additionalProperties": _VALUE}]
+}
 _DESIGN: dict[str, Any] = {
     "anyOf": [
         _COUNT,
@@ -175,21 +203,26 @@ _WANTED = {
 
 Points = Annotated[Design, Takes(design, _DESIGN, show=lambda value: getattr(value, "count", None))]
 Wanted = Annotated[float | Allowed, Takes(tolerance, _WANTED)]
-Point = Annotated[tuple[float, ...], Takes(point, _POINT | {"description": "a value, or a mapping of parameters and values"})]
+Point = Annotated[
+    tuple[float, ...],
+    Takes(point, _POINT | {"description": "a value, or a mapping of parameters and values"}),
+]
 
 
 @dataclass(frozen=True)
 class Training:
     """Greedy training over the ranges of the parameters.
 
-    Full runs are made at `first` (by default the candidate in the middle) and where the error indicator over the `candidates` is
-    largest, at most `iterations` of them; Sobol points and Latin hypercubes have the corners of the ranges beside them, unless
-    these are more. The surrogate of the indicator starts from `samples` and takes at most `max_samples` an iteration. Two more
-    full runs, which are not in the model, calibrate the error that it predicts. Errors are those of the outputs, the largest of
-    any column as a part of its range; without outputs those of all coordinates. A `tolerance` is the wanted error, or
-    `{C: 0.1 mm}` the wanted largest errors of some outputs: eps and eta are chosen for it, instead of those of `reduction`, and
-    training ends when the predicted error is below it. Errors are checked at the points `holdout`. Where the training cannot
-    promise its predicted error, its report says so, with the reasons.
+    Full runs are made at `first` (by default the candidate in the middle) and where the error
+    indicator over the `candidates` is largest, at most `iterations` of them; Sobol points and Latin
+    hypercubes have the corners of the ranges beside them, unless these are more. The surrogate of
+    the indicator starts from `samples` and takes at most `max_samples` an iteration. Two more full
+    runs, which are not in the model, calibrate the error that it predicts. Errors are those of the
+    outputs, the largest of any column as a part of its range; without outputs those of all
+    coordinates. A `tolerance` is the wanted error, or `{C: 0.1 mm}` the wanted largest errors of
+    some outputs: eps and eta are chosen for it, instead of those of `reduction`, and training ends
+    when the predicted error is below it. Errors are checked at the points `holdout`. Where the
+    training cannot promise its predicted error, its report says so, with the reasons.
     """
 
     candidates: Points = Spread(101)

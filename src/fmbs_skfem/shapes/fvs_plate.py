@@ -1,27 +1,32 @@
-r"""Conforming plates with the coordinates r, r_X, r_Y of every node: cells of three or four cubic triangles about a centre.
+r"""Conforming plates with the coordinates r, r_X, r_Y of every node: cells of three or four cubic
+triangles about a centre.
 
     r(xi) = sum_ijk B_ijk(a, b, c) z[t, ijk],    B_ijk = 3!/(i! j! k!) a^i b^j c^k,    a, b, c in the triangle t: v_t, v_t+1, centre
 
     quads       four triangles about the crossing of the diagonals: reduced element of Fraeijs de Veubeke and Sander, 12 functions
     triangles   three about the centre of mass: reduced element of Hsieh, Clough and Tocher, 9 functions
 
-The Bezier ordinates z of a cell follow from its nodes. With e = v_t+1 - v_t, D_v(u) the derivative along u that node v has:
+The Bezier ordinates z of a cell follow from its nodes. With e = v_t+1 - v_t, D_v(u) the derivative
+along u that node v has:
 
     z_300 = r_t,   z_210 = r_t + D_t(e)/3,   z_120 = r_t+1 - D_t+1(e)/3,   z_201 = r_t + D_t(centre - v_t)/3
     z_111       so that the slope along the normal of the side is linear between its ends
     z_102       = w-  z_111[t-1] + w0 z_201[t] + w+ z_111[t],   centre = w- v_t-1 + w0 v_t + w+ v_t+1      (C1 across v_t to centre)
     z_003       likewise of the z_102 of three neighbours; all choices agree, as the diagonals are straight lines
 
-so that r and its slopes are continuous in a cell and, where sides are straight, from cell to cell, on any mesh of convex cells:
-polynomials of degree 2 are exact, w has order 2 and its curvatures order 1.
+so that r and its slopes are continuous in a cell and, where sides are straight, from cell to cell,
+on any mesh of convex cells: polynomials of degree 2 are exact, w has order 2 and its curvatures
+order 1.
 
-A side on a circular arc of radius R is a cubic line with the tangents of `ancf_plate`; slopes of the parent are those of the nodes
-along these, J_v (chord) = tangent for both sides at v. Linear fields are exact there too, and across the other sides of such a cell
-of size h slopes differ by a part h/R of their change along it.
+A side on a circular arc of radius R is a cubic line with the tangents of `ancf_plate`; slopes of
+the parent are those of the nodes along these, J_v (chord) = tangent for both sides at v. Linear
+fields are exact there too, and across the other sides of such a cell of size h slopes differ by a
+part h/R of their change along it.
 
-G. Sander, Bull. Soc. R. Sci. Liege 33 (1964) 456-494; B. Fraeijs de Veubeke, Int. J. Solids Struct. 4 (1968) 95-108,
-doi:10.1016/0020-7683(68)90035-8; R. W. Clough, J. L. Tocher, Proc. Conf. Matrix Methods in Structural Mechanics, AFFDL-TR-66-80
-(1965) 515-545; orders: J. F. Ciavaldini, J. C. Nedelec, RAIRO 8 R2 (1974) 29-45, and P. G. Ciarlet, Math. Comp. 32 (1978) 335-344,
+G. Sander, Bull. Soc. R. Sci. Liege 33 (1964) 456-494; B. Fraeijs de Veubeke, Int. J. Solids Struct.
+4 (1968) 95-108, doi:10.1016/0020-7683(68)90035-8; R. W. Clough, J. L. Tocher, Proc. Conf. Matrix
+Methods in Structural Mechanics, AFFDL-TR-66-80 (1965) 515-545; orders: J. F. Ciavaldini, J. C.
+Nedelec, RAIRO 8 R2 (1974) 29-45, and P. G. Ciarlet, Math. Comp. 32 (1978) 335-344,
 doi:10.1090/S0025-5718-1978-0482249-1.
 """
 
@@ -41,15 +46,29 @@ from .groups import Groups
 from .surface import DERIVATIVES, VERTICES, Parent, Surface
 from .table import Floats, Ints
 
-#: Gauss points, see `quadrature`: 3 a triangle, exact for the bending of straight-sided cells; none of its modes is without energy
+#: Gauss points, see `quadrature`: 3 a triangle, exact for the bending of straight-sided cells; none
+#: of its modes is without energy
 ORDER = 3
 BLOCK = 4096  #: points evaluated together
 
-BEZIER = np.array([(3, 0, 0), (2, 1, 0), (1, 2, 0), (0, 3, 0), (2, 0, 1), (1, 1, 1), (0, 2, 1), (1, 0, 2), (0, 1, 2), (0, 0, 3)])
+BEZIER = np.array(
+    [
+        (3, 0, 0),
+        (2, 1, 0),
+        (1, 2, 0),
+        (0, 3, 0),
+        (2, 0, 1),
+        (1, 1, 1),
+        (0, 2, 1),
+        (1, 0, 2),
+        (0, 1, 2),
+        (0, 0, 3),
+    ]
+)
 MULTINOMIAL = np.array([1.0, 3.0, 3.0, 1.0, 3.0, 6.0, 3.0, 3.0, 3.0, 1.0])  #: 3!/(i! j! k!)
 
-#: rule of degree 4 with 6 points: coordinates A +- B of two vertices, weights 1/6 +- W (G. R. Cowper, Int. J. Numer. Methods Eng. 7
-#: (1973) 405-408, doi:10.1002/nme.1620070316, in closed form)
+#: rule of degree 4 with 6 points: coordinates A +- B of two vertices, weights 1/6 +- W (G. R.
+#: Cowper, Int. J. Numer. Methods Eng. 7 (1973) 405-408, doi:10.1002/nme.1620070316, in closed form)
 A, B = (8.0 - np.sqrt(10.0)) / 18.0, np.sqrt(38.0 - 44.0 * np.sqrt(0.4)) / 18.0
 W = np.sqrt(213125.0 - 53320.0 * np.sqrt(10.0)) / 3720.0
 
@@ -79,7 +98,8 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 def ordinates(space: Conforming, cells: Ints) -> Floats:
     """Bezier ordinates z (e, t, 10, 3 v) of the functions r, r_X, r_Y of the vertices of cells."""
-    v, J = space.vertices[cells], space.slopes[cells]
+    v = space.vertices[cells]
+    J = space.slopes[cells]
     count = v.shape[1]
     value = np.zeros((count, 3 * count))
     value[np.arange(count), 3 * np.arange(count)] = 1.0
@@ -103,26 +123,49 @@ def ordinates(space: Conforming, cells: Ints) -> Floats:
     z[:, :, 2] = z[:, :, 3] - slope(1, side) / 3.0
     z[:, :, 4] = z[:, :, 0] + slope(0, centre) / 3.0
     z[:, :, 6] = following(z[:, :, 4])
-    # centre - v_t = s side + h normal, with a normal as long as the side: z_111 makes the slope along it linear
+    # centre - v_t = s side + h normal, with a normal as long as the side: z_111 makes the slope
+    # along it linear
     normal = np.stack([-side[..., 1], side[..., 0]], axis=-1)
     square = np.sum(side * side, axis=2)
     s, h = np.sum(centre * side, axis=2) / square, np.sum(centre * normal, axis=2) / square
-    s, h = s[..., None], h[..., None]
-    z[:, :, 5] = h / 6.0 * (slope(0, normal) + slope(1, normal)) + (1.0 - s) * z[:, :, 1] + s * z[:, :, 2]
-    before, after = np.roll(v, 1, axis=1) - v, side
+    s = s[..., None]
+    h = h[..., None]
+    z[:, :, 5] = (
+        h / 6.0 * (slope(0, normal) + slope(1, normal)) + (1.0 - s) * z[:, :, 1] + s * z[:, :, 2]
+    )
+    before = np.roll(v, 1, axis=1) - v
+    after = side
     det = _cross(before, after)
-    left, right = (_cross(centre, after) / det)[..., None], (_cross(before, centre) / det)[..., None]
-    z[:, :, 7] = left * np.roll(z[:, :, 5], 1, axis=1) + (1.0 - left - right) * z[:, :, 4] + right * z[:, :, 5]
+    left = (_cross(centre, after) / det)[..., None]
+    right = (_cross(before, centre) / det)[..., None]
+    z[:, :, 7] = (
+        left * np.roll(z[:, :, 5], 1, axis=1)
+        + (1.0 - left - right) * z[:, :, 4]
+        + right * z[:, :, 5]
+    )
     z[:, :, 8] = following(z[:, :, 7])
-    middle = left * np.roll(z[:, :, 7], 1, axis=1) + (1.0 - left - right) * z[:, :, 7] + right * following(z[:, :, 7])
+    middle = (
+        left * np.roll(z[:, :, 7], 1, axis=1)
+        + (1.0 - left - right) * z[:, :, 7]
+        + right * following(z[:, :, 7])
+    )
     z[:, :, 9] = middle[:, :1]
     return z
 
 
 def _barycentric(parent: Parent) -> tuple[Floats, Floats]:
-    """Barycentric coordinates (t, 3) of xi = 0 and their gradients (t, 3, 2) in the triangles of the parent."""
+    """Barycentric coordinates (t, 3) of xi = 0 and their gradients (t, 3, 2) in the triangles of
+    the parent.
+    """
     corners = VERTICES[parent]
-    ends = np.stack([corners, np.roll(corners, -1, axis=0), np.broadcast_to(corners.mean(axis=0), corners.shape)], axis=2)
+    ends = np.stack(
+        [
+            corners,
+            np.roll(corners, -1, axis=0),
+            np.broadcast_to(corners.mean(axis=0), corners.shape),
+        ],
+        axis=2,
+    )
     inverse = np.linalg.inv(np.concatenate([ends, np.ones((len(corners), 1, 3))], axis=1))
     return inverse[:, :, 2], inverse[:, :, :2]
 
@@ -139,7 +182,9 @@ def triangle_of(parent: Parent, xi: Floats) -> Ints:
 
 
 def bernstein(parent: Parent, triangle: Ints, xi: Floats) -> Floats:
-    """B_ijk and its derivatives 1, 2, 11, 22, 12 in xi (x, 6, 10) at points xi (x, 2) of triangles (x,) of the parent."""
+    """B_ijk and its derivatives 1, 2, 11, 22, 12 in xi (x, 6, 10) at points xi (x, 2) of triangles
+    (x,) of the parent.
+    """
     origin, gradient = BARYCENTRIC[parent]
     G = gradient[triangle]
     a = origin[triangle] + np.einsum("xvm,xm->xv", G, xi)
@@ -174,7 +219,9 @@ def _(space: Conforming, cell: Ints, xi: Floats) -> Floats:
         part = slice(start, start + BLOCK)
         triangle = triangle_of(parent, xi[part])
         own, number = np.unique(cell[part], return_inverse=True)
-        values[part] = bernstein(parent, triangle, xi[part]) @ ordinates(space, own)[number, triangle]
+        values[part] = (
+            bernstein(parent, triangle, xi[part]) @ ordinates(space, own)[number, triangle]
+        )
     return values
 
 
@@ -182,17 +229,22 @@ def _(space: Conforming, cell: Ints, xi: Floats) -> Floats:
 def _(space: Conforming, cells: Ints, xi: Floats) -> Floats:
     parent = Parent(space.vertices.shape[1])
     triangle = triangle_of(parent, xi)
-    rows, z = bernstein(parent, triangle, xi), ordinates(space, cells)
+    rows = bernstein(parent, triangle, xi)
+    z = ordinates(space, cells)
     values = np.empty((len(cells), len(xi), DERIVATIVES, 3 * int(parent)))
     for t in range(int(parent)):
         here = triangle == t
-        values[:, here] = (rows[here].reshape(-1, len(BEZIER)) @ z[:, t]).reshape(len(cells), -1, DERIVATIVES, 3 * int(parent))
+        values[:, here] = (rows[here].reshape(-1, len(BEZIER)) @ z[:, t]).reshape(
+            len(cells), -1, DERIVATIVES, 3 * int(parent)
+        )
     return values
 
 
 # -------------------------------------------------------------------------------------------------------------- quadrature
 def _rule(order: int) -> tuple[Floats, Floats]:
-    """Barycentric points (p, 3) and weights (p,), of sum 1, on a triangle, exact to the degree `order - 1` at least."""
+    """Barycentric points (p, 3) and weights (p,), of sum 1, on a triangle, exact to the degree
+    `order - 1` at least.
+    """
     if order <= 3:
         return np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3), np.full(3, 1.0 / 3.0)
     if order <= 5:
@@ -204,10 +256,19 @@ def _rule(order: int) -> tuple[Floats, Floats]:
 
 @surfaces.quadrature.register
 def _(space: Conforming, parent: Parent, order: int) -> tuple[Floats, Floats]:
-    """The rule of every triangle of the parent, one after the other: 3, 6 or more points each, see `_rule`."""
+    """The rule of every triangle of the parent, one after the other: 3, 6 or more points each, see
+    `_rule`.
+    """
     corners = VERTICES[parent]
     a, w = _rule(order)
-    ends = np.stack([corners, np.roll(corners, -1, axis=0), np.broadcast_to(corners.mean(axis=0), corners.shape)], axis=1)
+    ends = np.stack(
+        [
+            corners,
+            np.roll(corners, -1, axis=0),
+            np.broadcast_to(corners.mean(axis=0), corners.shape),
+        ],
+        axis=1,
+    )
     area = {Parent.SQUARE: 0.25, Parent.TRIANGLE: 1.0 / 6.0}[parent]
     return np.einsum("pv,tvm->tpm", a, ends).reshape(-1, 2), np.tile(area * w, len(corners))
 
@@ -221,9 +282,15 @@ def surface(
     edge_groups: Groups | None = None,
     face_groups: Groups | None = None,
 ) -> Surface:
-    """The plate on quads (e, 4) or triangles (e, 3) of points (n, 2) whose sides on `arcs` are curved; groups as in `groups`."""
+    """The plate on quads (e, 4) or triangles (e, 3) of points (n, 2) whose sides on `arcs` are
+    curved; groups as in `groups`.
+    """
     where = "fvs_plate.surface"
-    parent = Parent(np.shape(cells)[1]) if np.ndim(cells) == 2 and np.shape(cells)[1] in (3, 4) else Parent.SQUARE
+    parent = (
+        Parent(np.shape(cells)[1])
+        if np.ndim(cells) == 2 and np.shape(cells)[1] in (3, 4)
+        else Parent.SQUARE
+    )
     places, numbers = groups.flat_mesh(where, points, cells, parent)
     numbers = plate_audit.check_flat(where, places, numbers)
     space = Conforming(places[numbers] - places[numbers[:, :1]], _slopes(places, numbers, arcs))

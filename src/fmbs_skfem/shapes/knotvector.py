@@ -1,9 +1,10 @@
-"""Knot vectors t of B-splines of degree p: checks, spans, basis functions, Greville abscissae, interpolation points, polar forms.
+"""Knot vectors t of B-splines of degree p: checks, spans, basis functions, Greville abscissae,
+interpolation points, polar forms.
 
     b = len(t) - p - 1 functions,    domain [t_p, t_b],    sum_i mean(t_{i+1} .. t_{i+p}) N_i(xi) = xi
 
-Basis functions: Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2, ch. 2. Polar forms: Ramshaw, Computer
-Aided Geometric Design 6 (1989), doi:10.1016/0167-8396(89)90032-0.
+Basis functions: Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2, ch. 2.
+Polar forms: Ramshaw, Computer Aided Geometric Design 6 (1989), doi:10.1016/0167-8396(89)90032-0.
 """
 
 from __future__ import annotations
@@ -26,7 +27,14 @@ def freeze(where: str, values: ArrayLike) -> Floats:
     except (TypeError, ValueError) as error:
         raise InputError(say(where, "an array of numbers", values, remedy)) from error
     if array.ndim != 1 or not np.isfinite(array).all():
-        raise InputError(say(where, "a one-dimensional array of finite numbers", f"{array} of shape {array.shape}", remedy))
+        raise InputError(
+            say(
+                where,
+                "a one-dimensional array of finite numbers",
+                f"{array} of shape {array.shape}",
+                remedy,
+            )
+        )
     array.setflags(write=False)
     return array
 
@@ -35,52 +43,113 @@ def increasing(where: str, values: ArrayLike) -> Floats:
     """A read-only copy (i,) of at least two strictly increasing numbers."""
     array = freeze(where, values)
     if len(array) < 2 or not np.all(np.diff(array) > 0.0):
-        raise InputError(say(where, "at least two strictly increasing numbers", array, "sort them and remove repetitions"))
+        raise InputError(
+            say(
+                where,
+                "at least two strictly increasing numbers",
+                array,
+                "sort them and remove repetitions",
+            )
+        )
     return array
 
 
 def check(degree: int, knots: Floats) -> None:
-    """Whether the knots make a basis: enough, in order, none repeated too often, every function alive in the domain."""
-    where, steps, least = "BSpline.knots", np.diff(knots), 2 * degree + 2
+    """Whether the knots make a basis: enough, in order, none repeated too often, every function
+    alive in the domain.
+    """
+    where = "BSpline.knots"
+    steps = np.diff(knots)
+    least = 2 * degree + 2
     if len(knots) < least:
         remedy = "repeat the end knots degree + 1 times"
-        raise InputError(say(where, f"at least 2 (degree + 1) = {least} knots", f"{len(knots)}", remedy))
+        raise InputError(
+            say(where, f"at least 2 (degree + 1) = {least} knots", f"{len(knots)}", remedy)
+        )
     if np.any(steps < 0.0):
         i = int(np.argmax(steps < 0.0)) + 1
-        raise InputError(say(f"{where}[{i}]", f"a knot of at least {knots[i - 1]:g}", f"{knots[i]:g}", "sort the knots"))
+        raise InputError(
+            say(
+                f"{where}[{i}]",
+                f"a knot of at least {knots[i - 1]:g}",
+                f"{knots[i]:g}",
+                "sort the knots",
+            )
+        )
     if np.any((steps > 0.0) & (steps < 1e-12 * (knots[-1] - knots[0]))):
         got = f"{steps[steps > 0.0].min():.1e}"
-        raise InputError(say(where, "distinct knots at least 1e-12 of the length apart", got, "make them equal"))
+        raise InputError(
+            say(where, "distinct knots at least 1e-12 of the length apart", got, "make them equal")
+        )
     low, high = knots[degree], knots[-degree - 1]
     for knot, times in zip(*np.unique(knots, return_counts=True), strict=True):
         most, kind = (degree, "inner") if low < knot < high else (degree + 1, "end")
         if times > most:
             got = f"{times} times {knot:g}"
-            raise InputError(say(where, f"each {kind} knot at most {most} times", got, "remove repetitions or raise the degree"))
+            raise InputError(
+                say(
+                    where,
+                    f"each {kind} knot at most {most} times",
+                    got,
+                    "remove repetitions or raise the degree",
+                )
+            )
     if knots[degree] == knots[degree + 1] or knots[-degree - 1] == knots[-degree - 2]:
         expected = "knots[degree] < knots[degree+1] and knots[-degree-2] < knots[-degree-1]"
-        raise InputError(say(where, expected, knots, "leave out the outer knots that carry no function of the domain"))
+        raise InputError(
+            say(
+                where,
+                expected,
+                knots,
+                "leave out the outer knots that carry no function of the domain",
+            )
+        )
 
 
 def check_weights(weights: Floats, count: int) -> None:
     """Whether there is a positive weight for each of `count` functions."""
     if len(weights) != count:
         expected = f"{count} weights, one for each basis function"
-        raise InputError(say("BSpline.weights", expected, len(weights), "there are len(knots) - degree - 1 functions"))
+        raise InputError(
+            say(
+                "BSpline.weights",
+                expected,
+                len(weights),
+                "there are len(knots) - degree - 1 functions",
+            )
+        )
     if not np.all(weights > 0.0):
         i = int(np.argmin(weights))
-        raise InputError(say(f"BSpline.weights[{i}]", "a positive weight", weights[i], "a plain B-spline has weights 1"))
+        raise InputError(
+            say(
+                f"BSpline.weights[{i}]",
+                "a positive weight",
+                weights[i],
+                "a plain B-spline has weights 1",
+            )
+        )
 
 
 def spans(degree: int, knots: Floats, xi: Floats) -> Ints:
-    """Numbers i (x,) of the spans with t_i <= xi < t_{i+1}, kept in the domain; the functions i-p .. i live there."""
+    """Numbers i (x,) of the spans with t_i <= xi < t_{i+1}, kept in the domain; the functions i-p
+    .. i live there.
+    """
     return np.clip(np.searchsorted(knots, xi, side="right") - 1, degree, len(knots) - degree - 2)
 
 
-def basis(degree: int, knots: Floats, span: Ints, xi: Floats, derivatives: int, start: Floats | float = 0.0) -> Floats:
-    """N_i and their derivatives (x, k, p + 1), i = span - p .. span, on the polynomial pieces of the spans (x,), and beyond them.
+def basis(
+    degree: int,
+    knots: Floats,
+    span: Ints,
+    xi: Floats,
+    derivatives: int,
+    start: Floats | float = 0.0,
+) -> Floats:
+    """N_i and their derivatives (x, k, p + 1), i = span - p .. span, on the polynomial pieces of
+    the spans (x,), and beyond them.
 
-    `xi` (x,) counts from `start`. The functions of degree p - k give the derivatives k, see `differences`.
+    `xi` (x,) counts from `start`. The functions of degree p - k give the derivatives k, see
+    `differences`.
     """
     found = np.zeros((derivatives + 1, degree + 1, len(xi)))
     for p, N in enumerate(levels(degree, knots, span, [xi] * degree, start)):
@@ -95,15 +164,18 @@ def basis(degree: int, knots: Floats, span: Ints, xi: Floats, derivatives: int, 
 def levels(
     degree: int, knots: Floats, span: Ints, arguments: Iterable[Floats], start: Floats | float = 0.0
 ) -> Iterator[list[Floats]]:
-    """The functions of degree 0 .. p that live on the spans (x,), of rising number, (x,) each, by the recursion of Cox and de Boor.
+    """The functions of degree 0 .. p that live on the spans (x,), of rising number, (x,) each, by
+    the recursion of Cox and de Boor.
 
-    Each step takes an argument (x,) of its own, which counts from `start`: equal ones give functions, others their polar forms.
+    Each step takes an argument (x,) of its own, which counts from `start`: equal ones give
+    functions, others their polar forms.
     """
     N = [np.ones(len(span))]
     yield N
     near = [knots[span + n] - start for n in range(1 - degree, degree + 1)]
     for p, u in zip(range(1, degree + 1), arguments, strict=True):
-        lower, N = N, [np.zeros(len(span))]
+        lower = N
+        N = [np.zeros(len(span))]
         for n, one in enumerate(lower):
             after, before = near[degree + n], near[degree + n - p]
             share = one / (after - before)
@@ -121,7 +193,9 @@ def differences(degree: int, knots: Floats, derivative: int) -> Floats:
     for p in range(degree, degree - derivative, -1):
         width = knots[p + 1 : -1] - knots[1 : -p - 1]
         factor = np.divide(p, width, out=np.zeros_like(width), where=width > 0.0)[:, None]
-        before, T, knots = T, np.zeros((len(T) - 1, T.shape[1] + 1)), knots[1:-1]
+        before = T
+        T = np.zeros((len(T) - 1, T.shape[1] + 1))
+        knots = knots[1:-1]
         T[:, :-1] = -factor * before[:-1]
         T[:, 1:] += factor * before[1:]
     return T
@@ -133,23 +207,31 @@ def averages(degree: int, knots: Floats) -> Floats:
 
 
 def sites(degree: int, knots: Floats) -> tuple[Floats, Ints]:
-    """Interpolation points and orders of derivative, (b,) each, for which the interpolant exists (Schoenberg and Whitney).
+    """Interpolation points and orders of derivative, (b,) each, for which the interpolant exists
+    (Schoenberg and Whitney).
 
-    Odd degrees to 5 with smooth enough breaks: value (slope, curvature) at each break as often as it repeats, (p + 1) / 2 times at
-    the ends; otherwise the Greville abscissae of the knots closed at the ends of the domain.
+    Odd degrees to 5 with smooth enough breaks: value (slope, curvature) at each break as often as
+    it repeats, (p + 1) / 2 times at the ends; otherwise the Greville abscissae of the knots closed
+    at the ends of the domain.
     """
     low, inner, high = knots[degree], knots[degree + 1 : -degree - 1], knots[-degree - 1]
     distinct, times = np.unique(inner, return_counts=True)
     half = (degree + 1) // 2
     if degree in (1, 3, 5) and np.all(times <= half):
         each = np.concatenate([[half], times, [half]])
-        return np.repeat(np.concatenate([[low], distinct, [high]]), each), np.concatenate([np.arange(n) for n in each])
+        return np.repeat(np.concatenate([[low], distinct, [high]]), each), np.concatenate(
+            [np.arange(n) for n in each]
+        )
     closed = np.concatenate([np.full(degree + 1, low), inner, np.full(degree + 1, high)])
-    return np.clip(averages(degree, closed), low, high), np.zeros(len(knots) - degree - 1, dtype=np.int64)
+    return np.clip(averages(degree, closed), low, high), np.zeros(
+        len(knots) - degree - 1, dtype=np.int64
+    )
 
 
 def elevate(degree: int, knots: Floats) -> Floats:
-    """Knots of degree p + 1 and the same continuity: each once more, outer ones left out that carry no function of the domain."""
+    """Knots of degree p + 1 and the same continuity: each once more, outer ones left out that carry
+    no function of the domain.
+    """
     distinct, times = np.unique(knots, return_counts=True)
     more = np.repeat(distinct, times + 1)
     before = int(np.sum(more <= knots[degree])) - degree - 2
@@ -164,16 +246,24 @@ def insertion_matrix(degree: int, knots: Floats, refined: Floats) -> sparse.csr_
 
 
 def elevation_matrix(degree: int, knots: Floats) -> sparse.csr_array:
-    """Coefficients of degree p + 1 over `elevated` knots, (i, b): the mean of the polar forms with one argument left out."""
+    """Coefficients of degree p + 1 over `elevated` knots, (i, b): the mean of the polar forms with
+    one argument left out.
+    """
     more = elevate(degree, knots)
     arguments = np.lib.stride_tricks.sliding_window_view(more[1:-1], degree + 1)
     starts = more[: len(arguments)]
-    total = sum(_polar(degree, knots, starts, np.delete(arguments, j, axis=1)) for j in range(degree + 1))
+    total = sum(
+        _polar(degree, knots, starts, np.delete(arguments, j, axis=1)) for j in range(degree + 1)
+    )
     return sparse.csr_array(total / (degree + 1))
 
 
 def _polar(degree: int, knots: Floats, starts: Floats, arguments: Floats) -> sparse.csr_array:
-    """Polar forms at the arguments u (i, p) of the polynomial pieces that live just after `starts` (i,), as an array (i, b)."""
+    """Polar forms at the arguments u (i, p) of the polynomial pieces that live just after `starts`
+    (i,), as an array (i, b).
+    """
     span = spans(degree, knots, starts)
     *_, row = levels(degree, knots, span, arguments.T)
-    return rows(np.stack(row, axis=1), span[:, None] + np.arange(-degree, 1), len(knots) - degree - 1)
+    return rows(
+        np.stack(row, axis=1), span[:, None] + np.arange(-degree, 1), len(knots) - degree - 1
+    )

@@ -1,19 +1,22 @@
 r"""Quadrature of strains that smooth splines lock with, under the Gauss rule of their bending.
 
-A cubic line that bends without stretching, r'.r' = 1, has two unknowns a cell (in the plane) where it is C2, and at three
-Gauss points a cell three conditions to meet: it stiffens with EA h^2 / EI. So do quartic C3 beams with directors, whose stretch,
-shear and section are held. Such strains are therefore integrated with about as many points as their space S of C^(p-2) splines of
-degree p - 1 has functions, one in the middle of every cell, three in the first and the last,
+A cubic line that bends without stretching, r'.r' = 1, has two unknowns a cell (in the plane) where
+it is C2, and at three Gauss points a cell three conditions to meet: it stiffens with EA h^2 / EI.
+So do quartic C3 beams with directors, whose stretch, shear and section are held. Such strains are
+therefore integrated with about as many points as their space S of C^(p-2) splines of degree p - 1
+has functions, one in the middle of every cell, three in the first and the last,
 
     sum_i W_i N_b(x_i) = int N_b    for all N_b of S,        min sum_i (W_i - G_i)^2 / G_i
 
-nearest to the Gauss weights G (h where a cell has one point; so is W between equal cells). All are Gauss points of the bending, so
-that nothing new is evaluated. Beside cells of very different lengths weights would be negative: there all three points stay. The
-part LIMIT EI / h^2 of EA, which cannot lock, stays under the Gauss rule, so that a line of fine cells is integrated as ever, and
+nearest to the Gauss weights G (h where a cell has one point; so is W between equal cells). All are
+Gauss points of the bending, so that nothing new is evaluated. Beside cells of very different
+lengths weights would be negative: there all three points stay. The part LIMIT EI / h^2 of EA, which
+cannot lock, stays under the Gauss rule, so that a line of fine cells is integrated as ever, and
 orders of convergence are those of full integration in the end.
 
-C. Adam, S. Bouabdallah, M. Zarroug, H. Maitournam, Improved numerical integration for locking treatment in isogeometric structural
-elements, Part I: Beams, Comput. Methods Appl. Mech. Engrg. 279 (2014) 1-28, doi:10.1016/j.cma.2014.06.023.
+C. Adam, S. Bouabdallah, M. Zarroug, H. Maitournam, Improved numerical integration for locking
+treatment in isogeometric structural elements, Part I: Beams, Comput. Methods Appl. Mech. Engrg. 279
+(2014) 1-28, doi:10.1016/j.cma.2014.06.023.
 """
 
 from __future__ import annotations
@@ -27,7 +30,9 @@ from .table import BasisTable, Floats
 
 LIMIT = 1e2  #: EA h^2 / EI up to which the Gauss rule does not lock: as much of EA keeps it
 POINTS = 3  #: Gauss points a cell of the bending
-SMALL = 0.05  #: of the length of its cell: weights below it bring back the points of the cells around
+SMALL = (
+    0.05  #: of the length of its cell: weights below it bring back the points of the cells around
+)
 
 
 def locks(space: line.BSpline | line.Hermite) -> bool:
@@ -36,7 +41,9 @@ def locks(space: line.BSpline | line.Hermite) -> bool:
 
 
 def axial_shares(space: line.BSpline | line.Hermite, table: BasisTable, ratio: float) -> Floats:
-    """Factors (e, p) of EA at the Gauss points of a cable, for the largest ratio EA h^2 / EI of its cells; 1 without locking."""
+    """Factors (e, p) of EA at the Gauss points of a cable, for the largest ratio EA h^2 / EI of its
+    cells; 1 without locking.
+    """
     if not locks(space) or table.weights.shape[1] != POINTS:
         return np.ones_like(table.weights)
     assert isinstance(space, line.BSpline)
@@ -44,7 +51,9 @@ def axial_shares(space: line.BSpline | line.Hermite, table: BasisTable, ratio: f
 
 
 def shares(space: line.BSpline, table: BasisTable, ratio: float) -> Floats:
-    """Factors (e, p) of stiffnesses that lock at the three Gauss points a cell of a table, for the largest ratio EA h^2 / EI."""
+    """Factors (e, p) of stiffnesses that lock at the three Gauss points a cell of a table, for the
+    largest ratio EA h^2 / EI.
+    """
     whole = min(1.0, LIMIT / ratio)
     if whole == 1.0:
         return np.ones_like(table.weights)
@@ -58,7 +67,9 @@ def reduced_weights(space: line.BSpline, table: BasisTable) -> Floats:
     whole[[0, -1]] = True
     found = _weights(space, table, whole)
     while (wrong := ((found != 0.0) & (found < SMALL * length)).any(axis=1)).any():
-        whole = np.convolve(whole | wrong, [True, True, True])[1:-1] > 0  # one cell more a round: it ends with the Gauss rule
+        whole = (
+            np.convolve(whole | wrong, [True, True, True])[1:-1] > 0
+        )  # one cell more a round: it ends with the Gauss rule
         found = _weights(space, table, whole)
     return found
 
@@ -70,7 +81,8 @@ def _weights(space: line.BSpline, table: BasisTable, whole: np.ndarray) -> Float
     used = gauss > 0.0
     strains = line.uniform(line.breaks(space), space.degree - 1, space.degree - 2)
     integrals = (strains.knots[space.degree :] - strains.knots[: -space.degree]) / space.degree
-    rows, start = csc_array(line.sample(strains, table.points[used])), gauss[used]
+    rows = csc_array(line.sample(strains, table.points[used]))
+    start = gauss[used]
     shares = splu(csc_array(rows.T @ diags_array(start) @ rows)).solve(integrals - rows.T @ start)
     gauss[used] = start + start * (rows @ shares)
     return gauss

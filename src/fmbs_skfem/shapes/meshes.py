@@ -3,10 +3,11 @@
     read: file -> points (n,3) [m], cells (e,2), groups of points and of cells by name
     chain: cells of one body -> node ids (j,) such that (chain[i], chain[i+1]) is a cell
 
-Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones are called `tag_n`) or VTK
-`.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`, `.med` and `.vtk` come through
-`foreign`. A mesh that comes out of `read` has finite points, every one used by a cell, no cell of zero length and none twice; a
-`Notice` says what is dropped on the way.
+Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones
+are called `tag_n`) or VTK `.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`,
+`.med` and `.vtk` come through `foreign`. A mesh that comes out of `read` has finite points, every
+one used by a cell, no cell of zero length and none twice; a `Notice` says what is dropped on the
+way.
 """
 
 from __future__ import annotations
@@ -33,7 +34,10 @@ from .msh import Floats, Ints, MshCells, Raw
 from .repair import merge_points
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
-FEWEST, MOST = 5, 11  #: decimal digits of coordinates that are rounded: fewer are meant as they are, more err by less than matters
+FEWEST, MOST = (
+    5,
+    11,
+)  #: decimal digits of coordinates that are rounded: fewer are meant as they are, more err by less than matters
 WHOLE = 1e-3  #: distance from a whole number of MOST digits that is round-off, 1e-5 of it
 NOTHING = 1e-12  #: coordinate, over the largest, that is zero with some round-off
 
@@ -63,7 +67,9 @@ def polyline(points: Floats) -> LineMesh:
 
 
 @checked
-def segment(cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)) -> LineMesh:
+def segment(
+    cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)
+) -> LineMesh:
     """Equal cells from `start` to `end` [m] with the point groups `left` and `right`."""
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     return polyline(a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None])
@@ -76,7 +82,11 @@ def _foreign(path: Path, where: str) -> Raw:
 
     def of(kind: str, width: int) -> MshCells:
         rows = found.cells.get(kind, np.zeros((0, width), np.int64))
-        return MshCells(found.numbers[rows], found.cell_numbers.get(kind, rows[:, 0]), found.cell_groups.get(kind, {}))
+        return MshCells(
+            found.numbers[rows],
+            found.cell_numbers.get(kind, rows[:, 0]),
+            found.cell_groups.get(kind, {}),
+        )
 
     return Raw(
         points=found.points,
@@ -100,10 +110,12 @@ def straight(s: Floats) -> Floats:
 def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh") -> Path:
     """The file, by default a mesh, that a scene in `folder` calls `text`.
 
-    Rule: `text` is relative to `folder`, and the file it leads to, symbolic links followed, lies in the parent of `folder` or
-    below: a scene `project/examples/a.yaml` may say `b.msh` or `../meshes/b.msh` and can reach nothing outside `project`. Where the
-    parent is the root of the file system, `folder` itself is the bound. Absolute paths are refused even when they lead inside,
-    because a scene with one works on one machine only. `allow_outside=True` lifts the whole rule.
+    Rule: `text` is relative to `folder`, and the file it leads to, symbolic links followed, lies in
+    the parent of `folder` or below: a scene `project/examples/a.yaml` may say `b.msh` or
+    `../meshes/b.msh` and can reach nothing outside `project`. Where the parent is the root of the
+    file system, `folder` itself is the bound. Absolute paths are refused even when they lead
+    inside, because a scene with one works on one machine only. `allow_outside=True` lifts the whole
+    rule.
     """
     where = f"{what} path {text!r}"
     try:
@@ -121,7 +133,8 @@ def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh
                 where,
                 bound,
                 str(target),
-                "copy the file there" + (", or allow meshes outside the project" if what == "mesh" else ""),
+                "copy the file there"
+                + (", or allow meshes outside the project" if what == "mesh" else ""),
             )
         )
     return target
@@ -129,15 +142,19 @@ def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh
 
 @checked
 def read(path: Path | str, repair: bool = False, unit: float = 1.0) -> LineMesh:
-    """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong.
+    """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and
+    positions of what is wrong.
 
-    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A file that has not changed is
-    read once, see `core.remembered_files`; the arrays are the caller's own.
+    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A
+    file that has not changed is read once, see `core.remembered_files`; the arrays are the caller's
+    own.
     """
     path = Path(path)
     where = f"mesh {path}"
     found = remembered_files.once(
-        path, ("mesh of lines", repair, unit), lambda: _audit(load(path, where, repair, unit), where, path)
+        path,
+        ("mesh of lines", repair, unit),
+        lambda: _audit(load(path, where, repair, unit), where, path),
     )
     return deepcopy(found)
 
@@ -149,7 +166,12 @@ def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw
         if reader is None:
             *known, last = _READERS
             raise errors.InputError(
-                errors.say(where, f"a {', '.join(known)} or {last} file", f"'{path.suffix}'", "export it as .msh 4.1")
+                errors.say(
+                    where,
+                    f"a {', '.join(known)} or {last} file",
+                    f"'{path.suffix}'",
+                    "export it as .msh 4.1",
+                )
             )
         present(path, where)
         size = path.stat().st_size
@@ -161,13 +183,17 @@ def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw
         raw = replace(raw, points=unit * raw.points) if unit != 1.0 else raw
         return merge_points(raw, where) if repair else raw
     except OSError as error:
-        raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
+        raise errors.InputError(
+            errors.say(where, "a readable file", error.strerror or str(error))
+        ) from None
 
 
 def resolution(points: Floats) -> float:
-    """Half a unit of the last digit of the largest of some coordinates (n, c); 0 where they have all digits.
+    """Half a unit of the last digit of the largest of some coordinates (n, c); 0 where they have
+    all digits.
 
-    Digits are decimal, from FEWEST on, or those of single precision: numbers of fewer digits, such as multiples of 0.1, are exact.
+    Digits are decimal, from FEWEST on, or those of single precision: numbers of fewer digits, such
+    as multiples of 0.1, are exact.
     """
     size = np.abs(points[np.isfinite(points)])
     largest = float(size.max(initial=0.0))
@@ -176,14 +202,20 @@ def resolution(points: Floats) -> float:
     for digits in range(FEWEST - 1, MOST + 1):
         whole = size * 10.0 ** (digits - 1 - power)
         if np.abs(whole - np.rint(whole)).max(initial=0.0) < WHOLE:
-            return 0.5 * 10.0 ** (np.floor(np.log10(largest)) - digits + 1) if digits >= FEWEST else 0.0
+            return (
+                0.5 * 10.0 ** (np.floor(np.log10(largest)) - digits + 1)
+                if digits >= FEWEST
+                else 0.0
+            )
     with np.errstate(over="ignore"):
         single = bool((size.astype(np.float32) == size).all())
     return 0.5 * float(np.spacing(np.float32(largest))) if single else 0.0
 
 
 def present(path: Path, where: str, remedy: str = "") -> None:
-    """InputError where a path leads to no file, with the name of one that is called alike, or else with a remedy."""
+    """InputError where a path leads to no file, with the name of one that is called alike, or else
+    with a remedy.
+    """
     if not path.is_file():
         there = "a folder" if path.is_dir() else "something else" if path.exists() else ""
         got, near = (there, "") if there else ("no such file", _neighbour(path))
@@ -192,43 +224,73 @@ def present(path: Path, where: str, remedy: str = "") -> None:
 
 def _neighbour(path: Path) -> str:
     with contextlib.suppress(OSError):
-        return errors.closest(path.name, (p.name for p in path.parent.iterdir() if p.suffix == path.suffix))
+        return errors.closest(
+            path.name, (p.name for p in path.parent.iterdir() if p.suffix == path.suffix)
+        )
     return ""
 
 
 def from_skfem(mesh: Any, curve: Curve = straight) -> LineMesh:
-    """The mesh of a scikit-fem MeshLine laid along a curve: its boundaries are point groups, its subdomains line groups."""
+    """The mesh of a scikit-fem MeshLine laid along a curve: its boundaries are point groups, its
+    subdomains line groups.
+    """
     if mesh.p.shape[0] != 1 or mesh.t.shape[0] != 2:
         got = f"a {type(mesh).__name__} in {mesh.p.shape[0]} dimensions"
         raise errors.InputError(errors.say("from_skfem", "a MeshLine of first order", got))
-    points = {name: mesh.facets[0, np.asarray(ids)].astype(np.int64) for name, ids in (mesh.boundaries or {}).items()}
+    points = {
+        name: mesh.facets[0, np.asarray(ids)].astype(np.int64)
+        for name, ids in (mesh.boundaries or {}).items()
+    }
     lines = {name: np.asarray(ids, np.int64) for name, ids in (mesh.subdomains or {}).items()}
     return LineMesh(curve(mesh.p[0]), mesh.t.T.astype(np.int64), points, lines)
 
 
 def write(mesh: LineMesh, path: Path | str) -> None:
-    """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
-    export(Path(path), mesh.points, "line", mesh.cells, {"point": mesh.point_groups, "line": mesh.line_groups})
+    """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read`
+    returns the same mesh.
+    """
+    export(
+        Path(path),
+        mesh.points,
+        "line",
+        mesh.cells,
+        {"point": mesh.point_groups, "line": mesh.line_groups},
+    )
 
 
 def export(path: Path, points: Floats, kind: str, cells: Ints, groups: Groups) -> None:
-    """Write cells (e, b) of a kind with groups of points (i,), where there are any of edges (i, 2), and of cells (i,).
+    """Write cells (e, b) of a kind with groups of points (i,), where there are any of edges (i, 2),
+    and of cells (i,).
 
     InputError where names of groups do not survive in a file, and where two groups have one name.
     """
     import meshio
 
-    where, suffix, silence = f"mesh {path}", path.suffix.lower(), io.StringIO()
-    forms: dict[str, tuple[str, Callable[..., Any]]] = {".msh": ("gmsh22", _physical), ".vtu": ("vtu", _marked)}
+    where = f"mesh {path}"
+    suffix = path.suffix.lower()
+    silence = io.StringIO()
+    forms: dict[str, tuple[str, Callable[..., Any]]] = {
+        ".msh": ("gmsh22", _physical),
+        ".vtu": ("vtu", _marked),
+    }
     names = [name for named in groups.values() for name in named]
     for name in names:
-        if not name or any(letter in name for letter in '"\\\r\n') or name != name.strip() or name.startswith("vtk"):
+        if (
+            not name
+            or any(letter in name for letter in '"\\\r\n')
+            or name != name.strip()
+            or name.startswith("vtk")
+        ):
             expected = "group names without quotes, backslashes, line ends or outer blanks, and not starting with 'vtk'"
             raise errors.InputError(errors.say(where, expected, repr(name)))
     if suffix not in forms:
-        raise errors.InputError(errors.say(where, f"a name in {' or '.join(forms)}", f"'{path.suffix}'"))
+        raise errors.InputError(
+            errors.say(where, f"a name in {' or '.join(forms)}", f"'{path.suffix}'")
+        )
     vertices, *others, members = groups.values()
-    if (suffix == ".msh" or others) and (twice := sorted({name for name in names if names.count(name) > 1})):
+    if (suffix == ".msh" or others) and (
+        twice := sorted({name for name in names if names.count(name) > 1})
+    ):
         *kinds, last = groups
         expected = f"different names for {', '.join(kinds)} and {last} groups"
         raise errors.InputError(errors.say(where, expected, f"{twice}", "rename one"))
@@ -238,37 +300,59 @@ def export(path: Path, points: Floats, kind: str, cells: Ints, groups: Groups) -
         with contextlib.redirect_stdout(silence), contextlib.redirect_stderr(silence):
             meshio.write(path, out, file_format=form)
     except (OSError, SystemExit) as error:
-        raise errors.InputError(errors.say(where, "a file that can be written", str(error))) from None
+        raise errors.InputError(
+            errors.say(where, "a file that can be written", str(error))
+        ) from None
 
 
-def _physical(points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named) -> Any:
-    """The meshio mesh of physical groups: each cell is written once for every group it belongs to, as gmsh does."""
+def _physical(
+    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named
+) -> Any:
+    """The meshio mesh of physical groups: each cell is written once for every group it belongs to,
+    as gmsh does.
+    """
     import meshio
 
     free = cells[np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *members.values()]))]
     named = [("vertex", 0, name, ids[:, None]) for name, ids in vertices.items()]
     named += [("line", 1, name, pairs) for name, pairs in edges.items()]
     named += [(kind, 1 if kind == "line" else 2, name, cells[ids]) for name, ids in members.items()]
-    names = {name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)}
+    names = {
+        name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)
+    }
     blocks = [(shape, rows, tag) for tag, (shape, _, _, rows) in enumerate(named, 1) if len(rows)]
     blocks += [(kind, free, 0)] if len(free) else []
     tags = [np.full(len(rows), tag) for _, rows, tag in blocks]
     cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
-    return meshio.Mesh(points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
+    return meshio.Mesh(
+        points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names
+    )
 
 
-def _marked(points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named) -> Any:
+def _marked(
+    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named
+) -> Any:
     """The meshio mesh of groups as `vtu` has them: the cells, then each edge of a group once."""
     import meshio
 
     pairs = np.concatenate([np.zeros((0, 2), np.int64), *edges.values()])
-    _, first, same = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True, return_inverse=True)
+    _, first, same = np.unique(
+        np.sort(pairs, axis=1), axis=0, return_index=True, return_inverse=True
+    )
     parts = np.split(same.ravel(), np.cumsum([len(part) for part in edges.values()])[:-1])
-    blocks = [(kind, cells, members), ("line", pairs[first], dict(zip(edges, parts, strict=False)))][: 1 + bool(len(first))]
+    blocks = [
+        (kind, cells, members),
+        ("line", pairs[first], dict(zip(edges, parts, strict=False))),
+    ][: 1 + bool(len(first))]
     none = np.zeros(0, np.int64)
-    marks = [vtu.marks({name: own.get(name, none) for name in [*members, *edges]}, len(rows)) for _, rows, own in blocks]
+    marks = [
+        vtu.marks({name: own.get(name, none) for name in [*members, *edges]}, len(rows))
+        for _, rows, own in blocks
+    ]
     data = {name: [part[name] for part in marks] for name in [*members, *edges]}
-    return meshio.Mesh(points, [block[:2] for block in blocks], vtu.marks(vertices, len(points)), data)
+    return meshio.Mesh(
+        points, [block[:2] for block in blocks], vtu.marks(vertices, len(points)), data
+    )
 
 
 def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
@@ -285,30 +369,50 @@ def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
 
 
 def require_cells(raw: Raw, where: str, kinds: tuple[str, ...], remedy: str, used: str) -> None:
-    """Refuse a mesh without points, without cells of these kinds, or with curved ones of them; a notice of the others."""
+    """Refuse a mesh without points, without cells of these kinds, or with curved ones of them; a
+    notice of the others.
+    """
     if not len(raw.points):
-        raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
+        raise errors.InputError(
+            errors.say(where, "points", "none", "export the mesh with its nodes")
+        )
     parts = {"line": raw.lines, "triangle": raw.triangles, "quad": raw.quads}
     if not any(len(parts[kind].nodes) for kind in kinds):
-        got = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items()) if count) or "no cells at all"
-        raise errors.InputError(errors.say(where, f"cells of type {' or '.join(kinds)}", got, remedy))
-    others = {kind: count for kind, count in raw.kinds.items() if kind not in ("vertex", "line", *kinds) and count}
+        got = (
+            ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items()) if count)
+            or "no cells at all"
+        )
+        raise errors.InputError(
+            errors.say(where, f"cells of type {' or '.join(kinds)}", got, remedy)
+        )
+    others = {
+        kind: count
+        for kind, count in raw.kinds.items()
+        if kind not in ("vertex", "line", *kinds) and count
+    }
     for kind in kinds:
         refuse_curved(others, kind, where)
     if others:
-        notify(f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only {used} are used")
+        notify(
+            f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only {used} are used"
+        )
 
 
 def tell_unused(raw: Raw, cells: Ints, where: str) -> None:
     """A notice of points that no cell uses."""
     unused = np.setdiff1d(np.arange(len(raw.points)), cells)
     if len(unused):
-        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {list_ids(raw, unused)}")
+        notify(
+            f"{where}: {len(unused)} points that no cell uses are dropped: {list_ids(raw, unused)}"
+        )
 
 
 def points_of(raw: Raw, used: Ints, where: str) -> dict[str, Ints]:
     """Point groups as places in the sorted rows of points that are `used`."""
-    found = {name: distinct(rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
+    found = {
+        name: distinct(rows(raw, ids, where, f"point group '{name}'"))
+        for name, ids in raw.point_groups.items()
+    }
     return {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in found.items()}
 
 
@@ -320,11 +424,20 @@ def without_empty(where: str, *groups: dict[str, Ints], tell: bool = True) -> li
 
 
 def refuse_curved(others: dict[str, int], kind: str, where: str) -> None:
-    """Refuse a file whose cells of a kind are of first order in a part of it only: the others would be lost."""
+    """Refuse a file whose cells of a kind are of first order in a part of it only: the others would
+    be lost.
+    """
     lost = [f"{count} {name}" for name, count in others.items() if name.startswith(kind)]
     if lost:
         got = ", ".join(lost) + " among them"
-        raise errors.InputError(errors.say(where, f"all cells of type {kind}, of first order", got, "export a mesh of first order"))
+        raise errors.InputError(
+            errors.say(
+                where,
+                f"all cells of type {kind}, of first order",
+                got,
+                "export a mesh of first order",
+            )
+        )
 
 
 def several(texts: list[str], count: int) -> str:
@@ -339,29 +452,42 @@ def position(point: Floats) -> str:
 
 def list_ids(raw: Raw, ids: Ints) -> str:
     """The first few points by number and position."""
-    return several([f"node {raw.numbers[i]} at {position(raw.points[i])}" for i in ids[:3]], len(ids))
+    return several(
+        [f"node {raw.numbers[i]} at {position(raw.points[i])}" for i in ids[:3]], len(ids)
+    )
 
 
 def check_points(raw: Raw, where: str) -> None:
     """Finite points, one a node number."""
     bad = np.flatnonzero(~np.isfinite(raw.points).all(axis=1))
     if len(bad):
-        raise errors.InputError(errors.say(where, "finite coordinates", list_ids(raw, bad), "export the mesh again"))
+        raise errors.InputError(
+            errors.say(where, "finite coordinates", list_ids(raw, bad), "export the mesh again")
+        )
     numbers, counts = np.unique(raw.numbers, return_counts=True)
     if counts.max() > 1:
         again = np.flatnonzero(np.isin(raw.numbers, numbers[counts > 1]))
-        raise errors.InputError(errors.say(where, "one point a node number", list_ids(raw, again), "renumber the nodes"))
+        raise errors.InputError(
+            errors.say(where, "one point a node number", list_ids(raw, again), "renumber the nodes")
+        )
 
 
 def rows(raw: Raw, numbers: Ints, where: str, what: str, cells: Ints | None = None) -> Ints:
-    """Node numbers of the file -> rows of `points`, same shape; `cells` numbers the rows of a table of cells."""
+    """Node numbers of the file -> rows of `points`, same shape; `cells` numbers the rows of a table
+    of cells.
+    """
     order = np.argsort(raw.numbers, kind="stable")
     at = order[np.minimum(np.searchsorted(raw.numbers, numbers, sorter=order), len(order) - 1)]
     bad = np.argwhere(raw.numbers[at] != numbers)
     if len(bad):
-        found = [f"node {numbers[tuple(i)]}" + ("" if cells is None else f" in cell {cells[i[0]]}") for i in bad[:3]]
+        found = [
+            f"node {numbers[tuple(i)]}" + ("" if cells is None else f" in cell {cells[i[0]]}")
+            for i in bad[:3]
+        ]
         expected = f"{what} on the nodes {raw.numbers.min()} to {raw.numbers.max()} of the file"
-        raise errors.InputError(errors.say(where, expected, several(found, len(bad)), "export the mesh again"))
+        raise errors.InputError(
+            errors.say(where, expected, several(found, len(bad)), "export the mesh again")
+        )
     return at
 
 
@@ -370,20 +496,34 @@ def _check_lengths(raw: Raw, cells: Ints, where: str) -> None:
         lengths = np.linalg.norm(raw.points[cells[:, 1]] - raw.points[cells[:, 0]], axis=1)
         size = np.linalg.norm(np.ptp(raw.points, axis=0))
     if not np.isfinite(size):
-        raise errors.InputError(errors.say(where, "coordinates in metres", f"an extent of {np.abs(raw.points).max():.3g}"))
+        raise errors.InputError(
+            errors.say(
+                where, "coordinates in metres", f"an extent of {np.abs(raw.points).max():.3g}"
+            )
+        )
     bad = np.flatnonzero(lengths <= 1e-12 * size)
     if len(bad):
-        found = [f"cell {raw.lines.numbers[i]} at {position(raw.points[cells[i, 0]])}" for i in bad[:3]]
+        found = [
+            f"cell {raw.lines.numbers[i]} at {position(raw.points[cells[i, 0]])}" for i in bad[:3]
+        ]
         remedy = "remove them and merge nodes that coincide"
-        raise errors.InputError(errors.say(where, "cells longer than zero", "length 0 in " + several(found, len(bad)), remedy))
+        raise errors.InputError(
+            errors.say(
+                where, "cells longer than zero", "length 0 in " + several(found, len(bad)), remedy
+            )
+        )
 
 
 def once(raw: Raw, part: MshCells, cells: Ints, where: str) -> tuple[Ints, dict[str, Ints]]:
-    """Rows that hold each cell of `part` once, in file order, and its groups as places in these rows; `cells` are rows of points.
+    """Rows that hold each cell of `part` once, in file order, and its groups as places in these
+    rows; `cells` are rows of points.
 
-    A gmsh file repeats a cell for every physical group it belongs to. Repeated in one group, or without a group, it is an error.
+    A gmsh file repeats a cell for every physical group it belongs to. Repeated in one group, or
+    without a group, it is an error.
     """
-    _, first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)
+    _, first, same = np.unique(
+        np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True
+    )
     same = same.ravel()
     free = np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *part.groups.values()]))
     lonely = np.bincount(same)[same[free]] > 1
@@ -393,12 +533,17 @@ def once(raw: Raw, part: MshCells, cells: Ints, where: str) -> tuple[Ints, dict[
         doubled.append(members[np.bincount(same[members], minlength=len(first))[same[members]] > 1])
     bad = distinct(np.concatenate(doubled))
     if len(bad):
-        found = [f"cell {part.numbers[i]} at {position(raw.points[cells[i]].mean(axis=0))}" for i in bad[:4]]
+        found = [
+            f"cell {part.numbers[i]} at {position(raw.points[cells[i]].mean(axis=0))}"
+            for i in bad[:4]
+        ]
         got = f"repeated {several(found, len(bad))}"
         raise errors.InputError(errors.say(where, "each cell once", got, "remove duplicate cells"))
     order = np.argsort(first)
     place = np.argsort(order)
-    return first[order], {name: distinct(place[same[members]]) for name, members in part.groups.items()}
+    return first[order], {
+        name: distinct(place[same[members]]) for name, members in part.groups.items()
+    }
 
 
 def group(mesh: LineMesh, name: str) -> Ints:
@@ -412,19 +557,30 @@ def line_group(mesh: LineMesh, name: str) -> Ints:
 
 
 def member(path: Path | None, name: str, kind: str, kinds: Groups) -> Ints:
-    """Members of a group of a kind; InputError says which groups there are, and of what kind one of that name is."""
+    """Members of a group of a kind; InputError says which groups there are, and of what kind one of
+    that name is.
+    """
     if name in kinds[kind]:
         return kinds[kind][name]
-    other = "".join(f", which is {'an' if word == 'edge' else 'a'} {word} group" for word, named in kinds.items() if name in named)
-    present = f"{kind} groups present: {errors.listed(sorted(kinds[kind]), name, 'none')}" + errors.closest(name, kinds[kind])
-    where, expected = f"mesh {path or 'in memory'}", f"the name of {'an' if kind == 'edge' else 'a'} {kind} group"
+    other = "".join(
+        f", which is {'an' if word == 'edge' else 'a'} {word} group"
+        for word, named in kinds.items()
+        if name in named
+    )
+    present = (
+        f"{kind} groups present: {errors.listed(sorted(kinds[kind]), name, 'none')}"
+        + errors.closest(name, kinds[kind])
+    )
+    where = f"mesh {path or 'in memory'}"
+    expected = f"the name of {'an' if kind == 'edge' else 'a'} {kind} group"
     raise errors.InputError(errors.say(where, expected, f"'{name}'{other}", present))
 
 
 def chain(mesh: LineMesh, group: str | None = None) -> Ints:
     """Node ids (j,) along the one open polyline that the cells of a line group (or all cells) form.
 
-    It runs the way most of its cells run; where they do not agree, it starts at the end with the lower node id.
+    It runs the way most of its cells run; where they do not agree, it starts at the end with the
+    lower node id.
     """
     where = f"mesh {mesh.path or 'in memory'}" + (f", line group '{group}'" if group else "")
     cells = mesh.cells if group is None else mesh.cells[line_group(mesh, group)]
@@ -448,7 +604,9 @@ def chain(mesh: LineMesh, group: str | None = None) -> Ints:
 
 def _links(cells: Ints, count: int) -> csr_array:
     """(n,n) with a one for each cell."""
-    return coo_array((np.ones(len(cells)), (cells[:, 0], cells[:, 1])), shape=(count, count)).tocsr()
+    return coo_array(
+        (np.ones(len(cells)), (cells[:, 0], cells[:, 1])), shape=(count, count)
+    ).tocsr()
 
 
 def _check_chain(mesh: LineMesh, cells: Ints, degree: Ints, where: str) -> None:
@@ -456,21 +614,32 @@ def _check_chain(mesh: LineMesh, cells: Ints, degree: Ints, where: str) -> None:
 
     def fail(expected: str, nodes: Ints, what: str, remedy: str) -> errors.InputError:
         texts = [f"node {i} at {position(mesh.points[i])}" for i in nodes[:4]]
-        return errors.InputError(errors.say(where, expected, f"{what} {several(texts, len(nodes))}", remedy))
+        return errors.InputError(
+            errors.say(where, expected, f"{what} {several(texts, len(nodes))}", remedy)
+        )
 
     branches = np.flatnonzero(degree > 2)
     if len(branches):
-        raise fail("one line without branches", branches, "three or more cells at", "give each body a line group of its own")
+        raise fail(
+            "one line without branches",
+            branches,
+            "three or more cells at",
+            "give each body a line group of its own",
+        )
     used = np.flatnonzero(degree)
     _, label = csgraph.connected_components(_links(cells, len(mesh.points)), directed=False)
     _, first = np.unique(label[used], return_index=True)
     if len(first) > 1:
         ends = np.flatnonzero(degree == 1)
-        _, same, times = np.unique(mesh.points[ends], axis=0, return_inverse=True, return_counts=True)
+        _, same, times = np.unique(
+            mesh.points[ends], axis=0, return_inverse=True, return_counts=True
+        )
         touching = ends[times[same.ravel()] > 1]
         remedy = "give each body a line group of its own"
         if len(touching):
-            remedy = f"merge nodes at one place ({', '.join(str(i) for i in touching[:4])}), or {remedy}"
+            remedy = (
+                f"merge nodes at one place ({', '.join(str(i) for i in touching[:4])}), or {remedy}"
+            )
         raise fail("one piece", used[first], f"{len(first)} pieces, with", remedy)
     if not np.any(degree == 1):
         remedy = "leave one cell out, or split it into two bodies"

@@ -2,10 +2,11 @@
 
     node numbers (n,) -> points (n,3)        cells (e,b) in node numbers of the file        groups {name: members}
 
-Numbers stay those of the file, so that an audit can name them. Every count that the file claims is compared with the bytes left in
-it before anything is allocated. meshio writes these files but does not read them here: it takes node number 0 for the last node,
-keeps one group of a cell that has several, and trusts every count.
-Format: gmsh reference manual, section "MSH file format"; C. Geuzaine, J.-F. Remacle, doi 10.1002/nme.2579.
+Numbers stay those of the file, so that an audit can name them. Every count that the file claims is
+compared with the bytes left in it before anything is allocated. meshio writes these files but does
+not read them here: it takes node number 0 for the last node, keeps one group of a cell that has
+several, and trusts every count. Format: gmsh reference manual, section "MSH file format"; C.
+Geuzaine, J.-F. Remacle, doi 10.1002/nme.2579.
 """
 
 from __future__ import annotations
@@ -65,7 +66,9 @@ class Raw:
     triangles: MshCells
     quads: MshCells
     kinds: dict[str, int]  #: cell type -> how many
-    resolution: float = 0.0  #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
+    resolution: float = (
+        0.0  #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +118,18 @@ class _Cursor:
         width, of = (1, "numbers") if self.text is not None else (dtype.itemsize, "bytes")
         if count < 0 or count * width > self.left():
             got = f"{max(self.left(), 0)} {of} up to its end"
-            raise bad(self.where, f"{count * width} {of} as its counts claim", got, "is it cut off, or its header damaged?")
+            raise bad(
+                self.where,
+                f"{count * width} {of} as its counts claim",
+                got,
+                "is it cut off, or its header damaged?",
+            )
         if self.text is not None:
             values = self.text[self.taken : self.taken + count]
             self.taken += count
             return values if kind == "d" else _whole(self.where, values)
-        start, self.at = self.at, self.at + count * width
+        start = self.at
+        self.at = self.at + count * width
         values = np.frombuffer(self.data[start : self.at], dtype.newbyteorder(self.order or "="))
         return values.astype({"d": np.float64, "b": np.uint8}.get(kind, np.int64))
 
@@ -128,12 +137,15 @@ class _Cursor:
         """A number of things claimed by the file, if it is believable."""
         if not 0 <= value <= min(MAX_COUNT, len(self.data)):
             most = f"at most {MAX_COUNT} {of}, and no more than fit into its {len(self.data)} bytes"
-            raise bad(self.where, most, f"a claim of {value}" if value >= 0 else "a count that is none")
+            raise bad(
+                self.where, most, f"a claim of {value}" if value >= 0 else "a count that is none"
+            )
         return value
 
     def open(self, name: str) -> None:
         """Start a section; a text section is turned into numbers at once."""
-        self.text, self.taken = None, 0
+        self.text = None
+        self.taken = 0
         if self.order:
             return
         end = self.end_of(name)
@@ -146,7 +158,8 @@ class _Cursor:
 
     def close(self, name: str) -> None:
         """Go behind the end of a section."""
-        self.at, self.text = self.end_of(name), None
+        self.at = self.end_of(name)
+        self.text = None
         self.line()
 
     def end_of(self, name: str) -> int:
@@ -160,7 +173,8 @@ class _Cursor:
 def read(path: Path, where: str) -> Raw:
     """The points, lines and groups of a `.msh` file; `where` opens every error message."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        cursor, content = _Cursor(where, data), _MshContent()
+        cursor = _Cursor(where, data)
+        content = _MshContent()
         version = _header(cursor)
         while cursor.at < len(data):
             line = cursor.line()
@@ -172,7 +186,9 @@ def read(path: Path, where: str) -> Raw:
     return _raw(content)
 
 
-def bad(where: str, expected: str, got: str, remedy: str = "export the mesh again") -> errors.InputError:
+def bad(
+    where: str, expected: str, got: str, remedy: str = "export the mesh again"
+) -> errors.InputError:
     return errors.InputError(errors.say(where, expected, got, remedy))
 
 
@@ -190,15 +206,26 @@ def _header(cursor: _Cursor) -> int:
         line = cursor.line()
     words = cursor.line().split() if line == "$MeshFormat" else []
     if len(words) != 3 or words[1] not in ("0", "1"):
-        raise bad(cursor.where, "a gmsh file, which opens with $MeshFormat", repr(line[:40]), "export it as .msh 2.2 or 4.1")
+        raise bad(
+            cursor.where,
+            "a gmsh file, which opens with $MeshFormat",
+            repr(line[:40]),
+            "export it as .msh 2.2 or 4.1",
+        )
     if words[0] not in ("2", "2.0", "2.1", "2.2", "4.1") or words[2] not in ("4", "8"):
-        raise bad(cursor.where, "gmsh format 2.2 or 4.1", f"format {' '.join(words)}", "export it as .msh 4.1")
+        raise bad(
+            cursor.where,
+            "gmsh format 2.2 or 4.1",
+            f"format {' '.join(words)}",
+            "export it as .msh 4.1",
+        )
     cursor.size = int(words[2])
     if words[1] == "1":
         cursor.order = "<"
         start = cursor.at
         if cursor.take("i", 1)[0] != 1:
-            cursor.at, cursor.order = start, ">"
+            cursor.at = start
+            cursor.order = ">"
             if cursor.take("i", 1)[0] != 1:
                 raise bad(cursor.where, "the number 1 after a binary header", "another")
     cursor.close("MeshFormat")
@@ -243,7 +270,9 @@ def _physical_names(cursor: _Cursor, content: _MshContent) -> None:
             dimension, tag, name = shlex.split(line)
             content.names[int(dimension), int(tag)] = printable(name)
         except ValueError:
-            raise bad(cursor.where, 'lines <dimension> <tag> "<name>" in $PhysicalNames', repr(line[:60])) from None
+            raise bad(
+                cursor.where, 'lines <dimension> <tag> "<name>" in $PhysicalNames', repr(line[:60])
+            ) from None
 
 
 def _entities(cursor: _Cursor, content: _MshContent) -> None:
@@ -259,7 +288,9 @@ def _entities(cursor: _Cursor, content: _MshContent) -> None:
 
 
 def _partitioned_entities(cursor: _Cursor, content: _MshContent) -> None:
-    """Pieces of entities in partitions, which nodes and cells belong to; each has the physical tags of the entity it is of."""
+    """Pieces of entities in partitions, which nodes and cells belong to; each has the physical tags
+    of the entity it is of.
+    """
     cursor.open("PartitionedEntities")
     cursor.take("n", 1)
     cursor.take("i", 2 * cursor.count("ghost entities", int(cursor.take("n", 1)[0])))
@@ -275,7 +306,9 @@ def _partitioned_entities(cursor: _Cursor, content: _MshContent) -> None:
 
 
 def _parametric_nodes(cursor: _Cursor) -> list[tuple[Ints, Floats]]:
-    """Rows of a number, a point, dimension and tag of the entity it is on, and parameters, of curves one, of surfaces two."""
+    """Rows of a number, a point, dimension and tag of the entity it is on, and parameters, of
+    curves one, of surfaces two.
+    """
     count = _claimed(cursor, "ParametricNodes", "nodes")
     numbers, points = np.zeros(count, np.int64), np.zeros((count, 3))
     for i in range(count):
@@ -306,16 +339,27 @@ def _nodes_4(cursor: _Cursor) -> list[tuple[Ints, Floats]]:
         count = cursor.count("nodes", int(cursor.take("n", 1)[0]))
         numbers = cursor.take("n", count)
         columns = 3 + (int(dimension) if parametric else 0)
-        nodes.append((numbers, cursor.take("d", columns * count).reshape(count, columns)[:, :3].copy()))
+        nodes.append(
+            (numbers, cursor.take("d", columns * count).reshape(count, columns)[:, :3].copy())
+        )
     if sum(len(numbers) for numbers, _ in nodes) != total:
-        raise bad(cursor.where, f"{total} nodes as $Nodes claims", f"{sum(len(numbers) for numbers, _ in nodes)}")
+        raise bad(
+            cursor.where,
+            f"{total} nodes as $Nodes claims",
+            f"{sum(len(numbers) for numbers, _ in nodes)}",
+        )
     return nodes
 
 
 def _element(cursor: _Cursor, code: int) -> int:
     """The number of nodes of an element type."""
     if code not in _ELEMENTS:
-        raise bad(cursor.where, "element types of gmsh up to order 5", f"code {code}", "export a mesh of line cells")
+        raise bad(
+            cursor.where,
+            "element types of gmsh up to order 5",
+            f"code {code}",
+            "export a mesh of line cells",
+        )
     return _ELEMENTS[code][1]
 
 
@@ -328,11 +372,16 @@ def _elements_2(cursor: _Cursor) -> list[_Block]:
     count = _claimed(cursor, "Elements", "cells")
     if not cursor.order:
         return _elements_2_text(cursor, count)
-    blocks, done = [], 0
+    blocks = []
+    done = 0
     while done < count:
         code, cells, tags = (int(v) for v in cursor.take("i", 3))
         if not 0 < cells <= count - done or tags < 0:
-            raise bad(cursor.where, f"{count} cells as $Elements claims", f"a block of {cells} with {tags} tags after {done}")
+            raise bad(
+                cursor.where,
+                f"{count} cells as $Elements claims",
+                f"a block of {cells} with {tags} tags after {done}",
+            )
         nodes = _element(cursor, code)
         table = cursor.take("i", cells * (1 + tags + nodes)).reshape(cells, 1 + tags + nodes)
         physical = table[:, 1] if tags else np.zeros(cells, np.int64)
@@ -374,9 +423,15 @@ def _elements_4(cursor: _Cursor, content: _MshContent) -> list[_Block]:
         nodes = _element(cursor, code)
         table = cursor.take("n", cells * (1 + nodes)).reshape(cells, 1 + nodes)
         physical = content.entities.get((dimension, entity), [])
-        blocks.append(_Block(code, table[:, 0], table[:, 1:], {tag: np.arange(cells) for tag in physical}))
+        blocks.append(
+            _Block(code, table[:, 0], table[:, 1:], {tag: np.arange(cells) for tag in physical})
+        )
     if sum(len(block.numbers) for block in blocks) != total:
-        raise bad(cursor.where, f"{total} cells as $Elements claims", f"{sum(len(block.numbers) for block in blocks)}")
+        raise bad(
+            cursor.where,
+            f"{total} cells as $Elements claims",
+            f"{sum(len(block.numbers) for block in blocks)}",
+        )
     return blocks
 
 
@@ -397,16 +452,24 @@ def _raw(content: _MshContent) -> Raw:
 
 
 def _cells(content: _MshContent, code: int, dimension: int) -> MshCells:
-    """All cells of one type; every physical name of their dimension is a group, also without members."""
+    """All cells of one type; every physical name of their dimension is a group, also without
+    members.
+    """
     blocks = [block for block in content.blocks if block.code == code]
-    groups: dict[str, list[Ints]] = {name: [] for (of, _), name in content.names.items() if of == dimension}
+    groups: dict[str, list[Ints]] = {
+        name: [] for (of, _), name in content.names.items() if of == dimension
+    }
     first = 0
     for block in blocks:
         for tag, rows in block.tags.items():
-            groups.setdefault(content.names.get((dimension, tag), f"tag_{tag}"), []).append(rows + first)
+            groups.setdefault(content.names.get((dimension, tag), f"tag_{tag}"), []).append(
+                rows + first
+            )
         first += len(block.nodes)
     return MshCells(
-        nodes=np.concatenate([np.zeros((0, _ELEMENTS[code][1]), np.int64), *(block.nodes for block in blocks)]),
+        nodes=np.concatenate(
+            [np.zeros((0, _ELEMENTS[code][1]), np.int64), *(block.nodes for block in blocks)]
+        ),
         numbers=np.concatenate([_NONE, *(block.numbers for block in blocks)]),
         groups={name: np.concatenate([_NONE, *parts]) for name, parts in groups.items()},
     )

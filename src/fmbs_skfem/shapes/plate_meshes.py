@@ -2,10 +2,11 @@
 
     read: file -> points (n,3) [m], cells (e,4) or (e,3), groups of points, edges and faces by name
 
-Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points, curves and surfaces, unnamed ones are called `tag_n`)
-or VTK `.vtu` (groups are arrays of zeros and ones, see `vtu`: on points a point group, on line cells an edge group, on triangles or
-quads a face group). What comes out of `read` is one piece of convex cells, all quads or all triangles (`splitting`), that meet
-side to side and turn the same way (`plate_audit`); a `Notice` says what is dropped or turned on the way.
+Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points, curves and surfaces,
+unnamed ones are called `tag_n`) or VTK `.vtu` (groups are arrays of zeros and ones, see `vtu`: on
+points a point group, on line cells an edge group, on triangles or quads a face group). What comes
+out of `read` is one piece of convex cells, all quads or all triangles (`splitting`), that meet side
+to side and turn the same way (`plate_audit`); a `Notice` says what is dropped or turned on the way.
 """
 
 from __future__ import annotations
@@ -38,20 +39,30 @@ class PlateMesh:
     points: Floats  #: (n,3) [m]
     cells: Ints  #: (e,4) or (e,3) node ids, counter-clockwise seen from above
     point_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) node ids
-    edge_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,2) node pairs, border ones along their cell
+    edge_groups: dict[str, Ints] = field(
+        default_factory=dict
+    )  #: name -> (i,2) node pairs, border ones along their cell
     face_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) cell ids
     path: Path | None = None  #: the file it was read from
-    resolution: float = 0.0  #: half a unit of the last digit of the file's coordinates [m], see `meshes.resolution`
+    resolution: float = (
+        0.0  #: half a unit of the last digit of the file's coordinates [m], see `meshes.resolution`
+    )
 
 
 def read(
-    path: Path | str, planar: bool, face: str | None = None, repair: bool = False, unit: float = 1.0, corners: int | None = None
+    path: Path | str,
+    planar: bool,
+    face: str | None = None,
+    repair: bool = False,
+    unit: float = 1.0,
+    corners: int | None = None,
 ) -> PlateMesh:
     """The audited mesh in a file, or the part of it that a face group names.
 
-    A planar body asks for a mesh in a plane z = constant. InputError names the file, and the ids and positions of what is wrong.
-    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A mesh of quads and triangles is
-    split into cells of `corners` with a notice, see `splitting`; without `corners` it is refused.
+    A planar body asks for a mesh in a plane z = constant. InputError names the file, and the ids
+    and positions of what is wrong. `repair` merges nodes at one place, see `repair`; `unit` is the
+    length of the file's unit [m]. A mesh of quads and triangles is split into cells of `corners`
+    with a notice, see `splitting`; without `corners` it is refused.
     """
     path = Path(path)
     where = f"mesh {path}"
@@ -60,29 +71,39 @@ def read(
 
 
 def write(mesh: PlateMesh, path: Path | str) -> None:
-    """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
+    """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read`
+    returns the same mesh.
+    """
     meshes.export(Path(path), mesh.points, _NAMES[mesh.cells.shape[1]], mesh.cells, _groups(mesh))
 
 
 def from_skfem(mesh: Any, planar: bool = True) -> PlateMesh:
-    """The audited mesh of a scikit-fem MeshQuad or MeshTri: its boundaries are edge groups, its subdomains face groups.
+    """The audited mesh of a scikit-fem MeshQuad or MeshTri: its boundaries are edge groups, its
+    subdomains face groups.
 
-    The order of nodes in scikit-fem says nothing about sides up and down: cells are turned counter-clockwise without a notice.
+    The order of nodes in scikit-fem says nothing about sides up and down: cells are turned
+    counter-clockwise without a notice.
     """
     cells = np.asarray(mesh.t, np.int64).T
     if cells.shape[1] not in _NAMES or mesh.p.shape[0] != 2:
         got = f"a {type(mesh).__name__} in {mesh.p.shape[0]} dimensions"
-        raise errors.InputError(errors.say("from_skfem", "a planar MeshQuad or MeshTri of first order", got))
+        raise errors.InputError(
+            errors.say("from_skfem", "a planar MeshQuad or MeshTri of first order", got)
+        )
     points = np.column_stack([mesh.p.T, np.zeros(mesh.p.shape[1])])
     _, normal = plate_audit.corner_sines(points, cells)
     cells = np.where(normal[:, 2:] < 0, plate_audit.reversed_cells(cells), cells)
-    edges = {name: mesh.facets[:, np.asarray(ids)].T.astype(np.int64) for name, ids in (mesh.boundaries or {}).items()}
+    edges = {
+        name: mesh.facets[:, np.asarray(ids)].T.astype(np.int64)
+        for name, ids in (mesh.boundaries or {}).items()
+    }
     faces = {name: np.asarray(ids, np.int64) for name, ids in (mesh.subdomains or {}).items()}
     return audit(PlateMesh(points, cells, {}, edges, faces), planar)
 
 
 def to_skfem(mesh: PlateMesh) -> Any:
-    """A scikit-fem MeshQuad or MeshTri in x and y with the edge groups as boundaries and the face groups as subdomains.
+    """A scikit-fem MeshQuad or MeshTri in x and y with the edge groups as boundaries and the face
+    groups as subdomains.
 
     scikit-fem has no groups of points.
     """
@@ -90,7 +111,8 @@ def to_skfem(mesh: PlateMesh) -> Any:
 
     z = mesh.points[:, 2]
     if np.ptp(z) > plate_audit.CLOSE * np.ptp(mesh.points, axis=0).max():
-        where, got = f"mesh {mesh.path or 'in memory'}", f"z from {z.min():.6g} to {z.max():.6g}"
+        where = f"mesh {mesh.path or 'in memory'}"
+        got = f"z from {z.min():.6g} to {z.max():.6g}"
         raise errors.InputError(errors.say(where, "a plane mesh for scikit-fem", got))
     kind = skfem.MeshQuad if mesh.cells.shape[1] == 4 else skfem.MeshTri
     out = kind(np.ascontiguousarray(mesh.points[:, :2].T), np.ascontiguousarray(mesh.cells.T))
@@ -104,7 +126,8 @@ def to_skfem(mesh: PlateMesh) -> Any:
 
 
 def halve(mesh: PlateMesh, arcs: Iterable[Arc] = ()) -> PlateMesh:
-    """A plane mesh with a node in the middle of every side and quad, behind its own nodes; groups keep their names.
+    """A plane mesh with a node in the middle of every side and quad, behind its own nodes; groups
+    keep their names.
 
     Nodes in the middle of sides on arcs lie on them. By scikit-fem.
     """
@@ -114,23 +137,39 @@ def halve(mesh: PlateMesh, arcs: Iterable[Arc] = ()) -> PlateMesh:
     keys = plate_audit.side_keys(coarse.facets.T, count)
     order = np.argsort(keys)  # the node in the middle of facet k is count + k
     for arc in arcs:
-        middles = count + order[np.searchsorted(keys[order], plate_audit.side_keys(arc.edges, count))]
+        middles = (
+            count + order[np.searchsorted(keys[order], plate_audit.side_keys(arc.edges, count))]
+        )
         radii = fine.p[:, middles].T - arc.center
-        fine.p[:, middles] = (arc.center + arc.radius * radii / np.linalg.norm(radii, axis=1, keepdims=True)).T
+        fine.p[:, middles] = (
+            arc.center + arc.radius * radii / np.linalg.norm(radii, axis=1, keepdims=True)
+        ).T
     found = from_skfem(fine)
-    return replace(found, point_groups=mesh.point_groups, path=mesh.path, resolution=mesh.resolution)
+    return replace(
+        found, point_groups=mesh.point_groups, path=mesh.path, resolution=mesh.resolution
+    )
 
 
 def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
     """A mesh made in memory, checked as if it came from a file."""
     where = f"mesh {mesh.path or 'in memory'}"
-    if mesh.cells.ndim != 2 or mesh.cells.shape[1] not in _NAMES or mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
+    if (
+        mesh.cells.ndim != 2
+        or mesh.cells.shape[1] not in _NAMES
+        or mesh.points.ndim != 2
+        or mesh.points.shape[1] != 3
+    ):
         got = f"points {mesh.points.shape}, cells {mesh.cells.shape}"
         raise errors.InputError(errors.say(where, "points (n, 3) and cells (e, 3) or (e, 4)", got))
     lines = np.concatenate([np.zeros((0, 2), np.int64), *mesh.edge_groups.values()])
     ends = np.cumsum([0, *(len(pairs) for pairs in mesh.edge_groups.values())])
-    edges = {name: np.arange(a, b) for name, a, b in zip(mesh.edge_groups, ends, ends[1:], strict=False)}
-    cells = {width: MshCells(np.zeros((0, width), np.int64), np.zeros(0, np.int64), {}) for width in _NAMES}
+    edges = {
+        name: np.arange(a, b) for name, a, b in zip(mesh.edge_groups, ends, ends[1:], strict=False)
+    }
+    cells = {
+        width: MshCells(np.zeros((0, width), np.int64), np.zeros(0, np.int64), {})
+        for width in _NAMES
+    }
     cells[mesh.cells.shape[1]] = MshCells(mesh.cells, np.arange(len(mesh.cells)), mesh.face_groups)
     raw = Raw(
         points=mesh.points,
@@ -165,20 +204,27 @@ def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | 
     if face is not None:
         chosen = group(whole, face, "face")
         faces = {name: np.flatnonzero(np.isin(chosen, ids)) for name, ids in faces.items()}
-        faces, kept = {name: ids for name, ids in faces.items() if len(ids)}, kept[chosen]
+        faces = {name: ids for name, ids in faces.items() if len(ids)}
+        kept = kept[chosen]
     used, compact = np.unique(cells[kept], return_inverse=True)
     compact = compact.reshape(len(kept), -1).astype(np.int64)
-    subject = plate_audit.Subject(where, raw.points[used], compact, raw.numbers[used], part.numbers[kept])
+    subject = plate_audit.Subject(
+        where, raw.points[used], compact, raw.numbers[used], part.numbers[kept]
+    )
     compact = plate_audit.check(subject, planar)
     edges = _edges(raw, where, used, compact, strict=face is None)
-    points, edges, faces = meshes.without_empty(where, meshes.points_of(raw, used, where), edges, faces, tell=face is None)
+    points, edges, faces = meshes.without_empty(
+        where, meshes.points_of(raw, used, where), edges, faces, tell=face is None
+    )
     return PlateMesh(raw.points[used], compact, points, edges, faces, path, raw.resolution)
 
 
 def _faces(raw: Raw, where: str) -> MshCells:
     """The triangles or the quads of a file, whichever there are."""
     used = "triangles, quads and their edges"
-    meshes.require_cells(raw, where, ("quad", "triangle"), "export a surface mesh of first order", used)
+    meshes.require_cells(
+        raw, where, ("quad", "triangle"), "export a surface mesh of first order", used
+    )
     part, other = (raw.quads, raw.triangles) if len(raw.quads.nodes) else (raw.triangles, raw.quads)
     return MshCells(part.nodes, part.numbers, other.groups | part.groups)
 
@@ -188,12 +234,15 @@ def _check_vertices(part: MshCells, cells: Ints, where: str) -> None:
     bad = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
     if len(bad):
         found = [f"cell {part.numbers[i]} with nodes {part.nodes[i].tolist()}" for i in bad[:3]]
-        got, remedy = meshes.several(found, len(bad)), "remove them, or export them as triangles"
+        got = meshes.several(found, len(bad))
+        remedy = "remove them, or export them as triangles"
         raise errors.InputError(errors.say(where, "cells with different vertices", got, remedy))
 
 
 def _edges(raw: Raw, where: str, used: Ints, cells: Ints, strict: bool) -> dict[str, Ints]:
-    """Edge groups as node pairs (i,2), each a side of a cell and once; strict: others are an error, else they are left out."""
+    """Edge groups as node pairs (i,2), each a side of a cell and once; strict: others are an error,
+    else they are left out.
+    """
     pairs = meshes.rows(raw, raw.lines.nodes, where, "lines", raw.lines.numbers)
     local = np.minimum(np.searchsorted(used, pairs), len(used) - 1)
     sides = plate_audit.sides(cells).reshape(-1, 2)
@@ -204,10 +253,20 @@ def _edges(raw: Raw, where: str, used: Ints, cells: Ints, strict: bool) -> dict[
     grouped = distinct(np.concatenate([np.zeros(0, np.int64), *raw.lines.groups.values()]))
     bad = grouped[~good[grouped]]
     if strict and len(bad):
-        ends = [(meshes.list_ids(raw, pairs[i, :1]), meshes.list_ids(raw, pairs[i, 1:])) for i in bad[:3]]
-        found = [f"line {raw.lines.numbers[i]} from {a} to {b}" for i, (a, b) in zip(bad, ends, strict=False)]
+        ends = [
+            (meshes.list_ids(raw, pairs[i, :1]), meshes.list_ids(raw, pairs[i, 1:]))
+            for i in bad[:3]
+        ]
+        found = [
+            f"line {raw.lines.numbers[i]} from {a} to {b}"
+            for i, (a, b) in zip(bad, ends, strict=False)
+        ]
         remedy = "mesh the curve together with the surface"
-        raise errors.InputError(errors.say(where, "edge groups on sides of cells", meshes.several(found, len(bad)), remedy))
+        raise errors.InputError(
+            errors.say(
+                where, "edge groups on sides of cells", meshes.several(found, len(bad)), remedy
+            )
+        )
     out = {}
     for name, ids in raw.lines.groups.items():
         _, once = np.unique(at[ids[good[ids]]], return_index=True)

@@ -1,12 +1,14 @@
-r"""Curved surfaces through the nodes of structured quad meshes: one bicubic B-spline patch, one cell a quad.
+r"""Curved surfaces through the nodes of structured quad meshes: one bicubic B-spline patch, one
+cell a quad.
 
     r(u_i, v_j) = x_ij,      u_i = u_i-1 + mean_j |x_ij - x_i-1,j|,   v_j likewise       (averaged chord lengths)
 
-at all nodes x_ij, with the end conditions "not a knot", or periodic where the mesh closes on itself: a smooth surface is met to
-O(h^4). Structured: four cells at every inner node, one or two at every border node, and the sides of the border four lines (a
-mapped rectangle), two closed ones (a tube) or none (a torus).
-L. Piegl, W. Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2, section 9.2.5; C. de Boor, A Practical Guide to
-Splines, Springer 1978, ch. 4.
+at all nodes x_ij, with the end conditions "not a knot", or periodic where the mesh closes on
+itself: a smooth surface is met to O(h^4). Structured: four cells at every inner node, one or two at
+every border node, and the sides of the border four lines (a mapped rectangle), two closed ones (a
+tube) or none (a torus). L. Piegl, W. Tiller, The NURBS Book, 2nd ed.,
+doi:10.1007/978-3-642-59223-2, section 9.2.5; C. de Boor, A Practical Guide to Splines, Springer
+1978, ch. 4.
 """
 
 from __future__ import annotations
@@ -26,9 +28,7 @@ from .table import Floats, Ints
 
 DEGREE = 3
 TIE = 1e-9  #: of the extent: coordinates nearer than this are alike where the first cell is chosen
-REMEDY = (
-    "mesh it with mapped quads (gmsh: Transfinite Surface, Recombine Surface), each such part a face group and a body of its own"
-)
+REMEDY = "mesh it with mapped quads (gmsh: Transfinite Surface, Recombine Surface), each such part a face group and a body of its own"
 
 
 class NoGrid(InputError):
@@ -45,21 +45,31 @@ class NodeGrid:
 
 
 def surface(mesh: PlateMesh, cells: int = 1, degree: int | None = None) -> tuple[Surface, float]:
-    """The surface through the nodes of a mesh, and the estimated distance [m] of its surface between nodes from the one meant.
+    """The surface through the nodes of a mesh, and the estimated distance [m] of its surface
+    between nodes from the one meant.
 
-    Every quad is split into `cells` x `cells`, the degree raised to `degree`. Groups of the mesh are its points, edges and faces,
-    beside the places of `nurbs.surface`. The estimate is that of cubic interpolation, 1/15 of what leaving out every second line of
-    nodes changes. NoGrid names cells and nodes that are in none.
+    Every quad is split into `cells` x `cells`, the degree raised to `degree`. Groups of the mesh
+    are its points, edges and faces, beside the places of `nurbs.surface`. The estimate is that of
+    cubic interpolation, 1/15 of what leaving out every second line of nodes changes. NoGrid names
+    cells and nodes that are in none.
     """
     found = grid(mesh)
     points = mesh.points[found.nodes]
-    closed = tuple(bool(np.array_equal(np.take(found.nodes, 0, i), np.take(found.nodes, -1, i))) for i in (0, 1))
-    control, knots = points, []
+    closed = tuple(
+        bool(np.array_equal(np.take(found.nodes, 0, i), np.take(found.nodes, -1, i)))
+        for i in (0, 1)
+    )
+    control = points
+    knots = []
     for axis in (0, 1):
         u = _chords(points, axis)
-        control = np.moveaxis(_interpolated(u, np.moveaxis(control, axis, 0), closed[axis]), 0, axis)
+        control = np.moveaxis(
+            _interpolated(u, np.moveaxis(control, axis, 0), closed[axis]), 0, axis
+        )
         knots.append(np.concatenate([u[:1].repeat(DEGREE), u, u[-1:].repeat(DEGREE)]))
-    patch, control = nurbs.refine(nurbs.Patch(knots[0], knots[1], DEGREE, DEGREE), control, cells, cells, degree)
+    patch, control = nurbs.refine(
+        nurbs.Patch(knots[0], knots[1], DEGREE, DEGREE), control, cells, cells, degree
+    )
     for axis in (0, 1):
         if closed[axis]:
             ends = np.moveaxis(control, axis, 0)
@@ -82,16 +92,23 @@ def _spline(u: Floats, values: Floats, closed: bool) -> Any:
 
 
 def _interpolated(u: Floats, values: Floats, closed: bool) -> Floats:
-    """Coefficients (n + 2, ...) over the open knots at u of the cubic spline through values (n, ...)."""
+    """Coefficients (n + 2, ...) over the open knots at u of the cubic spline through values (n,
+    ...).
+    """
     from scipy.interpolate import make_interp_spline
 
     slopes = _spline(u, values, closed)(u[[0, -1]], 1)
-    return np.asarray(make_interp_spline(u, values, DEGREE, bc_type=([(1, slopes[0])], [(1, slopes[1])])).c)
+    return np.asarray(
+        make_interp_spline(u, values, DEGREE, bc_type=([(1, slopes[0])], [(1, slopes[1])])).c
+    )
 
 
 def _estimate(points: Floats, axis: int, closed: bool) -> float:
-    """Distance [m] of the spline from the surface meant: that of every second node from the spline through the others, over 15."""
-    values, u = np.moveaxis(points, axis, 0), _chords(points, axis)
+    """Distance [m] of the spline from the surface meant: that of every second node from the spline
+    through the others, over 15.
+    """
+    values = np.moveaxis(points, axis, 0)
+    u = _chords(points, axis)
     coarse = distinct(np.append(np.arange(0, len(u), 2), len(u) - 1))
     if len(coarse) < (4 if closed else 3):
         return 0.0
@@ -107,13 +124,19 @@ def _named(shape: Surface, mesh: PlateMesh, found: NodeGrid, cells: int) -> Surf
     turns = np.zeros(len(mesh.cells), np.int64)
     turns[found.cells] = found.turns
     turned = mesh.cells[np.arange(len(turns))[:, None], (turns[:, None] + np.arange(4)) % 4]
-    points, edges, faces = groups.check_groups(turned, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
-    last, inner = cells - 1, np.arange(cells)
+    points, edges, faces = groups.check_groups(
+        turned, mesh.point_groups, mesh.edge_groups, mesh.face_groups
+    )
+    last = cells - 1
+    inner = np.arange(cells)
 
     def fine(cell: Ints, i: Ints | int, j: Ints | int) -> Ints:
         return np.asarray((at[cell, 0] * cells + i) + e1 * cells * (at[cell, 1] * cells + j))
 
-    corner = {name: (int(fine(np.array(c), int(x) * last, int(y) * last)), x, y) for name, (c, x, y) in points.items()}
+    corner = {
+        name: (int(fine(np.array(c), int(x) * last, int(y) * last)), x, y)
+        for name, (c, x, y) in points.items()
+    }
     rows = {}
     for name, sides in edges.items():
         cell, side = sides.repeat(cells, axis=0).T
@@ -121,9 +144,14 @@ def _named(shape: Surface, mesh: PlateMesh, found: NodeGrid, cells: int) -> Surf
         along = np.diff(VERTICES[Parent.SQUARE][[0, 1, 2, 3, 0]], axis=0).astype(np.int64)[side]
         i, j = (start + np.tile(inner, len(sides))[:, None] * along).T
         rows[name] = np.column_stack([fine(cell, i, j), side])
-    whole = {name: fine(ids[:, None, None], inner[:, None], inner).ravel() for name, ids in faces.items()}
+    whole = {
+        name: fine(ids[:, None, None], inner[:, None], inner).ravel() for name, ids in faces.items()
+    }
     return replace(
-        shape, points=shape.points | corner, edges=shape.edges | rows, faces=shape.faces | {n: np.sort(c) for n, c in whole.items()}
+        shape,
+        points=shape.points | corner,
+        edges=shape.edges | rows,
+        faces=shape.faces | {n: np.sort(c) for n, c in whole.items()},
     )
 
 
@@ -132,7 +160,9 @@ def grid(mesh: PlateMesh) -> NodeGrid:
     """The quads of a mesh in rows and columns; NoGrid where they are in none."""
     where = f"mesh {mesh.path or 'in memory'}"
     if mesh.cells.shape[1] != 4:
-        raise NoGrid(say(where, "structured quads for a shell", f"{len(mesh.cells)} triangles", REMEDY))
+        raise NoGrid(
+            say(where, "structured quads for a shell", f"{len(mesh.cells)} triangles", REMEDY)
+        )
     _check_regular(mesh, where)
     beside = _neighbours(mesh.cells, len(mesh.points))
     cell, turn = _first(mesh)
@@ -143,7 +173,10 @@ def grid(mesh: PlateMesh) -> NodeGrid:
         rows.append(row)
     lengths = {len(row) for row in rows}
     cells, turns = (
-        np.array([[place[k] for place in row] for row in rows]) if len(lengths) == 1 else np.zeros((1, 1), int) for k in (0, 1)
+        np.array([[place[k] for place in row] for row in rows])
+        if len(lengths) == 1
+        else np.zeros((1, 1), int)
+        for k in (0, 1)
     )
     if len(distinct(cells)) != len(mesh.cells):
         got = f"{len(distinct(cells))} cells in rows and columns"
@@ -152,9 +185,15 @@ def grid(mesh: PlateMesh) -> NodeGrid:
     nodes = np.empty((cells.shape[0] + 1, cells.shape[1] + 1), np.int64)
     nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:] = np.moveaxis(corners, 2, 0)
     fits = [nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]]
-    ends = (not closed1 or np.array_equal(nodes[0], nodes[-1])) and (not closed2 or np.array_equal(nodes[:, 0], nodes[:, -1]))
+    ends = (not closed1 or np.array_equal(nodes[0], nodes[-1])) and (
+        not closed2 or np.array_equal(nodes[:, 0], nodes[:, -1])
+    )
     if not (ends and all(np.array_equal(fit, corners[..., k]) for k, fit in enumerate(fits))):
-        raise NoGrid(say(where, "rows and columns of quads", "a mesh that is twisted where it closes", REMEDY))
+        raise NoGrid(
+            say(
+                where, "rows and columns of quads", "a mesh that is twisted where it closes", REMEDY
+            )
+        )
     return NodeGrid(cells, turns, nodes)
 
 
@@ -166,9 +205,12 @@ def _check_regular(mesh: PlateMesh, where: str) -> None:
     wrong = np.flatnonzero(np.where(rim, times > 2, times != 4))
     if len(wrong):
         texts = [
-            f"{times[i]} at the {'border' if rim[i] else 'inner'} node at {meshes.position(mesh.points[i])}" for i in wrong[:3]
+            f"{times[i]} at the {'border' if rim[i] else 'inner'} node at {meshes.position(mesh.points[i])}"
+            for i in wrong[:3]
         ]
-        expected = "a structured mesh, four quads at every inner node and one or two at every border node"
+        expected = (
+            "a structured mesh, four quads at every inner node and one or two at every border node"
+        )
         raise NoGrid(say(where, expected, meshes.several(texts, len(wrong)), REMEDY))
 
 
@@ -184,7 +226,9 @@ def _neighbours(cells: Ints, count: int) -> Ints:
 
 
 def _first(mesh: PlateMesh) -> tuple[int, int]:
-    """The cell and its vertex where u and v begin: the first corner, border node or node by x, y and z, not by its number."""
+    """The cell and its vertex where u and v begin: the first corner, border node or node by x, y
+    and z, not by its number.
+    """
     times = np.bincount(mesh.cells.ravel(), minlength=len(mesh.points))
     pairs, owner = plate_audit.border(mesh.cells, len(mesh.points))
     ends = np.flatnonzero(times == 1)
@@ -204,7 +248,9 @@ def _first(mesh: PlateMesh) -> tuple[int, int]:
 
 
 def _walk(beside: Ints, cell: int, turn: int, direction: int) -> tuple[list[tuple[int, int]], bool]:
-    """Cells and their first vertices from a cell on in direction 1 or 2, and whether they come back to it."""
+    """Cells and their first vertices from a cell on in direction 1 or 2, and whether they come back
+    to it.
+    """
     found = [(cell, turn)]
     while True:
         following, side = beside[found[-1][0], (found[-1][1] + direction) % 4]
@@ -217,34 +263,45 @@ def _walk(beside: Ints, cell: int, turn: int, direction: int) -> tuple[list[tupl
 
 
 def unevenness(points: Floats, cells: Ints) -> float:
-    """Largest change of the turns of grid lines and of their rungs [deg] from one to the next, of quads (e, 4) on points (n, c).
+    """Largest change of the turns of grid lines and of their rungs [deg] from one to the next, of
+    quads (e, 4) on points (n, c).
 
-    A line ..u, v, w, z.. turns at v by the angle from u v to v w; a row of cells turns in each of them by the angle from a side to
-    the one across. On images of a grid under a smooth map turns change by O(h^2) from one to the next, whatever the angles of the
-    cells; on free meshes they do not fall. Infinite where an inner node has other than four cells.
+    A line ..u, v, w, z.. turns at v by the angle from u v to v w; a row of cells turns in each of
+    them by the angle from a side to the one across. On images of a grid under a smooth map turns
+    change by O(h^2) from one to the next, whatever the angles of the cells; on free meshes they do
+    not fall. Infinite where an inner node has other than four cells.
     """
     count = len(points)
     start, end = plate_audit.sides(cells).reshape(-1, 2).T
     cell, side = _neighbours(cells, count).reshape(-1, 2).T
     twin = np.where(cell < 0, -1, 4 * cell + side)
-    times, inner = np.bincount(start, minlength=count), np.ones(count, dtype=bool)
+    times = np.bincount(start, minlength=count)
+    inner = np.ones(count, dtype=bool)
     inner[start[twin < 0]] = inner[end[twin < 0]] = False
     if (times[inner & (times > 0)] != 4).any():
         return np.inf
     sides = np.arange(len(twin))
-    along, opposite = points[end] - points[start], sides - sides % 4 + (sides + 2) % 4
+    along = points[end] - points[start]
+    opposite = sides - sides % 4 + (sides + 2) % 4
     shared = np.flatnonzero(twin >= 0)
-    rungs = _turn(-along[opposite[shared]], along[shared]) - _turn(along[shared], along[opposite[twin[shared]]])
+    rungs = _turn(-along[opposite[shared]], along[shared]) - _turn(
+        along[shared], along[opposite[twin[shared]]]
+    )
     around = twin[sides - sides % 4 + (sides - 1) % 4]  # the next side that starts at the same node
     chosen = np.flatnonzero(inner[start] & inner[end])
     back, ahead = around[around[chosen]], around[around[twin[chosen]]]
     lines = _turn(-along[back], along[chosen]) - _turn(along[chosen], along[ahead])
-    return float(np.degrees(np.linalg.norm(np.concatenate([rungs, lines]), axis=1).max(initial=0.0)))
+    return float(
+        np.degrees(np.linalg.norm(np.concatenate([rungs, lines]), axis=1).max(initial=0.0))
+    )
 
 
 def _turn(one: Floats, two: Floats) -> Floats:
     """Rotation vectors (x, 3) [rad] from the directions of vectors (x, c) to those of others."""
-    one, two = (np.pad(v / np.linalg.norm(v, axis=1, keepdims=True), ((0, 0), (0, 3 - v.shape[1]))) for v in (one, two))
+    one, two = (
+        np.pad(v / np.linalg.norm(v, axis=1, keepdims=True), ((0, 0), (0, 3 - v.shape[1])))
+        for v in (one, two)
+    )
     axis = np.cross(one, two)
     size = np.linalg.norm(axis, axis=1)
     angle = np.arctan2(size, np.sum(one * two, axis=1))

@@ -1,10 +1,11 @@
 """VTK `.vtu` files (unstructured grids in XML) as plain arrays.
 
-Groups are integer arrays of zeros and ones: an array `left` in PointData marks the points of the point group `left`, an array
-`beam` in CellData the cells of the group `beam`: lines, triangles or quads. Other arrays, and those whose names start with `vtk`,
-are not groups.
-Arrays are text or binary, inline or appended (base64 or raw), plain or packed by zlib; nothing is unpacked beyond `MAX_BYTES`.
-Format: VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
+Groups are integer arrays of zeros and ones: an array `left` in PointData marks the points of the
+point group `left`, an array `beam` in CellData the cells of the group `beam`: lines, triangles or
+quads. Other arrays, and those whose names start with `vtk`, are not groups. Arrays are text or
+binary, inline or appended (base64 or raw), plain or packed by zlib; nothing is unpacked beyond
+`MAX_BYTES`. Format: VTK file formats,
+https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
 """
 
 from __future__ import annotations
@@ -27,7 +28,11 @@ if TYPE_CHECKING:
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array
 
-_TYPES = {f"{word}{8 * size}": f"{word[0].lower()}{size}" for word in ("Int", "UInt") for size in (1, 2, 4, 8)}
+_TYPES = {
+    f"{word}{8 * size}": f"{word[0].lower()}{size}"
+    for word in ("Int", "UInt")
+    for size in (1, 2, 4, 8)
+}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
 _LINE, _TRIANGLE, _QUAD = 3, 5, 9
 #: cell code of VTK -> name
@@ -69,11 +74,20 @@ def read(path: Path, where: str) -> Raw:
     """The points, cells and groups of a `.vtu` file; `where` opens every error message."""
     file = _open(path.read_bytes(), where)
     piece, points, cells = _piece(file)
-    xyz = _array(file, piece.find("Points/DataArray"), 3 * points, "Points").reshape(points, 3).astype(np.float64)
-    arrays = {name: piece.find(f"Cells/DataArray[@Name='{name}']") for name in ("types", "offsets", "connectivity")}
+    xyz = (
+        _array(file, piece.find("Points/DataArray"), 3 * points, "Points")
+        .reshape(points, 3)
+        .astype(np.float64)
+    )
+    arrays = {
+        name: piece.find(f"Cells/DataArray[@Name='{name}']")
+        for name in ("types", "offsets", "connectivity")
+    }
     types = _array(file, arrays["types"], cells, "types").astype(np.int64)
     offsets = _array(file, arrays["offsets"], cells, "offsets").astype(np.int64)
-    nodes = _array(file, arrays["connectivity"], int(offsets[-1]) if cells else 0, "connectivity").astype(np.int64)
+    nodes = _array(
+        file, arrays["connectivity"], int(offsets[-1]) if cells else 0, "connectivity"
+    ).astype(np.int64)
     sizes = np.diff(offsets, prepend=0)
     if np.any(sizes < 0):
         raise bad(where, "offsets that rise", "others")
@@ -83,18 +97,28 @@ def read(path: Path, where: str) -> Raw:
         rows = np.flatnonzero(types == code)
         if np.any(sizes[rows] != width):
             raise bad(where, f"offsets that rise by {width} at a {_CELLS[code]}", "others")
-        groups = {name: np.flatnonzero(values[rows]) for name, values in marked.items() if values[rows].any() or not values.any()}
+        groups = {
+            name: np.flatnonzero(values[rows])
+            for name, values in marked.items()
+            if values[rows].any() or not values.any()
+        }
         return MshCells(nodes[offsets[rows][:, None] + np.arange(-width, 0)], rows, groups)
 
     codes, counts = np.unique(types, return_counts=True)
     return Raw(
         points=xyz,
         numbers=np.arange(points),
-        point_groups={name: np.flatnonzero(values) for name, values in _groups(file, piece.find("PointData"), points).items()},
+        point_groups={
+            name: np.flatnonzero(values)
+            for name, values in _groups(file, piece.find("PointData"), points).items()
+        },
         lines=of(_LINE, 2),
         triangles=of(_TRIANGLE, 3),
         quads=of(_QUAD, 4),
-        kinds={_CELLS.get(int(code), f"VTK type {code}"): int(count) for code, count in zip(codes, counts, strict=True)},
+        kinds={
+            _CELLS.get(int(code), f"VTK type {code}"): int(count)
+            for code, count in zip(codes, counts, strict=True)
+        },
     )
 
 
@@ -120,12 +144,19 @@ def _open(data: bytes, where: str) -> _VtuFile:
         "compressor": ("vtkZLibDataCompressor",),
     }.items():
         if root.get(key, known[0]) not in known:
-            raise bad(where, f"{key} {' or '.join(known)}", f"{root.get(key)}", "export it so, as an unstructured grid")
+            raise bad(
+                where,
+                f"{key} {' or '.join(known)}",
+                f"{root.get(key)}",
+                "export it so, as an unstructured grid",
+            )
     text = (root.findtext("AppendedData") or "").strip()
     order = ">" if root.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if root.get("header_type") == "UInt64" else "u4"))
     body = text[1:].encode() if appended is None else appended
-    return _VtuFile(where, root, body, appended is not None, order, header, root.get("compressor") is not None)
+    return _VtuFile(
+        where, root, body, appended is not None, order, header, root.get("compressor") is not None
+    )
 
 
 def _tree(data: bytes) -> tuple[ElementTree.Element | None, bytes | None]:
@@ -133,11 +164,14 @@ def _tree(data: bytes) -> tuple[ElementTree.Element | None, bytes | None]:
     from xml.etree import ElementTree
 
     tag = data.find(b"<AppendedData")
-    start, stop = data.find(b">", tag), data.rfind(b"</AppendedData>")
+    start = data.find(b">", tag)
+    stop = data.rfind(b"</AppendedData>")
     raw = 0 <= tag < start < stop and b'"raw"' in data[tag:start]
     with contextlib.suppress(ElementTree.ParseError, LookupError, ValueError):
         if raw:
-            return ElementTree.fromstring(data[: start + 1] + data[stop:]), data[data.find(b"_", start) + 1 : stop]
+            return ElementTree.fromstring(data[: start + 1] + data[stop:]), data[
+                data.find(b"_", start) + 1 : stop
+            ]
         return ElementTree.fromstring(data), None
     return None, None
 
@@ -161,7 +195,9 @@ def _groups(file: _VtuFile, parent: ElementTree.Element | None, count: int) -> d
     found = {}
     for array in () if parent is None else parent.iter("DataArray"):
         name = printable(array.get("Name", ""))
-        whole = array.get("type", "").startswith(("Int", "UInt")) and array.get("NumberOfComponents", "1") in ("", "1")
+        whole = array.get("type", "").startswith(("Int", "UInt")) and array.get(
+            "NumberOfComponents", "1"
+        ) in ("", "1")
         if whole and name and not name.startswith("vtk"):
             values = _array(file, array, count, f"array '{name}'")
             if np.all((values == 0) | (values == 1)):
@@ -183,7 +219,11 @@ def _array(file: _VtuFile, array: ElementTree.Element | None, count: int, what: 
             with warnings.catch_warnings():
                 warnings.simplefilter("error", DeprecationWarning)
                 text = (array.text or "").strip()
-                values = np.fromstring(text, kind.newbyteorder("="), sep=" ") if text else np.zeros(0, kind)
+                values = (
+                    np.fromstring(text, kind.newbyteorder("="), sep=" ")
+                    if text
+                    else np.zeros(0, kind)
+                )
         else:
             values = np.frombuffer(_bytes(file, array), kind)
     except (ValueError, OverflowError, IndexError, DeprecationWarning, zlib.error) as error:
@@ -196,13 +236,19 @@ def _array(file: _VtuFile, array: ElementTree.Element | None, count: int, what: 
 def _bytes(file: _VtuFile, array: ElementTree.Element) -> bytes:
     """The bytes of a binary array; a header of sizes comes before them."""
     if array.get("format") == "appended":
-        data, raw = file.appended[int(array.get("offset", "")) :], file.raw
+        data = file.appended[int(array.get("offset", "")) :]
+        raw = file.raw
     else:
-        data, raw = (array.text or "").strip().encode(), False
+        data = (array.text or "").strip().encode()
+        raw = False
 
     def piece(start: int, stop: int) -> bytes:
         """Bytes of a stream that begins at `data`; it holds fewer where the file ends."""
-        return data[start:stop] if raw else base64.b64decode(data[: -(-stop // 3) * 4], validate=True)[start:stop]
+        return (
+            data[start:stop]
+            if raw
+            else base64.b64decode(data[: -(-stop // 3) * 4], validate=True)[start:stop]
+        )
 
     width = file.header.itemsize
     first = int(np.frombuffer(piece(0, width), file.header)[0]) if data else 0

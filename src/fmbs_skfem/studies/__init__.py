@@ -1,12 +1,14 @@
-"""Whole studies as functions: plain options in, a result with arrays and figures out; the commands of `fmbs` call them.
+"""Whole studies as functions: plain options in, a result with arrays and figures out; the commands
+of `fmbs` call them.
 
     found = studies.run("examples/spin_up.yaml", duration=0.1)
     found.outputs["tip_deflection"]         (s,) at found.times
     found.figures["outputs"]                a figure of matplotlib
     print(found)                            what `fmbs run` prints
 
-Nothing is written without a folder `out`. What all studies take is `Shared`, who hears of their progress a `Listener`. Work that
-fails raises an error whose `result` holds what there is all the same.
+Nothing is written without a folder `out`. What all studies take is `Shared`, who hears of their
+progress a `Listener`. Work that fails raises an error whose `result` holds what there is all the
+same.
 """
 
 from __future__ import annotations

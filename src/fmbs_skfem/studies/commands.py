@@ -1,7 +1,8 @@
-"""The studies: every function is a command of `fmbs` as well, with its keywords as options and its docstring as help.
+"""The studies: every function is a command of `fmbs` as well, with its keywords as options and its
+docstring as help.
 
-A study opens its source as a `Job`; what does the work is imported when it is called. Annotations are kept as they are, for the
-command line, so that those of results stand in quotes.
+A study opens its source as a `Job`; what does the work is imported when it is called. Annotations
+are kept as they are, for the command line, so that those of results stand in quotes.
 """
 
 import os
@@ -52,19 +53,25 @@ def check(
     *,
     target: Annotated[
         str | None,
-        Option("List what keeps a model of the scene from being exported so.", name="for", choices=("c", "fmu", "page")),
+        Option(
+            "List what keeps a model of the scene from being exported so.",
+            name="for",
+            choices=("c", "fmu", "page"),
+        ),
     ] = None,
     duration: Duration = None,
     **shared: Unpack[Shared],
 ) -> "Check":
     """Read a scene and its meshes, assemble it, and say what it is.
 
-    SCENE is assembled in the form in which it is solved, and its initial state is checked; nothing is solved. The tables show
-    masses, sizes, joints, degrees of freedom, solver, memory and time. A warning is shown for units, slenderness and cells that are
-    hardly meant, for redundant joints and for bodies that no joint ties to the ground; joints that contradict each other, and
-    initial motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with results, whose files are
-    compared with their checksums (exit code 8 where one is not as it was written). With `target` everything of SCENE is an error
-    that a model of it could not have outside: contact, controllers, events, joints by a law.
+    SCENE is assembled in the form in which it is solved, and its initial state is checked; nothing
+    is solved. The tables show masses, sizes, joints, degrees of freedom, solver, memory and time. A
+    warning is shown for units, slenderness and cells that are hardly meant, for redundant joints
+    and for bodies that no joint ties to the ground; joints that contradict each other, and initial
+    motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with
+    results, whose files are compared with their checksums (exit code 8 where one is not as it was
+    written). With `target` everything of SCENE is an error that a model of it could not have
+    outside: contact, controllers, events, joints by a law.
 
     In Python `checksums` compares those of a folder.
     """
@@ -110,29 +117,43 @@ def run(
 ) -> "Run":
     """Solve a scene, or run a saved reduced model.
 
-    SCENE becomes a motion, an equilibrium or vibration modes, as its `analysis` says. `out` gets outputs.csv (time in column t),
-    report.json and outputs.png. What a solve that fails has reached is kept (exit code 4). A motion that takes long is stored in
-    the folder `history` while it runs: `fmbs resume` goes on with one that was stopped. SCENE may also be a reduced model saved by
+    SCENE becomes a motion, an equilibrium or vibration modes, as its `analysis` says. `out` gets
+    outputs.csv (time in column t), report.json and outputs.png. What a solve that fails has reached
+    is kept (exit code 4). A motion that takes long is stored in the folder `history` while it runs:
+    `fmbs resume` goes on with one that was stopped. SCENE may also be a reduced model saved by
     `fmbs reduce` or `fmbs train` (NAME.h5), as of `fmbs rom run`.
 
-    In Python a solve that fails raises SolverError, whose `result` is what was reached; `run_model` runs saved models.
+    In Python a solve that fails raises SolverError, whose `result` is what was reached; `run_model`
+    runs saved models.
     """
     from .running import runs
 
     with jobs.begin(
-        source, duration=duration, plots=plots, units=units, checkpoint=checkpoint, time_limit=time_limit, **shared
+        source,
+        duration=duration,
+        plots=plots,
+        units=units,
+        checkpoint=checkpoint,
+        time_limit=time_limit,
+        **shared,
     ) as job:
         return runs.run_source(job, step, picture, html)
 
 
 @study
 def resume(
-    folder: Folder, *, plots: Plots = True, units: Units = False, time_limit: TimeLimit = inf, **shared: Unpack[OutputOptions]
+    folder: Folder,
+    *,
+    plots: Plots = True,
+    units: Units = False,
+    time_limit: TimeLimit = inf,
+    **shared: Unpack[OutputOptions],
 ) -> "Run":
     """Go on with a run that was stopped.
 
-    The run whose output folder is DIR goes on from its last checkpoint; the numbers are those of a run that was never stopped.
-    Every byte that is read is verified, and a scene or mesh that has changed since then is refused (exit code 8).
+    The run whose output folder is DIR goes on from its last checkpoint; the numbers are those of a
+    run that was never stopped. Every byte that is read is verified, and a scene or mesh that has
+    changed since then is refused (exit code 8).
 
     In Python that raises CorruptFile.
     """
@@ -147,12 +168,21 @@ def reduce(
     source: SceneSource,
     *,
     level: Annotated[
-        str, Option("A basis for each component, or one for the system.", choices=("component", "system"))
+        str,
+        Option(
+            "A basis for each component, or one for the system.", choices=("component", "system")
+        ),
     ] = "component",
-    tolerance: Annotated[float | None, Option("Truncation eps of the bases, instead of the scene's.", "EPS")] = None,
-    modes: Annotated[int | None, Option("Number of modes of each component, instead of a tolerance.", "R", least=1)] = None,
+    tolerance: Annotated[
+        float | None, Option("Truncation eps of the bases, instead of the scene's.", "EPS")
+    ] = None,
+    modes: Annotated[
+        int | None,
+        Option("Number of modes of each component, instead of a tolerance.", "R", least=1),
+    ] = None,
     hyper: Annotated[
-        float | None, Option("Tolerance eta of the hyper-reduction, instead of the scene's; 0 for none.", "ETA")
+        float | None,
+        Option("Tolerance eta of the hyper-reduction, instead of the scene's; 0 for none.", "ETA"),
     ] = None,
     sample: Annotated[
         str | None,
@@ -175,9 +205,10 @@ def reduce(
 ) -> "ReductionResult":
     """Train a reduced model of a scene and save it.
 
-    `out` is a file ending in .h5, or a folder for NAME.h5 where NAME.yaml is the scene. The reduced model is run over the training
-    time; its errors against the full model there are printed and saved with it, and first whether it pays. With an accuracy eps and
-    eta that neither SCENE nor options give are the coarsest whose outputs err by at most 0.3 of it.
+    `out` is a file ending in .h5, or a folder for NAME.h5 where NAME.yaml is the scene. The reduced
+    model is run over the training time; its errors against the full model there are printed and
+    saved with it, and first whether it pays. With an accuracy eps and eta that neither SCENE nor
+    options give are the coarsest whose outputs err by at most 0.3 of it.
     """
     from . import plans, reducing
 
@@ -185,7 +216,9 @@ def reduce(
         scene = jobs.read_scene(job)
         path = jobs.settle_file(job, f"{job.path.stem}.h5")
         plan = plans.plan_with(scene, level, tolerance, modes, hyper, sample, basis)
-        return reducing.reduce_scene(job, scene, path, plan, plans.goal(scene, job.wanted, tolerance, modes, hyper))
+        return reducing.reduce_scene(
+            job, scene, path, plan, plans.goal(scene, job.wanted, tolerance, modes, hyper)
+        )
 
 
 @study
@@ -194,22 +227,39 @@ def train(
     *,
     tolerance: Annotated[
         float | None,
-        Option("Wanted error of the outputs as a part of their ranges; eps, eta and the end of the training follow.", "ERROR"),
+        Option(
+            "Wanted error of the outputs as a part of their ranges; eps, eta and the end of the training follow.",
+            "ERROR",
+        ),
     ] = None,
-    iterations: Annotated[int | None, Option("Largest number of full runs, instead of the scene's.", "N", least=1)] = None,
-    holdout: Annotated[int | None, Option("Number of hold-out points, instead of the scene's; 0 for none.", "N", least=0)] = None,
-    resume: Annotated[bool, Option("Only continue an interrupted training; fail if there is none.")] = False,
+    iterations: Annotated[
+        int | None, Option("Largest number of full runs, instead of the scene's.", "N", least=1)
+    ] = None,
+    holdout: Annotated[
+        int | None,
+        Option("Number of hold-out points, instead of the scene's; 0 for none.", "N", least=0),
+    ] = None,
+    resume: Annotated[
+        bool, Option("Only continue an interrupted training; fail if there is none.")
+    ] = False,
     duration: Duration = None,
     plots: Plots = True,
-    html: Annotated[bool, Option("Write a page with the model in it, which runs at parameters of its reader's choice.")] = False,
+    html: Annotated[
+        bool,
+        Option(
+            "Write a page with the model in it, which runs at parameters of its reader's choice."
+        ),
+    ] = False,
     **shared: Unpack[Shared],
 ) -> "TrainingResult":
     """Train a reduced model over the ranges of a scene's parameters.
 
-    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `fmbs rom run`), report.json and
-    figures, and every run and iteration in the folder `training` there: the same call again goes on where it was interrupted, and
-    computes nothing twice. With an accuracy 0.3 of it is the wanted error where there is no other, and a training ends without a
-    model, with exit code 0, as soon as none can be faster than the full one. The exit code is 4 where there can be no model.
+    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `fmbs
+    rom run`), report.json and figures, and every run and iteration in the folder `training` there:
+    the same call again goes on where it was interrupted, and computes nothing twice. With an
+    accuracy 0.3 of it is the wanted error where there is no other, and a training ends without a
+    model, with exit code 0, as soon as none can be faster than the full one. The exit code is 4
+    where there can be no model.
 
     In Python that raises NoModel, and `model` is None where none can be faster.
     """
@@ -218,26 +268,36 @@ def train(
     with jobs.begin(source, duration=duration, plots=plots, **shared) as job:
         scene = jobs.read_scene(job)
         order = greedy_training.prepare(job, scene, tolerance, iterations, holdout)
-        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), html)
+        return greedy_training.train_order(
+            job, order, greedy_training.folder(job, scene, resume), html
+        )
 
 
 @study
 def compare(
     source: SceneSource,
     *,
-    quick: Annotated[bool, Option("Only the main models, coarser meshes and larger steps; every model runs once.")] = False,
+    quick: Annotated[
+        bool,
+        Option("Only the main models, coarser meshes and larger steps; every model runs once."),
+    ] = False,
     duration: Duration = None,
-    picture: Annotated[bool, Option("Draw the bodies, moving, and the error of a reduced model.")] = True,
+    picture: Annotated[
+        bool, Option("Draw the bodies, moving, and the error of a reduced model.")
+    ] = True,
     true: Annotated[
-        bool, Option("True errors, of mesh, step and model together, and the full models that accuracies of 1e-2 to 1e-4 choose.")
+        bool,
+        Option(
+            "True errors, of mesh, step and model together, and the full models that accuracies of 1e-2 to 1e-4 choose."
+        ),
     ] = False,
     html: Html = False,
     **shared: Unpack[Shared],
 ) -> "ComparisonResult":
     """Compare full and reduced models of a scene: time beside error.
 
-    The reduced models of SCENE stand beside its full model and cheaper full models: coarser meshes, larger steps. `out` gets
-    compare.json and figures.
+    The reduced models of SCENE stand beside its full model and cheaper full models: coarser meshes,
+    larger steps. `out` gets compare.json and figures.
     """
     from . import comparison
 
@@ -250,7 +310,8 @@ def sweep(
     source: SceneSource,
     *,
     samples: Annotated[
-        int | str | None, Option("Number of samples; of a grid also N1xN2x...: values of each parameter.", "N")
+        int | str | None,
+        Option("Number of samples; of a grid also N1xN2x...: values of each parameter.", "N"),
     ] = None,
     design: Annotated[
         str | None,
@@ -261,15 +322,28 @@ def sweep(
     ] = None,
     table: Annotated[str | Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
     seed: Annotated[int, Option("Seed of sobol and lhs.", least=0)] = 0,
-    ranges: Annotated[Ranges | None, Option("Range of a parameter.", "NAME=LOW:HIGH[:log]", "range", read=ranges)] = None,
+    ranges: Annotated[
+        Ranges | None, Option("Range of a parameter.", "NAME=LOW:HIGH[:log]", "range", read=ranges)
+    ] = None,
     scheduler: Annotated[
         str | Executor | None,
-        Option("Run on a dask cluster (tcp://host:port) that sees the same files; DASK_SCHEDULER_ADDRESS by default.", "ADDRESS"),
+        Option(
+            "Run on a dask cluster (tcp://host:port) that sees the same files; DASK_SCHEDULER_ADDRESS by default.",
+            "ADDRESS",
+        ),
     ] = None,
-    workers: Annotated[int | None, Option("Processes on this machine, one a core by default.", least=1)] = None,
-    timeout: Annotated[float | None, Option("Give up a sample that takes longer.", "SECONDS")] = None,
-    resume: Annotated[bool, Option("Go on: with samples that are missing, took too long or were killed.")] = False,
-    surfaces: Annotated[bool, Option("Fit response surfaces of all outputs: surfaces.json, surfaces.png.")] = False,
+    workers: Annotated[
+        int | None, Option("Processes on this machine, one a core by default.", least=1)
+    ] = None,
+    timeout: Annotated[
+        float | None, Option("Give up a sample that takes longer.", "SECONDS")
+    ] = None,
+    resume: Annotated[
+        bool, Option("Go on: with samples that are missing, took too long or were killed.")
+    ] = False,
+    surfaces: Annotated[
+        bool, Option("Fit response surfaces of all outputs: surfaces.json, surfaces.png.")
+    ] = False,
     duration: Duration = None,
     instants: Annotated[int, Option("Stored instants of a history, at most.", least=2)] = 601,
     plots: Plots = True,
@@ -277,13 +351,16 @@ def sweep(
 ) -> "SweepResult":
     """Run many samples of a scene or of a saved reduced model, on all cores or on a cluster.
 
-    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `fmbs train`. `out` gets every sample in
-    the folder members when it is done, and at the end sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their
-    process are listed, the others finish (exit code 5). Smallest and largest values of outputs are those of all steps, also between
-    the stored instants; a warning tells where memory has room for fewer. A column says how many reduced parts leave their training.
+    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `fmbs
+    train`. `out` gets every sample in the folder members when it is done, and at the end sweep.csv
+    and sweep.h5 with plots. Samples that fail, hang or lose their process are listed, the others
+    finish (exit code 5). Smallest and largest values of outputs are those of all steps, also
+    between the stored instants; a warning tells where memory has room for fewer. A column says how
+    many reduced parts leave their training.
 
-    In Python a range is ("0.7 GPa", "1.3 GPa", "log"), the scheduler may be any executor of concurrent.futures, and samples without
-    a result raise SweepFailure, whose `result` has the others.
+    In Python a range is ("0.7 GPa", "1.3 GPa", "log"), the scheduler may be any executor of
+    concurrent.futures, and samples without a result raise SweepFailure, whose `result` has the
+    others.
     """
     from ..families import response_surfaces, sweeps
     from . import sweep_sources, sweeping
@@ -307,16 +384,21 @@ def render(
     duration: Duration = None,
     frames: Annotated[int, Option("Frames of the animation.", least=1, most=1000)] = 60,
     gif: Annotated[bool, Option("Draw the animation.")] = True,
-    mp4: Annotated[bool, Option("Write the animation as MP4 in place of GIF; takes the program ffmpeg.")] = False,
-    scale: Annotated[float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)] = 1.0,
+    mp4: Annotated[
+        bool, Option("Write the animation as MP4 in place of GIF; takes the program ffmpeg.")
+    ] = False,
+    scale: Annotated[
+        float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)
+    ] = 1.0,
     html: Html = False,
     **shared: Unpack[Shared],
 ) -> "Run":
     """Solve a scene and draw pictures (PNG) and an animation (GIF, or MP4).
 
-    `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif beside what `run` writes; of modes
-    and buckling modes.png with all shapes, and mode_1.gif, ... with a period of each. Without OpenGL, or for MP4 without ffmpeg,
-    these numbers are kept (exit code 7).
+    `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif
+    beside what `run` writes; of modes and buckling modes.png with all shapes, and mode_1.gif, ...
+    with a period of each. Without OpenGL, or for MP4 without ffmpeg, these numbers are kept (exit
+    code 7).
 
     In Python that raises MissingFeature.
     """
@@ -324,7 +406,9 @@ def render(
     from .running import runs
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html)
+        return runs.render_scene(
+            job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html
+        )
 
 
 @study
@@ -332,19 +416,28 @@ def view(
     source: ViewSource,
     *,
     html: Annotated[
-        str | Path | None, Option("The page to write, and not to open; page.html in a folder of results, else SCENE.html.", "FILE")
+        str | Path | None,
+        Option(
+            "The page to write, and not to open; page.html in a folder of results, else SCENE.html.",
+            "FILE",
+        ),
     ] = None,
-    open: Annotated[bool, Option("Open the page in the browser, where there are a terminal and a display.")] = True,
+    open: Annotated[
+        bool, Option("Open the page in the browser, where there are a terminal and a display.")
+    ] = True,
     duration: Duration = None,
-    instants: Annotated[int, Option("Instants of the motion in the page, at most.", least=2, most=5000)] = 601,
+    instants: Annotated[
+        int, Option("Instants of the motion in the page, at most.", least=2, most=5000)
+    ] = 601,
     **shared: Unpack[Shared],
 ) -> Result:
     """Show a motion as a page in the browser.
 
-    SCENE is a scene, a saved reduced model (NAME.h5), or a folder with results of `fmbs run`. The page is one file, which needs no
-    network and no server: bodies in space, to turn, scrub and play, with the outputs over time beside them. Motions that are not
-    stored in a folder, as those of short runs, are run again. The page opens in the browser of who is at the screen; elsewhere the
-    path of it is said.
+    SCENE is a scene, a saved reduced model (NAME.h5), or a folder with results of `fmbs run`. The
+    page is one file, which needs no network and no server: bodies in space, to turn, scrub and
+    play, with the outputs over time beside them. Motions that are not stored in a folder, as those
+    of short runs, are run again. The page opens in the browser of who is at the screen; elsewhere
+    the path of it is said.
     """
     from .running import viewing
 
@@ -356,16 +449,26 @@ def view(
 def report(
     folder: Folder,
     *,
-    html: Annotated[str | Path | None, Option("The page to write; report.html in the folder where it is left out.", "FILE")] = None,
-    bodies: Annotated[bool, Option("Show the bodies of a motion, which is run again where the folder has no states of it.")] = True,
-    instants: Annotated[int, Option("Instants of the motion in the page, at most.", least=2, most=5000)] = 601,
+    html: Annotated[
+        str | Path | None,
+        Option("The page to write; report.html in the folder where it is left out.", "FILE"),
+    ] = None,
+    bodies: Annotated[
+        bool,
+        Option(
+            "Show the bodies of a motion, which is run again where the folder has no states of it."
+        ),
+    ] = True,
+    instants: Annotated[
+        int, Option("Instants of the motion in the page, at most.", least=2, most=5000)
+    ] = 601,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Write a folder of results as one page for the browser.
 
-    DIR is a folder of `fmbs run`, reduce, train, sweep, compare, verify or check. The page is one file, which needs no network:
-    what was solved, the command that repeats it, warnings, plots, the moving bodies of a motion, tables that sort, pictures,
-    versions and checksums.
+    DIR is a folder of `fmbs run`, reduce, train, sweep, compare, verify or check. The page is one
+    file, which needs no network: what was solved, the command that repeats it, warnings, plots, the
+    moving bodies of a motion, tables that sort, pictures, versions and checksums.
     """
     from . import folder_report
 
@@ -383,9 +486,9 @@ def export(
 ) -> "Run":
     """Solve a scene and write a VTK series.
 
-    `out` gets motion.pvd with one .vtu for each instant, and motion.vtkhdf with all of them and the mesh once, beside what `run`
-    writes: displacement, velocity, strain, curvature and section forces, of plates also stress with its axes. Modes and
-    buckling become fields of modes.pvd.
+    `out` gets motion.pvd with one .vtu for each instant, and motion.vtkhdf with all of them and the
+    mesh once, beside what `run` writes: displacement, velocity, strain, curvature and section
+    forces, of plates also stress with its axes. Modes and buckling become fields of modes.pvd.
     """
     from .running import runs
 
@@ -395,15 +498,20 @@ def export(
 
 @study
 def verify(
-    names: Annotated[Sequence[str], Option("A case; may be given several times.", "NAME", "case", read=tuple)] = (),
-    groups: Annotated[Sequence[str], Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple)] = (),
+    names: Annotated[
+        Sequence[str], Option("A case; may be given several times.", "NAME", "case", read=tuple)
+    ] = (),
+    groups: Annotated[
+        Sequence[str],
+        Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple),
+    ] = (),
     listed: Annotated[bool, Option("List the cases and solve nothing.", name="list")] = False,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Compare the solver with published and exact results.
 
-    All cases of the verification suite are solved by default. `out` gets verification.md, verification.json and a picture of each
-    group. The exit code is 4 when a quantity is off.
+    All cases of the verification suite are solved by default. `out` gets verification.md,
+    verification.json and a picture of each group. The exit code is 4 when a quantity is off.
 
     In Python that raises VerificationFailure.
     """
@@ -425,16 +533,20 @@ def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> Result:
 @study
 def demo(
     *,
-    copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
+    copy: Annotated[
+        bool,
+        Option("Copy the example scenes and their meshes into the folder instead, to begin from."),
+    ] = False,
     tables: Annotated[bool, Option("Print all tables, with the errors of all outputs.")] = False,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Show an example: a flexible double pendulum in full and reduced.
 
-    Time and error of the full model and of the best reduced one are printed, those of all models with `tables`. `out` (fmbs-demo
-    on the command line, where files of an earlier demo are replaced) gets report, plots, pictures, an animation and a VTK series.
-    With `copy` it (fmbs-examples) gets the scenes that travel with the package, in the folder examples, and the meshes that they
-    read.
+    Time and error of the full model and of the best reduced one are printed, those of all models
+    with `tables`. `out` (fmbs-demo on the command line, where files of an earlier demo are
+    replaced) gets report, plots, pictures, an animation and a VTK series. With `copy` it
+    (fmbs-examples) gets the scenes that travel with the package, in the folder examples, and the
+    meshes that they read.
     """
     from . import comparison, projects
 
@@ -451,14 +563,18 @@ def new(
     *,
     like: Annotated[
         str | None,
-        Option("The example that it is a copy of: NAME where there is one, else double_pendulum.", "EXAMPLE", choices=examples),
+        Option(
+            "The example that it is a copy of: NAME where there is one, else double_pendulum.",
+            "EXAMPLE",
+            choices=examples,
+        ),
     ] = None,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Begin a project: copy an example scene and its meshes.
 
-    The folder NAME gets NAME.yaml, which is the example under this name, and the files that it reads. Change it, and look at it
-    with `fmbs check`.
+    The folder NAME gets NAME.yaml, which is the example under this name, and the files that it
+    reads. Change it, and look at it with `fmbs check`.
     """
     from . import projects
 
@@ -470,9 +586,10 @@ def new(
 def warm(**shared: Unpack[OutputOptions]) -> Result:
     """Compile ahead what ordinary scenes need, so that no first run has to.
 
-    Every kind of model takes some steps: beams, plates, shells, contact, controllers, reduced models. It takes some minutes after
-    an installation or update, and seconds where all is compiled; the functions are named as they are compiled. What a scene
-    needs beside them is compiled at its first run.
+    Every kind of model takes some steps: beams, plates, shells, contact, controllers, reduced
+    models. It takes some minutes after an installation or update, and seconds where all is
+    compiled; the functions are named as they are compiled. What a scene needs beside them is
+    compiled at its first run.
     """
     from .running import warming
 
@@ -483,7 +600,9 @@ def warm(**shared: Unpack[OutputOptions]) -> Result:
 @study
 def describe_scenes(
     *,
-    page: Annotated[bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")] = False,
+    page: Annotated[
+        bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")
+    ] = False,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Print the JSON schema of scene files.

@@ -39,15 +39,20 @@ if TYPE_CHECKING:
 RECORD = "compare.json"
 SECOND = 1.5  #: smallest observed order in time that counts as second
 DISTANCES = "the largest distances from the full model [m]"
-AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
+AS_GOOD = (
+    2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
+)
 
 DEMO_WANTED = 1e-2, 1e-3  #: accuracies whose choices stand beside the models of the demo
-COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full models that compete in the demo
+COARSE = [10, 20]
+STEPS = [2.5e-3]  #: cells a body and steps [s] of the full models that compete in the demo
 
 
 @dataclass(frozen=True)
 class ComparisonPictures:
-    """Pictures of a comparison: of the full motion, which are drawn while the other models run, and of an error."""
+    """Pictures of a comparison: of the full motion, which are drawn while the other models run, and
+    of an error.
+    """
 
     still: str = pictures.PICTURE
     moving: str = pictures.ANIMATION
@@ -63,7 +68,9 @@ class ComparisonPictures:
 
 
 PICTURES = (".png", ".gif")
-DEMO_SHOWN = ComparisonPictures("full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True)
+DEMO_SHOWN = ComparisonPictures(
+    "full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True
+)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -77,8 +84,12 @@ class ComparisonResult(Result):
         return self.study[name]
 
 
-def compare_scene(job: Job, quick: bool, picture: bool, true: bool, html: bool = False) -> ComparisonResult:
-    """All models of a scene, with pictures of its full model and of an error; `true` errors beside those against that model."""
+def compare_scene(
+    job: Job, quick: bool, picture: bool, true: bool, html: bool = False
+) -> ComparisonResult:
+    """All models of a scene, with pictures of its full model and of an error; `true` errors beside
+    those against that model.
+    """
 
     scene = jobs.read_scene(job)
     shown = ComparisonPictures() if picture else None
@@ -91,57 +102,111 @@ def demo_scene() -> Scene:
 
 
 def show_demo(job: Job, tables: bool) -> ComparisonResult:
-    """All models of the scene of the demo, with pictures of its own and a VTK series; all `tables`, or the gist of them."""
+    """All models of the scene of the demo, with pictures of its own and a VTK series; all `tables`,
+    or the gist of them.
+    """
     found = comparison(job, jobs.read_scene(job), True, DEMO_SHOWN, DEMO_WANTED)
     return conclude(found if tables else replace(found, lines=gist(found)))
 
 
 def gist(found: ComparisonResult) -> list[Any]:
-    """Time and error of the full and the best reduced model, the error of the step, places of pictures, the cheapest models."""
+    """Time and error of the full and the best reduced model, the error of the step, places of
+    pictures, the cheapest models.
+    """
     study, report = found.study, found.report
-    full, best, times = study["full"], choice(study), report["time_error"]
+    full = study["full"]
+    best = choice(study)
+    times = report["time_error"]
     rows = [("full model", str(full.dofs), f"{full.cpu_s:.2g}", "1", "-")]
     if best is not None:
         gain = f"{full.cpu_s / best.cpu_s:.2g}"
-        rows.append((f"reduced ({best.name})", str(best.dofs), f"{best.cpu_s:.2g}", gain, f"{best.position_error:.1e}"))
+        rows.append(
+            (
+                f"reduced ({best.name})",
+                str(best.dofs),
+                f"{best.cpu_s:.2g}",
+                gain,
+                f"{best.position_error:.1e}",
+            )
+        )
     if times is not None:
-        rows.append((f"error of the step, {times['step']:g} s", "", "", "", f"{times['position']:.1e}"))
+        rows.append(
+            (f"error of the step, {times['step']:g} s", "", "", "", f"{times['position']:.1e}")
+        )
     moved = f"A flexible double pendulum swings for {study.full.times[-1]:g} s: {len(study.records)} models of it."
-    table = ReportTable(moved, ("", "unknowns", "CPU [s]", "times as fast", "error [m]"), rows, names=True)
+    table = ReportTable(
+        moved, ("", "unknowns", "CPU [s]", "times as fast", "error [m]"), rows, names=True
+    )
     places = [place for place in found.files if place.suffix in PICTURES]
     shown = f"Pictures: {places[0].parent}." if places else "No pictures."
-    return [table, f"{shown} All tables: fmbs demo --tables. Scenes: fmbs demo --copy.", *cheapest_words(report)]
+    return [
+        table,
+        f"{shown} All tables: fmbs demo --tables. Scenes: fmbs demo --copy.",
+        *cheapest_words(report),
+    ]
 
 
 def comparison(
-    job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None, wanted: Sequence[float] = (), html: bool = False
+    job: Job,
+    scene: Scene,
+    quick: bool,
+    shown: ComparisonPictures | None,
+    wanted: Sequence[float] = (),
+    html: bool = False,
 ) -> ComparisonResult:
-    """All models of a scene; figures, what is to be `shown`, and a page for the browser (`html`) in the output folder.
+    """All models of a scene; figures, what is to be `shown`, and a page for the browser (`html`) in
+    the output folder.
 
-    Where accuracies are `wanted`, what these choose stands beside them, and all have their true errors.
+    Where accuracies are `wanted`, what these choose stands beside them, and all have their true
+    errors.
     """
     mark = reports.fingerprint(scene)
-    names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ()), *([webpages.PAGE] if html else [])]
+    names = [
+        *(f"{name}.png" for name in figures.names(scene)),
+        *(shown.names if shown else ()),
+        *([webpages.PAGE] if html else []),
+    ]
     out = jobs.settle_folder(job, (RECORD, *names), mark, RECORD)
     compiling.announce(job, reduces=True)
     with drawing_beside(scene, shown if out else None) as gallery:
-        study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None, wanted)
-        report, drawn = report_of(scene, study, wanted), figures.draw(scene, study)
-        report |= {"quick": quick, "fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
+        study = run(
+            scene,
+            quick,
+            job.allow_outside,
+            job.progress("comparing"),
+            gallery.begin if gallery else None,
+            wanted,
+        )
+        report = report_of(scene, study, wanted)
+        drawn = figures.draw(scene, study)
+        report |= {
+            "quick": quick,
+            "fingerprint": mark,
+            "provenance": reports.provenance(scene),
+            "notices": job.notices,
+        }
 
         def orders(folder: Path) -> list[pictures.Order]:
-            page = [partial(webpages.compared, scene, study, folder / webpages.PAGE)] if html else []
+            page = (
+                [partial(webpages.compared, scene, study, folder / webpages.PAGE)] if html else []
+            )
             return [*page, *(gallery.go_on(study, folder) if gallery else [])]
 
-        missing = jobs.deliver(job, report, figures=drawn, orders=orders if html or gallery else None, record=RECORD)
+        missing = jobs.deliver(
+            job, report, figures=drawn, orders=orders if html or gallery else None, record=RECORD
+        )
     view = [*tables.compared(study, scene.display), *summarise(report), *list_files(report)]
     about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
-    return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
+    return ComparisonResult(
+        about=about, report=report, lines=view, figures=drawn, error=missing, study=study
+    )
 
 
 @dataclass(frozen=True)
 class Gallery:
-    """Pictures of a comparison that are drawn while it goes on, by a thread that waits for the process that draws."""
+    """Pictures of a comparison that are drawn while it goes on, by a thread that waits for the
+    process that draws.
+    """
 
     scene: Scene
     shown: ComparisonPictures
@@ -152,11 +217,15 @@ class Gallery:
     def begin(self, full: Trajectory) -> None:
         """Order the pictures of the full motion."""
         shown = self.shown
-        orders = pictures.scene(self.scene, full, self.place, shown.frames, (shown.still, shown.moving), shown.rate)
+        orders = pictures.scene(
+            self.scene, full, self.place, shown.frames, (shown.still, shown.moving), shown.rate
+        )
         self.waiting.extend(map(self.pool.submit, orders))
 
     def go_on(self, study: Comparison, out: Path) -> list[pictures.Order]:
-        """Order those of all models, in a folder; all of them are given, where they hang when they are drawn."""
+        """Order those of all models, in a folder; all of them are given, where they hang when they
+        are drawn.
+        """
         orders = pictures.error(self.scene, study, out / self.shown.error)
         if self.shown.series:
             frames = motion.frames(study.full, frames_.spread(study.full.times, self.shown.frames))
@@ -176,7 +245,11 @@ def drawing_beside(scene: Scene, shown: ComparisonPictures | None) -> Iterator[G
     if shown is None:
         yield None
         return
-    with painter.at_hand(True), tempfile.TemporaryDirectory(prefix="fmbs-") as place, ThreadPoolExecutor(1) as pool:
+    with (
+        painter.at_hand(True),
+        tempfile.TemporaryDirectory(prefix="fmbs-") as place,
+        ThreadPoolExecutor(1) as pool,
+    ):
         yield Gallery(scene, shown, Path(place), pool)
 
 
@@ -188,19 +261,30 @@ def run(
     see: Callable[[Trajectory], None] | None = None,
     wanted: Sequence[float] = (),
 ) -> Comparison:
-    """The comparison of a scene, as its sections `reduction` and `compare` say; `see` gets the full motion before others run.
+    """The comparison of a scene, as its sections `reduction` and `compare` say; `see` gets the full
+    motion before others run.
 
-    With accuracies `wanted` all errors are true ones beside: see `planning.truth`. All models of a plant, whose inputs have ranges,
-    have the same signals for them.
+    With accuracies `wanted` all errors are true ones beside: see `planning.truth`. All models of a
+    plant, whose inputs have ranges, have the same signals for them.
     """
     raw = build.system(scene, allow_outside=allow_outside)
     settings = plans.options(scene, quick, build.has_large_plates(scene, raw))
-    coarse = {cells: build.system(scene, cells, allow_outside) for cells in (scene.compare.coarse if scene.compare else [])}
+    coarse = {
+        cells: build.system(scene, cells, allow_outside)
+        for cells in (scene.compare.coarse if scene.compare else [])
+    }
     task = plans.task(scene, raw, plans.plan(scene))
     if signals := training_signals.of_box(task, plans.sections(scene)[1].signals):
         if wanted:
             remedy = "leave the option out, or give the inputs no ranges"
-            raise InputError(say("--true", "a scene with a motion of its own", "inputs with ranges, which signals excite", remedy))
+            raise InputError(
+                say(
+                    "--true",
+                    "a scene with a motion of its own",
+                    "inputs with ranges, which signals excite",
+                    remedy,
+                )
+            )
         told = signals.histories(task.family({}))
         task = plans.task(scene, with_inputs(raw, told), plans.plan(scene))
         coarse = {cells: with_inputs(system, told) for cells, system in coarse.items()}
@@ -219,13 +303,16 @@ def lean(scene: Scene) -> Scene:
 def report_of(scene: Scene, study: Comparison, wanted: Sequence[float]) -> dict[str, Any]:
     """The JSON object of a study, with the cheapest models of the true errors that are `wanted`."""
 
-    best, chosen = fastest_that_pays(study), choice(study)
+    best = fastest_that_pays(study)
+    chosen = choice(study)
     return {
         "status": "ok",
         "scene": jobs.title(scene),
         **scene.display.note,
         "models": [asdict(record) for record in study.records],
-        "outputs": {name: extremes(values) for name, values in figures.drawn_outputs(study.full).items()},
+        "outputs": {
+            name: extremes(values) for name, values in figures.drawn_outputs(study.full).items()
+        },
         "time_error": asdict(study.time_error) if study.time_error else None,
         "truth": study.truth,
         **({"training_signals": study.signals} if study.signals else {}),
@@ -238,7 +325,9 @@ def report_of(scene: Scene, study: Comparison, wanted: Sequence[float]) -> dict[
 
 
 def cheapest_by_error(study: Comparison, wanted: Sequence[float]) -> dict[str, str | None]:
-    """Error, as text -> name of the fastest model, full or reduced, whose true error is no larger; None where there is none."""
+    """Error, as text -> name of the fastest model, full or reduced, whose true error is no larger;
+    None where there is none.
+    """
     points = figures.points(study)
     best = {f"{error:g}": speed.cheapest(points, error) for error in wanted}
     return {error: point.name if point else None for error, point in best.items()}
@@ -246,30 +335,58 @@ def cheapest_by_error(study: Comparison, wanted: Sequence[float]) -> dict[str, s
 
 def fastest_that_pays(study: Comparison) -> ModelRecord | None:
     """The fastest of the main reduced models whose training pays."""
-    paying = [record for record in study.records if record.main and record.pays_after_runs is not None]
+    paying = [
+        record for record in study.records if record.main and record.pays_after_runs is not None
+    ]
     return min(paying, key=lambda record: record.cpu_s, default=None)
 
 
 def choice(study: Comparison) -> ModelRecord | None:
-    """The fastest hyper-reduced model, ECSW or exact polynomial, of those about as exact as the best of them."""
-    found = [r for r in study.records if r.main and r.hyper not in ("", "none") and math.isfinite(r.max_error)]
+    """The fastest hyper-reduced model, ECSW or exact polynomial, of those about as exact as the
+    best of them.
+    """
+    found = [
+        r
+        for r in study.records
+        if r.main and r.hyper not in ("", "none") and math.isfinite(r.max_error)
+    ]
     best = min((r.max_error for r in found), default=0.0)
-    return min((r for r in found if r.max_error <= AS_GOOD * best), key=lambda r: r.cpu_s, default=None)
+    return min(
+        (r for r in found if r.max_error <= AS_GOOD * best), key=lambda r: r.cpu_s, default=None
+    )
 
 
 def summarise(report: Mapping[str, Any]) -> list[str]:
     """Who is on the Pareto front, how large the error of the time step is, and when training pays."""
     pays = report["pays_after_runs"]
-    gain = "Training does not pay." if pays is None else f"Training of {report['pays_after']} pays after {math.ceil(pays)} runs."
+    gain = (
+        "Training does not pay."
+        if pays is None
+        else f"Training of {report['pays_after']} pays after {math.ceil(pays)} runs."
+    )
     note = "Names end in eps, or eps/eta, where these are not the scene's. "
-    kind = f"true ones, as parts of the ranges of outputs, against {report['truth']}" if report["truth"] else DISTANCES
+    kind = (
+        f"true ones, as parts of the ranges of outputs, against {report['truth']}"
+        if report["truth"]
+        else DISTANCES
+    )
     note += f"Errors on the Pareto front are {kind}; training is not in the CPU times."
     excited = tables.excitation(report["training_signals"]) if "training_signals" in report else []
-    return [report["front"], note, *excited, time_words(report["time_error"]), gain, *choice_words(report), *cheapest_words(report)]
+    return [
+        report["front"],
+        note,
+        *excited,
+        time_words(report["time_error"]),
+        gain,
+        *choice_words(report),
+        *cheapest_words(report),
+    ]
 
 
 def cheapest_words(report: Mapping[str, Any]) -> list[str]:
-    """A line for every true error that was wanted: which model meets it in the least time, and what it errs by itself."""
+    """A line for every true error that was wanted: which model meets it in the least time, and what
+    it errs by itself.
+    """
     if "cheapest" not in report:
         return []
     models = {model["name"]: model for model in report["models"]}
@@ -280,12 +397,16 @@ def cheapest_words(report: Mapping[str, Any]) -> list[str]:
             continue
         model = models[name]
         trained = "" if model["family"] in speed.FULL else " after training"
-        lines.append(f"  {error}: {kind_of(model)}, {model['cpu_s']:.2g} s{trained}, error {model['true_error']:.1e}")
+        lines.append(
+            f"  {error}: {kind_of(model)}, {model['cpu_s']:.2g} s{trained}, error {model['true_error']:.1e}"
+        )
     return lines
 
 
 def kind_of(model: Mapping[str, Any]) -> str:
-    """A model in words: a full one, with the accuracy that chose it, on another mesh, or with another step; or a reduced one."""
+    """A model in words: a full one, with the accuracy that chose it, on another mesh, or with
+    another step; or a reduced one.
+    """
     if model["family"] == "chosen":
         return f"full model with {model['name']}"
     if model["family"] == "full":
@@ -301,7 +422,11 @@ def time_words(found: Mapping[str, Any] | None) -> str:
     text = f"Error of the full model's own step {found['step']:g} s: {found['position']:.2g} m"
     text += "" if order is None else f", observed order {order:.2f}"
     slow = order is not None and order < SECOND
-    return f"{text}; below 2, so that a part of the motion is faster than the step resolves." if slow else f"{text}."
+    return (
+        f"{text}; below 2, so that a part of the motion is faster than the step resolves."
+        if slow
+        else f"{text}."
+    )
 
 
 def choice_words(report: Mapping[str, Any]) -> list[str]:
@@ -326,5 +451,6 @@ def gap_words(models: Mapping[str, Mapping[str, Any]]) -> list[str]:
     modes = [" + ".join(str(count) for count in model["modes"].values()) for model in pair if model]
     text = f"System against component level at one eps: errors {ratio:.2g} to 1, with {modes[0]} and {modes[1]} modes. "
     return [
-        text + "Both spaces are cut at the same energy, so neither has to be worse; the source's 40 to 1 is with 46 and 20 + 45."
+        text
+        + "Both spaces are cut at the same energy, so neither has to be worse; the source's 40 to 1 is with 46 and 20 + 45."
     ]

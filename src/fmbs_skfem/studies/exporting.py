@@ -48,31 +48,55 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
 
     A part has its places as ports; `step` [s] and `gravity` are for it alone.
     """
-    container.require_file(job.path, "a saved model or a part", "make one with fmbs reduce, fmbs train or fmbs part train")
+    container.require_file(
+        job.path,
+        "a saved model or a part",
+        "make one with fmbs reduce, fmbs train or fmbs part train",
+    )
     if container.title(job.path) == part_files.KIND.title:
         return written_part(job, name, step, gravity)
     if step is not None or gravity:
         option = "--step" if step is not None else "--gravity"
-        raise InputError(say(option, "a part", f"{job.path}, a model with its own", "train the model with another one"))
+        raise InputError(
+            say(
+                option,
+                "a part",
+                f"{job.path}, a model with its own",
+                "train the model with another one",
+            )
+        )
     case: Case | ParametricCase
     notes: Mapping[str, Any]
     if models.parametric(job.path) and not job.changes:
         rom = parametric_model.load(job.path)
         case, notes = rom.model, rom.notes
-        facts = models.training_facts(rom) | {"predicted_error": models.largest_error(notes), "beyond_training": ()}
+        facts = models.training_facts(rom) | {
+            "predicted_error": models.largest_error(notes),
+            "beyond_training": (),
+        }
     else:
-        case, notes, facts = (models.at_values if models.parametric(job.path) else models.alone)(job, None)
+        case, notes, facts = (models.at_values if models.parametric(job.path) else models.alone)(
+            job, None
+        )
     text = error_text(notes, facts)
     for doubt in models.say_doubts(facts.get("doubts", ())):
         notify(doubt)
     title = models.title(job.path, notes)
-    return ExportedModel(c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes))
+    return ExportedModel(
+        c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes)
+    )
 
 
 def error_text(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
-    """What a model errs by: outputs in its training, or of a family what is predicted in its ranges, and what speaks against it."""
+    """What a model errs by: outputs in its training, or of a family what is predicted in its
+    ranges, and what speaks against it.
+    """
     known = [f"{column} {error:.2g}" for column, error in files.read_errors(notes).items()]
-    lines = [f"Errors in its training, over the ranges of the outputs: {', '.join(known)}."] if known else []
+    lines = (
+        [f"Errors in its training, over the ranges of the outputs: {', '.join(known)}."]
+        if known
+        else []
+    )
     return " ".join([*lines, *models.remarks(facts)])
 
 
@@ -80,12 +104,16 @@ def written_part(job: Job, name: str, step: float | None, gravity: str) -> Expor
     """A part in C with its places as ports, its title and what acts on it."""
     part = part_files.load(job.path)
     known = part.body.values  # of other names `changed` says which there are
-    given = {key: read_number(key, text) if key in known else 1.0 for key, text in job.changes.items()}
+    given = {
+        key: read_number(key, text) if key in known else 1.0 for key, text in job.changes.items()
+    }
     body = values.changed(part.body, given)
     alone = part.notes.get("alone") or {}
     if step is None and not alone:
         remedy = "take a part in some sixty of the shortest period that matters"
-        raise InputError(say("--step", "a step for a part that was trained in a scene", "none", remedy))
+        raise InputError(
+            say("--step", "a step for a part that was trained in a scene", "none", remedy)
+        )
     acceleration = read_gravity(gravity, body)
     scheme = GeneralizedAlpha(float(alone["step"]) if step is None else step)
     duration = scheme.step * (round(float(alone["duration"]) / scheme.step) if alone else 1000)
@@ -129,7 +157,13 @@ def export(
     """A model or a part in C, as files in a folder or as an FMU."""
     if (folder is None) == (fmu_file is None):
         got = "none" if folder is None else "both"
-        raise InputError(say("rom export", "a folder for the C file, --c DIR, or a file for an FMU, --fmu FILE", got))
+        raise InputError(
+            say(
+                "rom export",
+                "a folder for the C file, --c DIR, or a file for an FMU, --fmu FILE",
+                got,
+            )
+        )
     found, title, errors, display = written(job, name, step, gravity)
     if fmu_file is not None:
         unit = fmu.write(found, fmi, title, errors, display)
@@ -139,33 +173,62 @@ def export(
     refuse_taken(job, f"--c {folder}", names)
     with durable.writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    made = [durable.write(place, text.encode()) for place, text in zip(names, (found.source, found.header), strict=True)]
-    return Result(about=f"{job.path}: {title} as C", report=report_of(job, found, made), lines=views(found, made))
+    made = [
+        durable.write(place, text.encode())
+        for place, text in zip(names, (found.source, found.header), strict=True)
+    ]
+    return Result(
+        about=f"{job.path}: {title} as C",
+        report=report_of(job, found, made),
+        lines=views(found, made),
+    )
 
 
 def refuse_taken(job: Job, where: str, places: list[Path]) -> None:
     """InputError where files are there already."""
     if (taken := [str(one) for one in places if one.exists()]) and not job.force:
-        raise InputError(say(where, "a place without these files", ", ".join(taken), "choose another one, or --force"))
+        raise InputError(
+            say(
+                where,
+                "a place without these files",
+                ", ".join(taken),
+                "choose another one, or --force",
+            )
+        )
 
 
 def export_fmu(job: Job, model: CModel, title: str, unit: FMU, place: Path) -> Result:
-    """A model as an FMU, with binaries where there is a compiler; MissingFeature, with the result, where it could not make one."""
+    """A model as an FMU, with binaries where there is a compiler; MissingFeature, with the result,
+    where it could not make one.
+    """
     refuse_taken(job, f"--fmu {place}", [place])
-    built, version = binaries.build(unit.files, unit.version), unit.version
+    built = binaries.build(unit.files, unit.version)
+    version = unit.version
     with durable.writing(place.parent):
         place.parent.mkdir(parents=True, exist_ok=True)
     made = [durable.write(place, fmu.pack(unit, built.binaries))]
     folders = [one.folder for one in built.binaries]
-    report = report_of(job, model, made) | {"fmi": version, "compiler": built.compiler, "binaries": folders, "failed": built.failed}
+    report = report_of(job, model, made) | {
+        "fmi": version,
+        "compiler": built.compiler,
+        "binaries": folders,
+        "failed": built.failed,
+    }
     about = f"{job.path}: {title} as an FMU of FMI {version}.0"
     error = None
     if built.failed:
         expected = f"binaries of {built.compiler} for all its machines"
-        text = say(f"--fmu {place}", expected, f"none for {', '.join(built.failed)}", "compile its sources there")
+        text = say(
+            f"--fmu {place}",
+            expected,
+            f"none for {', '.join(built.failed)}",
+            "compile its sources there",
+        )
         error = MissingFeature(text)
         report |= describe_error(error)
-    return conclude(Result(about=about, report=report, lines=[*views(model, made), *told(built)], error=error))
+    return conclude(
+        Result(about=about, report=report, lines=[*views(model, made), *told(built)], error=error)
+    )
 
 
 def told(built: Built) -> list[str]:
@@ -174,11 +237,15 @@ def told(built: Built) -> list[str]:
     lines = [f"binaries by {built.compiler}: {folders}" if folders else "sources only: no binaries"]
     if built.compiler != "zig":
         lines.append(f"for all machines: {extras.install('fmu')}")
-    return lines + [f"no binary for {machine}: {text.strip()}" for machine, text in built.failed.items()]
+    return lines + [
+        f"no binary for {machine}: {text.strip()}" for machine, text in built.failed.items()
+    ]
 
 
 def input_ranges(found: CModel) -> dict[str, tuple[str, float, float, float]]:
-    """Unit, least and largest value and start of all inputs; of one without a range around its start."""
+    """Unit, least and largest value and start of all inputs; of one without a range around its
+    start.
+    """
     shown = {}
     for name, (unit, start) in found.inputs.items():
         shown[name] = unit, *found.ranges.get(name, (start - 1.0, start + 1.0)), start
@@ -196,7 +263,9 @@ def report_of(job: Job, found: CModel, made: list[Path]) -> dict[str, object]:
             name: {"unit": unit, "range": [low, high], "value": value}
             for name, (unit, low, high, value) in found.parameters.items()
         },
-        "inputs": {name: {"unit": unit, "start": start} for name, (unit, start) in found.inputs.items()},
+        "inputs": {
+            name: {"unit": unit, "start": start} for name, (unit, start) in found.inputs.items()
+        },
         "outputs": {one.name: one.unit for one in found.columns},
         "left_out": list(found.left_out),
         "files": made,
@@ -210,8 +279,13 @@ def views(found: CModel, made: list[Path]) -> list[ReportTable | str]:
         ["parameter", add_unit(name, unit), f"{low:g} to {high:g}, {value:g}"]
         for name, (unit, low, high, value) in found.parameters.items()
     ]
-    rows += [["input", add_unit(name, unit), f"starts at {start:g}"] for name, (unit, start) in found.inputs.items()]
+    rows += [
+        ["input", add_unit(name, unit), f"starts at {start:g}"]
+        for name, (unit, start) in found.inputs.items()
+    ]
     rows += [["output", add_unit(one.name, one.unit), ""] for one in found.columns]
     rows += [["left out", name, "has no form in C"] for name in found.left_out]
-    table = ReportTable(f"{found.name} in C, with a step of {found.step:g} s", ["port", "name", ""], rows)
+    table = ReportTable(
+        f"{found.name} in C, with a step of {found.step:g} s", ["port", "name", ""], rows
+    )
     return [table, *list_files({"files": made})]

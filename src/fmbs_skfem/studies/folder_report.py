@@ -1,6 +1,8 @@
-"""One page of HTML of a folder of results: what was solved, how to repeat it, warnings, plots, tables, pictures, provenance.
+"""One page of HTML of a folder of results: what was solved, how to repeat it, warnings, plots,
+tables, pictures, provenance.
 
-A report is a view of the files in a folder: of every JSON file that a study wrote, of its columns (CSV) and its pictures.
+A report is a view of the files in a folder: of every JSON file that a study wrote, of its columns
+(CSV) and its pictures.
 """
 
 from __future__ import annotations
@@ -33,27 +35,63 @@ from .running.outcome import OUTPUTS, UNITS
 
 NAME = "report.html"
 #: shown in sections of their own
-APART = ("provenance", "notices", "files", "units", "labels", "round_off", "parameter_units", KEY, "fingerprint", reports.CHECKSUMS)
+APART = (
+    "provenance",
+    "notices",
+    "files",
+    "units",
+    "labels",
+    "round_off",
+    "parameter_units",
+    KEY,
+    "fingerprint",
+    reports.CHECKSUMS,
+)
 LARGEST = 8_000_000  #: of a picture that is put in [bytes]
 #: record of a study -> the command that makes it; `report.json` is of several
-COMMANDS = {"compare.json": "compare", "check.json": "check", "verification.json": "verify", "info.json": "rom info"}
+COMMANDS = {
+    "compare.json": "compare",
+    "check.json": "check",
+    "verification.json": "verify",
+    "info.json": "rom info",
+}
 
 
 def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     """The report of a folder as a page; one that exists is kept without --force."""
     folder = job.path
     if not folder.is_dir():
-        raise InputError(say(f"{folder}", "a folder of results", "none", "run a scene first: fmbs run SCENE"))
+        raise InputError(
+            say(f"{folder}", "a folder of results", "none", "run a scene first: fmbs run SCENE")
+        )
     path = html or folder / NAME
     if path.exists() and not job.force:
-        raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
+        raise InputError(
+            say(
+                f"--html {path}", "a new file", "one that exists", "choose another name, or --force"
+            )
+        )
     reports.verify_checksums(folder)
-    records = {one.name: found for one in sorted(folder.glob("*.json")) if (found := reports.read_record(one)) is not None}
+    records = {
+        one.name: found
+        for one in sorted(folder.glob("*.json"))
+        if (found := reports.read_record(one)) is not None
+    }
     saved, made = models_of(folder)
     if not records and not saved:
-        raise InputError(say(f"{folder}", "a folder with results of fmbs", "no report in it", "name the folder of --out"))
+        raise InputError(
+            say(
+                f"{folder}",
+                "a folder with results of fmbs",
+                "no report in it",
+                "name the folder of --out",
+            )
+        )
     display = next((DisplayUnits.of(one) for one in records.values() if KEY in one), SI)
-    title = next((str(one[key]) for one in records.values() for key in ("scene", "name") if one.get(key)), folder.resolve().name)
+    title = next(
+        (str(one[key]) for one in records.values() for key in ("scene", "name") if one.get(key)),
+        folder.resolve().name,
+    )
     told, block = scene_of(job, folder, title, records, instants) if bodies else (None, None)
     if told is None or block is None:
         told, block = plots_of(folder, title, display)
@@ -62,12 +100,23 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     body = "\n".join(sections(folder, records, saved, made, display))
     durable.write(path, writing.text(Page(title, told, block, body)).encode())
     size = path.stat().st_size
-    shown = {"status": "ok", "source": folder, "records": list(records), "files": [path], "bytes": size, "notices": job.notices}
-    return Result(about=f"{title}: {path}", report=shown, lines=[f"written: {path} ({size / 1e6:.2g} MB)"])
+    shown = {
+        "status": "ok",
+        "source": folder,
+        "records": list(records),
+        "files": [path],
+        "bytes": size,
+        "notices": job.notices,
+    }
+    return Result(
+        about=f"{title}: {path}", report=shown, lines=[f"written: {path} ({size / 1e6:.2g} MB)"]
+    )
 
 
 def models_of(folder: Path) -> tuple[dict[str, list[ReportTable]], dict[str, dict[str, Any]]]:
-    """What the saved reduced models in a folder are, and how those were made that no record tells of, by their names."""
+    """What the saved reduced models in a folder are, and how those were made that no record tells
+    of, by their names.
+    """
     found, made = {}, {}
     for path in sorted(one for one in folder.iterdir() if one.suffix in MODELS):
         try:
@@ -78,12 +127,20 @@ def models_of(folder: Path) -> tuple[dict[str, list[ReportTable]], dict[str, dic
             notes = files.read(path).notes
         except FmbsError:
             continue  # a file of another kind, such as the samples of a sweep
-        made[path.name] = {**notes.get("report", {}), "parameters": notes.get("training"), "provenance": notes.get("provenance")}
+        made[path.name] = {
+            **notes.get("report", {}),
+            "parameters": notes.get("training"),
+            "provenance": notes.get("provenance"),
+        }
     return found, made
 
 
-def scene_of(job: Job, folder: Path, title: str, records: Mapping[str, Any], instants: int) -> tuple[Any, Any]:
-    """The bodies of a motion, from its history or run again; nothing, with a warning, where neither can be."""
+def scene_of(
+    job: Job, folder: Path, title: str, records: Mapping[str, Any], instants: int
+) -> tuple[Any, Any]:
+    """The bodies of a motion, from its history or run again; nothing, with a warning, where neither
+    can be.
+    """
     if "end" not in records.get(reports.REPORT, {}):
         return None, None
     try:
@@ -96,7 +153,9 @@ def scene_of(job: Job, folder: Path, title: str, records: Mapping[str, Any], ins
         return None, None
     film = webpages.film_of(title, trajectory, instants)
     shade, clock = webpages.look(scene, trajectory)
-    return content.describe(title, [film], shade, clock, webpages.about(trajectory, task.remarks), task.display)
+    return content.describe(
+        title, [film], shade, clock, webpages.about(trajectory, task.remarks), task.display
+    )
 
 
 def plots_of(folder: Path, title: str, display: DisplayUnits) -> tuple[Any, Any]:
@@ -110,14 +169,21 @@ def plots_of(folder: Path, title: str, display: DisplayUnits) -> tuple[Any, Any]
     try:
         values = np.array(rows, dtype=float).reshape(len(rows), len(heads))
     except ValueError as problem:
-        raise reports.corrupt(folder / OUTPUTS, "rows of numbers, one under each title", problem) from problem
+        raise reports.corrupt(
+            folder / OUTPUTS, "rows of numbers, one under each title", problem
+        ) from problem
     grouped: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     for name, column in zip(names[1:], values.T[1:], strict=True):
         output = name.rpartition("_")[0] or name
         grouped.setdefault((output, units.get(name, "")), {})[name] = column
-    panels = [Panel(add_unit(next(iter(one)) if len(one) == 1 else output, unit), one) for (output, unit), one in grouped.items()]
+    panels = [
+        Panel(add_unit(next(iter(one)) if len(one) == 1 else output, unit), one)
+        for (output, unit), one in grouped.items()
+    ]
     clock = units.get("t", "s") or "load factor"
-    return content.describe_plots(title, values[:, 0], panels if len(rows) > 1 else [], clock, about, display)
+    return content.describe_plots(
+        title, values[:, 0], panels if len(rows) > 1 else [], clock, about, display
+    )
 
 
 def read_units(folder: Path) -> dict[str, str]:
@@ -148,22 +214,36 @@ def sections(
     display: DisplayUnits,
 ) -> Iterator[str]:
     """The page below the bodies and plots, the most wanted first."""
-    yield report.section("Warnings", report.notices([text for one in records.values() for text in one.get("notices", [])]))
+    yield report.section(
+        "Warnings",
+        report.notices([text for one in records.values() for text in one.get("notices", [])]),
+    )
     origins = {**records, **made}
-    calls = list(dict.fromkeys(call for name, one in origins.items() if (call := repeat(name, one))))
+    calls = list(
+        dict.fromkeys(call for name, one in origins.items() if (call := repeat(name, one)))
+    )
     yield report.section("How to repeat it", *map(report.code, calls))
     for name, one in records.items():
         heading = "What was solved" if name == reports.REPORT else name
         shown = {key: value for key, value in one.items() if key not in (*APART, *kinds.KINDS)}
         shown.pop("outputs" if "columns" in one else "", None)
-        yield report.section(heading, report.facts("", shown | parameters_of(one, display)), *results(folder / name, one, display))
+        yield report.section(
+            heading,
+            report.facts("", shown | parameters_of(one, display)),
+            *results(folder / name, one, display),
+        )
     for name, tables in saved.items():
-        yield report.section(name, *(report.table(one.title, one.columns, one.rows) for one in tables))
+        yield report.section(
+            name, *(report.table(one.title, one.columns, one.rows) for one in tables)
+        )
     for path in sorted(folder.glob("*.csv")):
         if path.name != OUTPUTS:
             heads, rows = columns(path)
             yield report.section(
-                path.name, report.table("", *display.columns(heads, [[number(text) for text in row] for row in rows]))
+                path.name,
+                report.table(
+                    "", *display.columns(heads, [[number(text) for text in row] for row in rows])
+                ),
             )
     yield report.section("Pictures", *pictures(folder))
     for name, one in origins.items():
@@ -171,7 +251,8 @@ def sections(
 
 
 def named_from(root: Path, records: Mapping[str, Any]) -> dict[str, Any]:
-    """Records for whoever gets the page, and has other folders: files that they name are named from the folder `root` of the page.
+    """Records for whoever gets the page, and has other folders: files that they name are named from
+    the folder `root` of the page.
 
     They also stand in warnings, with the folders that were typed.
     """
@@ -194,24 +275,49 @@ def absolute_in(value: Any) -> set[str]:
     """The absolute paths among the texts of a record."""
     if isinstance(value, str):
         return {value} if Path(value).is_absolute() else set()
-    inside = [*value, *value.values()] if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
+    inside = (
+        [*value, *value.values()]
+        if isinstance(value, Mapping)
+        else value
+        if isinstance(value, list | tuple)
+        else ()
+    )
     return {text for one in inside for text in absolute_in(one)}
 
 
 def parameters_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, Any]:
-    """The parameters of a record as they are read, with their units, where these are known; nothing of other records."""
+    """The parameters of a record as they are read, with their units, where these are known; nothing
+    of other records.
+    """
     units = one.get("parameter_units") or {}
-    return {"parameters": {name: display.quantity(one["parameters"][name], unit) for name, unit in units.items()}} if units else {}
+    return (
+        {
+            "parameters": {
+                name: display.quantity(one["parameters"][name], unit)
+                for name, unit in units.items()
+            }
+        }
+        if units
+        else {}
+    )
 
 
 def results(path: Path, one: Mapping[str, Any], display: DisplayUnits) -> Iterator[str]:
-    """Results of all kinds in a record, as they are read; CorruptFile where it does not have what a kind reads."""
+    """Results of all kinds in a record, as they are read; CorruptFile where it does not have what a
+    kind reads.
+    """
     try:
         found = kinds.views(one, display)
     except (LookupError, TypeError, ValueError, AttributeError) as problem:
-        raise reports.corrupt(path, "a record as a study writes it", f"{type(problem).__name__} {problem}") from problem
+        raise reports.corrupt(
+            path, "a record as a study writes it", f"{type(problem).__name__} {problem}"
+        ) from problem
     for view in found:
-        yield report.text(view) if isinstance(view, str) else report.table(view.title, view.columns, view.rows)
+        yield (
+            report.text(view)
+            if isinstance(view, str)
+            else report.table(view.title, view.columns, view.rows)
+        )
 
 
 def number(text: str) -> object:
@@ -237,7 +343,11 @@ def origin(one: Mapping[str, Any]) -> Iterator[str]:
     files = found.pop("files", None) or {}
     yield report.facts("", found)
     yield report.table("files that were read", ("file", "sha256"), list(files.items()))
-    yield report.table("files that were written", ("file", "sha256"), list((one.get(reports.CHECKSUMS) or {}).items()))
+    yield report.table(
+        "files that were written",
+        ("file", "sha256"),
+        list((one.get(reports.CHECKSUMS) or {}).items()),
+    )
     if scene is not None:
         yield report.hidden("the scene with all values", reports.dumps(scene))
 
@@ -246,11 +356,15 @@ def command_of(name: str, one: Mapping[str, Any]) -> str:
     """The command that makes a record, or a file of a model."""
     if Path(name).suffix in MODELS:
         return "reduce"
-    return COMMANDS.get(name) or ("rom run" if one.get("model") else "train" if "candidates" in one else "run")
+    return COMMANDS.get(name) or (
+        "rom run" if one.get("model") else "train" if "candidates" in one else "run"
+    )
 
 
 def repeat(name: str, one: Mapping[str, Any]) -> str:
-    """The command that makes a record again; empty where it does not say of what it is, and for samples, which stand in a table."""
+    """The command that makes a record again; empty where it does not say of what it is, and for
+    samples, which stand in a table.
+    """
     origin = one.get("provenance") or {}
     source = one.get("model") or one.get("file") or origin.get("file")
     command = command_of(name, one)
@@ -266,9 +380,17 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
         *(["--true"] if one.get("truth") else []),
     ]
     if command != "train":
-        values = {key: value for key, value in (one.get("parameters") or {}).items() if isinstance(value, int | float)}
+        values = {
+            key: value
+            for key, value in (one.get("parameters") or {}).items()
+            if isinstance(value, int | float)
+        }
         words += [part for key, value in values.items() for part in ("--set", f"{key}={value!r}")]
-    duration = one.get("end") if one.get("model") else ((origin.get("scene") or {}).get("analysis") or {}).get("duration")
+    duration = (
+        one.get("end")
+        if one.get("model")
+        else ((origin.get("scene") or {}).get("analysis") or {}).get("duration")
+    )
     if duration and name == reports.REPORT and command != "train":
         words += ["--duration", repr(duration)]
     if isinstance(plan := one.get("accuracy"), Mapping) and "wanted" in plan:

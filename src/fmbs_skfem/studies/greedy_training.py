@@ -1,6 +1,7 @@
 """One reduced model for whole ranges of a scene's parameters, by the greedy algorithm with Kriging.
 
-The work is in `families.training`; here a scene becomes its input, and what it found becomes files, tables and figures.
+The work is in `families.training`; here a scene becomes its input, and what it found becomes files,
+tables and figures.
 """
 
 from __future__ import annotations
@@ -57,15 +58,26 @@ class TrainingOrder:
     points: TrainingPoints
     tolerance: float | None  #: wanted error in the measure of the task
     aim: float = 1.0  #: part of it that the model is to keep at hold-out points
-    must_pay: bool = False  #: whether it ends where no model can be faster than the full one of an accuracy
-    allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
+    must_pay: bool = (
+        False  #: whether it ends where no model can be faster than the full one of an accuracy
+    )
+    allowed: Mapping[str, float] | None = (
+        None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
+    )
 
     @property
     def proof(self) -> dict[str, Any]:
-        """What the training is told of its checks: where hold-out points follow, they show whether the model is good enough."""
+        """What the training is told of its checks: where hold-out points follow, they show whether
+        the model is good enough.
+        """
         follow = len(self.points.holdout) >= prediction.PROOFS
         proofs = trainings.CHECKS if follow else 0
-        return {"checks": trainings.CHECKS, "proofs": proofs, "aim": self.aim, "must_pay": self.must_pay}
+        return {
+            "checks": trainings.CHECKS,
+            "proofs": proofs,
+            "aim": self.aim,
+            "must_pay": self.must_pay,
+        }
 
     @property
     def measure(self) -> str:
@@ -86,18 +98,37 @@ class TrainingResult(Result):
     holdout: Checked | None  #: what was found at hold-out points
 
 
-def train_order(job: Job, order: TrainingOrder, out: Path | None, html: bool = False) -> TrainingResult:
-    """The training, its hold-out points, figures, report and page (`html`); without a model the error that says why."""
+def train_order(
+    job: Job, order: TrainingOrder, out: Path | None, html: bool = False
+) -> TrainingResult:
+    """The training, its hold-out points, figures, report and page (`html`); without a model the
+    error that says why.
+    """
     raw = order.task.family({}).system
     exportable.announce(job, order.scene, raw, ranged=True)
     if out is not None:
         files.require_savable(raw)
     if compiling.announce(job, reduces=True):
         trials.compile_training(order.task)
-    made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
+    made = {
+        "fingerprint": reports.fingerprint(order.scene),
+        "provenance": reports.provenance(order.scene),
+        "notices": job.notices,
+    }
     try:
-        advance, place, begun = job.progress("training"), out / STORE if out else None, clock.process_time()
-        found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, **order.proof)
+        advance = job.progress("training")
+        place = out / STORE if out else None
+        begun = clock.process_time()
+        found = trainings.train(
+            order.task,
+            order.search,
+            order.options,
+            place,
+            order.tolerance,
+            advance,
+            True,
+            **order.proof,
+        )
     except DoesNotPay as error:
         return decline(job, order, error, clock.process_time() - begun, made)
     except NoModel as error:
@@ -110,7 +141,8 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, html: bool = F
     if out is not None:
         save_model(model, out)
     checked = holdouts.check(job, order, found, model) if len(order.points.holdout) else None
-    doubts, payoff = find_doubts(order, found, checked), find_payoff(found, checked, spent)
+    doubts = find_doubts(order, found, checked)
+    payoff = find_payoff(found, checked, spent)
     warn_of_cost(order, payoff, checked)
     model = replace(model, notes={**model.notes, prediction.DOUBTS: doubts})
     figures = holdouts.figures(order, found, checked)
@@ -134,11 +166,23 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, html: bool = F
         shown["output_errors"] = holdouts.largest_of_outputs(checked)
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
     view += [*kinds.views(shown, order.scene.display), *list_files(report)]
-    return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)
+    return TrainingResult(
+        about=about,
+        report=report,
+        lines=view,
+        figures=figures,
+        model=model,
+        training=found,
+        holdout=checked,
+    )
 
 
-def decline(job: Job, order: TrainingOrder, error: DoesNotPay, spent: float, made: Mapping[str, Any]) -> TrainingResult:
-    """No model, since none can be faster than the full one of the accuracy: what was found, and what to do instead."""
+def decline(
+    job: Job, order: TrainingOrder, error: DoesNotPay, spent: float, made: Mapping[str, Any]
+) -> TrainingResult:
+    """No model, since none can be faster than the full one of the accuracy: what was found, and
+    what to do instead.
+    """
     payoff = Payoff(error.full_s, spent, error.run_s, error.reason)
     report = {
         **heading(order),
@@ -159,7 +203,9 @@ def decline(job: Job, order: TrainingOrder, error: DoesNotPay, spent: float, mad
     remedy = f"No model: take the full one{plan}, as {sweep} does; --tolerance {order.tolerance:g} trains one all the same."
     lines = [payoff.words, remedy, *list_files(report)]
     about = f"{report['scene']}: {payoff.words}"
-    return TrainingResult(about=about, report=report, lines=lines, model=None, training=None, holdout=None)
+    return TrainingResult(
+        about=about, report=report, lines=lines, model=None, training=None, holdout=None
+    )
 
 
 def save_model(model: ParametricModel, out: Path) -> list[Path]:
@@ -168,27 +214,48 @@ def save_model(model: ParametricModel, out: Path) -> list[Path]:
     return [out / MODEL]
 
 
-def prepare(job: Job, scene: Scene, tolerance: float | None, iterations: int | None, holdout: int | None) -> TrainingOrder:
+def prepare(
+    job: Job, scene: Scene, tolerance: float | None, iterations: int | None, holdout: int | None
+) -> TrainingOrder:
     """The input of a training from a scene and the options that replace its values."""
     section = points.section(scene)
-    plan, interval = plans.plan(scene), plans.interval(scene)
+    plan = plans.plan(scene)
+    interval = plans.interval(scene)
     known, family = scenes.family(scene, allow_outside=job.allow_outside, duration=job.duration)
     chosen = points.of(section, known, holdout)
-    allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
+    allowed = (
+        dict(section.tolerance.values)
+        if isinstance(section.tolerance, Allowed) and tolerance is None
+        else None
+    )
     measure: Measure | None = OutputMeasure(allowed or {}) if scene.outputs else None
-    aim, own = HALF, 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
-    if must_pay := own is None and tolerance is None and job.wanted is not None and bool(scene.outputs):
-        aim, (own, measure) = 1.0, plans.tolerance_for(job.wanted)  # which is a share of the accuracy
+    aim = HALF
+    own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
+    if (
+        must_pay := own is None
+        and tolerance is None
+        and job.wanted is not None
+        and bool(scene.outputs)
+    ):
+        aim = 1.0
+        (own, measure) = plans.tolerance_for(job.wanted)  # which is a share of the accuracy
     wanted = own if tolerance is None else tolerance
     form = functools.partial(build.chosen_form, scene)
     task = TrainingTask(family, known, plan, interval, form, measure, reports.hash_of_code(scene))
     task = replace(task, signals=training_signals.of_box(task, plans.sections(scene)[1].signals))
     search = parameters.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
-    options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
+    options = greedy.Options(
+        iterations=iterations or section.iterations, max_samples=most, seed=section.seed
+    )
     if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise InputError(
-            say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
+            say(
+                "--tolerance",
+                "an error between 0 and 1, a part of the ranges of the outputs",
+                wanted,
+                "1e-4 for instance",
+            )
         )
     return TrainingOrder(scene, task, search, options, chosen, wanted, aim, must_pay, allowed)
 
@@ -196,17 +263,24 @@ def prepare(job: Job, scene: Scene, tolerance: float | None, iterations: int | N
 def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
     """The output folder; with --force without the runs of an earlier training.
 
-    Where a training was stopped between its model and its report, the training itself tells whether it is this one.
+    Where a training was stopped between its model and its report, the training itself tells whether
+    it is this one.
     """
     out = job.out
     if resume and (out is None or not (out / STORE).is_dir()):
-        raise InputError(say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one"))
+        raise InputError(
+            say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one")
+        )
     if out is None:
         return None
     if job.force and (out / STORE).is_dir():
         shutil.rmtree(out / STORE)
-    unfinished = store.store_of(out / STORE).there(store.TITLE, None) and not (out / reports.REPORT).exists()
-    return jobs.settle_folder(job, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
+    unfinished = (
+        store.store_of(out / STORE).there(store.TITLE, None) and not (out / reports.REPORT).exists()
+    )
+    return jobs.settle_folder(
+        job, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene)
+    )
 
 
 def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricModel:
@@ -215,7 +289,9 @@ def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricMod
     notes = {
         "scene": jobs.title(scene),
         "hashes": parametric_model.hashes(reports.scene_files(scene)),
-        "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
+        "fixed": {
+            name: value for name, value in scene.parameters.items() if name not in scene.ranges
+        },
         "training": reports.plain(record(order, found)),
         prediction.KEY: {**prediction.record(found), "measure": order.measure},
         "provenance": reports.provenance_to_keep(reports.provenance(scene), scene),
@@ -224,19 +300,32 @@ def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricMod
     return parametric_model.ParametricModel(found.model.parametric, notes)
 
 
-def find_doubts(order: TrainingOrder, found: FinishedTraining, checked: Checked | None) -> list[str]:
+def find_doubts(
+    order: TrainingOrder, found: FinishedTraining, checked: Checked | None
+) -> list[str]:
     """Why the predicted error cannot be promised; nothing where it can."""
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
     unresolved = sum(run.unresolved for run in found.full_runs)
     off = max(run.part_error for run in found.full_runs)
-    return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved, off, order.aim)
+    return prediction.doubts(
+        len(found.full_runs),
+        found.predicted,
+        true,
+        high,
+        order.tolerance,
+        unresolved,
+        off,
+        order.aim,
+    )
 
 
 def find_payoff(found: FinishedTraining, checked: Checked | None, spent: float) -> Payoff:
-    """Whether the model pays beside full runs at the same points; `spent` is the CPU time of the training in this process [s].
+    """Whether the model pays beside full runs at the same points; `spent` is the CPU time of the
+    training in this process [s].
 
-    Of a training that went on in its folder that is a part: what its stored runs and models have taken counts at least.
+    Of a training that went on in its folder that is a part: what its stored runs and models have
+    taken counts at least.
     """
     full = [run.cpu_s for run in found.full_runs]
     training_s = max(spent, sum(full) + sum(model.training_s for model in found.models))
@@ -251,7 +340,9 @@ def find_payoff(found: FinishedTraining, checked: Checked | None, spent: float) 
 
 
 def warn_of_cost(order: TrainingOrder, payoff: Payoff, checked: Checked | None) -> None:
-    """Say that a reduced model does not pay, and which one of the training does at the error that is wanted."""
+    """Say that a reduced model does not pay, and which one of the training does at the error that
+    is wanted.
+    """
     if payoff.pays:
         return
     remedy = "sweep with the full model (fmbs sweep SCENE)"
@@ -259,7 +350,9 @@ def warn_of_cost(order: TrainingOrder, payoff: Payoff, checked: Checked | None) 
     for number, row in enumerate(stages, start=1):
         times = payoff.speedup * stages[-1].run_s / row.run_s
         if times >= FAST and row.max_error <= (order.tolerance or math.inf):
-            remedy += f", or train with --iterations {number}, whose model is {times:.2g} times as fast"
+            remedy += (
+                f", or train with --iterations {number}, whose model is {times:.2g} times as fast"
+            )
             remedy += f" and errs by {row.max_error:.2g} at the hold-out points"
             break
     notify(f"the reduced model does not pay: {payoff.reason}; {remedy}")
@@ -277,18 +370,24 @@ def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:
         "stop": found.outcome.stop.value,
         "points": [run.values for run in found.runs],
         "failed": [
-            {"point": parameters.named(known, candidates[number]), "reason": reason} for number, reason in found.outcome.failed
+            {"point": parameters.named(known, candidates[number]), "reason": reason}
+            for number, reason in found.outcome.failed
         ],
         "modes": dict(found.model.modes),
         "left_out": dict(found.model.left_out),
-        "kept": {selection.component: len(selection.sample.indices) for selection in found.model.selections},
+        "kept": {
+            selection.component: len(selection.sample.indices)
+            for selection in found.model.selections
+        },
         **({"training_signals": excitation(order.task)} if order.task.signals else {}),
         "measure": order.measure,
         "tolerance": order.allowed or order.tolerance,
         "eps": plan.tolerance if plan.modes is None else None,
         "eta": plan.hyper.tolerance,
         "level": plan.hyper.name,
-        "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
+        "budget": None
+        if found.choice is None
+        else {**asdict(found.choice), "statement": found.choice.statement},
         "largest_indicator": found.last.largest,
         "predicted_error": found.predicted._asdict(),
         "cpu_s_full_runs": sum(run.cpu_s for run in found.full_runs),
@@ -334,7 +433,9 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     modes = " + ".join(str(count) for count in report["modes"].values())
     kept = " + ".join(str(count) for count in report["kept"].values())
     text = f"{report['scene']}: full runs: {report['full_runs']}, reduced runs: {report['reduced_runs']}, "
-    text += f"sNNLS: {report['hyper_reductions']}; {modes} modes" + (f", {kept} {report['level']} kept; " if kept else "; ")
+    text += f"sNNLS: {report['hyper_reductions']}; {modes} modes" + (
+        f", {kept} {report['level']} kept; " if kept else "; "
+    )
     text += f"{report['cpu_s_full_runs']:.3g} s CPU in full runs, {report['cpu_s_models']:.3g} s in bases and hyper-reduction."
     points = "; ".join(map(format_point, report["points"]))
     if report["budget"] is not None:
@@ -345,7 +446,11 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
     largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {band}."
     lost = name_failed([*report["failed"], *report.get("holdout", {}).get("failed", ())])
-    left = [f"The equation {name} is left out: it {why}." for name, why in report["left_out"].items() if why.startswith("locks")]
+    left = [
+        f"The equation {name} is left out: it {why}."
+        for name, why in report["left_out"].items()
+        if why.startswith("locks")
+    ]
     checks = "; ".join(map(format_point, report["checks"]))
     unseen = [f"Checked by full runs that are not in the model, at {checks}."] if checks else []
     return [
@@ -362,7 +467,9 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
 
 
 def name_failed(failed: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Where in the box the full model has no motion, each point with the first clause of the reason."""
+    """Where in the box the full model has no motion, each point with the first clause of the
+    reason.
+    """
     points = [f"{format_point(one['point'])} ({one['reason'].split(';')[0]})" for one in failed]
     return [f"The full model has no motion at {'; '.join(points)}."] if points else []
 

@@ -3,8 +3,8 @@
     @kind("events")
     def events(report, display): ...        tables and sentences of report["events"], an object of JSON
 
-A study puts values into its report. What a terminal, a notebook and the page of a folder show of them is made of the report alone,
-by the kinds that are declared here, in their order.
+A study puts values into its report. What a terminal, a notebook and the page of a folder show of
+them is made of the report alone, by the kinds that are declared here, in their order.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ View: TypeAlias = ReportTable | str
 Show: TypeAlias = Callable[[Report, DisplayUnits], Iterable[View]]
 
 KINDS: dict[str, Show] = {}
-DIGITS = float(np.finfo(np.float64).eps)  #: of a value beside the largest of its column, below which it is shown as zero
+DIGITS = float(
+    np.finfo(np.float64).eps
+)  #: of a value beside the largest of its column, below which it is shown as zero
 SHORT = 3  #: names of residuals and reactions that a table of a failure lists
 
 
@@ -41,7 +43,9 @@ def kind(key: str) -> Callable[[Show], Show]:
 
 def views(report: Report, display: DisplayUnits) -> list[View]:
     """Tables and sentences of all kinds of results in a report."""
-    return [view for key, show in KINDS.items() if report.get(key) for view in show(report, display)]
+    return [
+        view for key, show in KINDS.items() if report.get(key) for view in show(report, display)
+    ]
 
 
 def heading(report: Report, column: str) -> str:
@@ -56,14 +60,20 @@ def events(report: Report, display: DisplayUnits) -> Iterable[View]:
     rows = []
     for one in report["events"]:
         done = [f"releases {name}" for name in one["release"]]
-        done += [f"locks {name}{apart(gap)}" for name, gap in zip(one["lock"], one["gaps"], strict=True)]
+        done += [
+            f"locks {name}{apart(gap)}" for name, gap in zip(one["lock"], one["gaps"], strict=True)
+        ]
         done += ["stops the run"] if one["stop"] else []
         rows.append((one["name"], one["time"], ", ".join(done), one["loss"]))
-    yield ReportTable("Events", *display.columns(("event", "time [s]", "what it does", "energy lost [J]"), rows))
+    yield ReportTable(
+        "Events", *display.columns(("event", "time [s]", "what it does", "energy lost [J]"), rows)
+    )
 
 
 def apart(gap: Report) -> str:
-    """How far apart the places of a joint are where it is locked; nothing where there is no second place."""
+    """How far apart the places of a joint are where it is locked; nothing where there is no second
+    place.
+    """
     parts = [(gap["distance"], "m"), (gap["angle"], "rad")]
     found = " and ".join(f"{value:.3g} {unit}" for value, unit in parts if value is not None)
     return f" {found} apart" if found else ""
@@ -75,13 +85,19 @@ def path(report: Report, display: DisplayUnits) -> Iterable[View]:
     states = report["equilibria"]
     judged = [one["stable"] for one in states if one["stable"] is not None]
     wrong = judged.count(False)
-    count = f"{len(judged)} of {len(states)} equilibria" if len(judged) < len(states) else "all equilibria"
+    count = (
+        f"{len(judged)} of {len(states)} equilibria"
+        if len(judged) < len(states)
+        else "all equilibria"
+    )
     if judged:
         yield f"stability (no negative pivots): {count} judged, {f'{wrong} unstable' if wrong else 'all stable'}"
     rows = []
     for one in report["crossings"]:
         pivots = " -> ".join("?" if number is None else str(number) for number in one["negative"])
-        rows.append((one["kind"], one["before"], one["after"], one["distance"], pivots, one["sign"]))
+        rows.append(
+            (one["kind"], one["before"], one["after"], one["distance"], pivots, one["sign"])
+        )
     if rows:
         heads = ("passed", "from", "to", "way [m]", "negative pivots", "known by")
         yield ReportTable("On the path", *display.columns(heads, rows))
@@ -93,15 +109,20 @@ def crossings(report: Report, display: DisplayUnits) -> Iterable[View]:
     if "equilibria" not in report:
         name = report["parameter"]
         heads = ("order", "mode", add_unit(name, report["unit"]), "frequency [Hz]")
-        rows = [[str(one["order"]), one["mode"], one[name], one["frequency_hz"]] for one in report["crossings"]]
+        rows = [
+            [str(one["order"]), one["mode"], one[name], one["frequency_hz"]]
+            for one in report["crossings"]
+        ]
         yield ReportTable("Crossings of orders", *display.columns(heads, rows))
 
 
 @kind("columns")
 def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
-    """Smallest, largest and last value of every column; zero where they are round-off, by themselves or beside others.
+    """Smallest, largest and last value of every column; zero where they are round-off, by
+    themselves or beside others.
 
-    Beside them stand errors, where a run was asked for an accuracy. Columns of one output and unit are read in the same one.
+    Beside them stand errors, where a run was asked for an accuracy. Columns of one output and unit
+    are read in the same one.
     """
     errors = (report.get("accuracy") or {}).get("errors", {})
     units, silent = report["units"], report["round_off"]
@@ -109,13 +130,20 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     for columns in report["columns"].values():
         for name in columns:
             ends = report["outputs"][name].values()
-            alike = [value for one in columns if units[one] == units[name] for value in report["outputs"][one].values()]
+            alike = [
+                value
+                for one in columns
+                if units[one] == units[name]
+                for value in report["outputs"][one].values()
+            ]
             head, size = display.head(heading(report, name), alike)
             least = math.inf if name in silent else DIGITS * max(map(abs, ends))
             shown = [0.0 if abs(value) < least else value / size for value in ends]
             error = [(errors.get(name) or math.nan) / size] if errors else []
             rows.append((head + SILENT * (name in silent), *shown, *error))
-    yield ReportTable("Outputs", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows)
+    yield ReportTable(
+        "Outputs", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows
+    )
 
 
 @kind("stress_errors")
@@ -127,9 +155,13 @@ def stress_errors(report: Report, display: DisplayUnits) -> Iterable[View]:
 
 @kind("training_signals")
 def training_signals(report: Report, display: DisplayUnits) -> Iterable[View]:
-    """How the inputs of a plant were excited in its training, and that its errors are those under other signals."""
+    """How the inputs of a plant were excited in its training, and that its errors are those under
+    other signals.
+    """
     facts = report["training_signals"]
-    where = f"trained on {facts['runs']} runs" if "runs" in facts else "trained at every point on a run"
+    where = (
+        f"trained on {facts['runs']} runs" if "runs" in facts else "trained at every point on a run"
+    )
     yield f"{where} with {signals(facts)}; errors are those under a random signal that it was not trained on"
 
 
@@ -143,7 +175,9 @@ def signals(facts: Report) -> str:
 @kind("left_out")
 def left_out(report: Report, display: DisplayUnits) -> Iterable[View]:
     """Constraint equations that a reduced model leaves out, and what that does."""
-    yield ReportTable("Equations left out", ("equation", "what that does"), list(report["left_out"].items()))
+    yield ReportTable(
+        "Equations left out", ("equation", "what that does"), list(report["left_out"].items())
+    )
 
 
 @kind("output_errors")
@@ -152,8 +186,15 @@ def output_errors(report: Report, display: DisplayUnits) -> Iterable[View]:
     rows = []
     for column, one in report["output_errors"].items():
         head, size = display.head(add_unit(column, one["unit"]), [one["range"]])
-        rows.append((head, part(one["error"], size), f"{one['range'] / size:.3g}", part(one["relative"])))
-    yield ReportTable("Errors of the outputs", ("output", "largest error", "range", "part of the range"), rows, names=True)
+        rows.append(
+            (head, part(one["error"], size), f"{one['range'] / size:.3g}", part(one["relative"]))
+        )
+    yield ReportTable(
+        "Errors of the outputs",
+        ("output", "largest error", "range", "part of the range"),
+        rows,
+        names=True,
+    )
 
 
 def part(error: float | None, size: float = 1.0) -> str:
@@ -177,11 +218,17 @@ def facts_of_failure(facts: Report) -> Sequence[tuple[str, str]]:
         found.append((f"last good state [{facts['unit']}]", f"{facts['good']:.9g}"))
     if facts["step"] is not None:
         found.append(("step", str(facts["step"])))
-    for name, label in (("residuals", "worst residuals"), ("multipliers", "largest reactions"), ("null", "weakest direction")):
+    for name, label in (
+        ("residuals", "worst residuals"),
+        ("multipliers", "largest reactions"),
+        ("null", "weakest direction"),
+    ):
         if facts[name]:
             listed = [f"{one['name']}: {one['value']:.3g}" for one in facts[name][:SHORT]]
             found.append((label, ", ".join(listed)))
     for attempt in facts["attempts"][:1] + facts["attempts"][-1:]:
         course = " ".join(f"{value:.1e}" for value in attempt["residuals"][:5])
-        found.append((f"residuals with step {attempt['step']:.3g} s", f"{course} ({attempt['outcome']})"))
+        found.append(
+            (f"residuals with step {attempt['step']:.3g} s", f"{course} ({attempt['outcome']})")
+        )
     return found

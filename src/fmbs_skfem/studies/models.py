@@ -1,6 +1,7 @@
 """Saved reduced models: what one is, and what is run of it at wanted parameters.
 
-Two kinds of files: models at one set of parameters (`reduce`), and models of a whole box of parameters (`train`).
+Two kinds of files: models at one set of parameters (`reduce`), and models of a whole box of
+parameters (`train`).
 """
 
 from __future__ import annotations
@@ -53,9 +54,19 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
     """The run of a saved model, with what is known of its error."""
     case, notes, facts = (at_values if parametric(job.path) else alone)(job, step)
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
-    system, read, named = case.system, DisplayUnits.of(notes), facts.get("parameter_units", {})
-    point = "".join(f"{read.text(name, value, named[name])}, " for name, value in facts.get("parameters", {}).items())
-    facts = {"model": job.path, **facts, "dofs": system.size, "constraints": len(system.constraints.names)}
+    system = case.system
+    read = DisplayUnits.of(notes)
+    named = facts.get("parameter_units", {})
+    point = "".join(
+        f"{read.text(name, value, named[name])}, "
+        for name, value in facts.get("parameters", {}).items()
+    )
+    facts = {
+        "model": job.path,
+        **facts,
+        "dofs": system.size,
+        "constraints": len(system.constraints.names),
+    }
     facts |= {
         "fingerprint": identity,
         "provenance": reports.provenance(files=[job.path]),
@@ -88,18 +99,35 @@ def require_own_accuracy(job: Job) -> None:
 def run_saved(job: Job, step: float | None, picture: bool, html: bool = False) -> Run:
     """The run of a saved model, with a picture and a page for the browser where they are wanted."""
     made = task(job, step)
-    wanted: dict[str, webpages.Draw] = {pictures.PICTURE: partial(pictures.model, made.title, made.display)} if picture else {}
+    wanted: dict[str, webpages.Draw] = (
+        {pictures.PICTURE: partial(pictures.model, made.title, made.display)} if picture else {}
+    )
     wanted |= {webpages.PAGE: webpages.drawing(made.title, made.display)} if html else {}
     with painter.at_hand(picture and job.out is not None):
-        return solving.solve(job, made.facts["fingerprint"], lambda: made, webpages.together(*wanted.values()), list(wanted))
+        return solving.solve(
+            job,
+            made.facts["fingerprint"],
+            lambda: made,
+            webpages.together(*wanted.values()),
+            list(wanted),
+        )
 
 
 def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
-    """The case of a parametric model at the wanted values, its notes, and the error predicted there."""
+    """The case of a parametric model at the wanted values, its notes, and the error predicted
+    there.
+    """
     rom = parametric_model.load(job.path)
     known = rom.model.parameters
     boxes.known(known, job.changes)
-    point = boxes.completed(known, {own.name: read_value(own, job.changes[own.name]) for own in known if own.name in job.changes})
+    point = boxes.completed(
+        known,
+        {
+            own.name: read_value(own, job.changes[own.name])
+            for own in known
+            if own.name in job.changes
+        },
+    )
     case, beyond = parametric_model.case_of(rom, point, job.duration, step)
     facts = {
         "parameters": point,
@@ -113,20 +141,32 @@ def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], di
 
 
 def training_facts(rom: ParametricModel) -> dict[str, Any]:
-    """What the training of a model says of the error that is predicted: what speaks against it, and its measure."""
+    """What the training of a model says of the error that is predicted: what speaks against it, and
+    its measure.
+    """
     measure = str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)"))
-    return {"doubts": list(rom.notes.get(prediction.DOUBTS, ())), "measure": measure + signalled(rom)}
+    return {
+        "doubts": list(rom.notes.get(prediction.DOUBTS, ())),
+        "measure": measure + signalled(rom),
+    }
 
 
 def largest_error(notes: Mapping[str, Any]) -> dict[str, float] | None:
-    """The largest error that a training has predicted for its ranges, with its band; None where that is not known."""
+    """The largest error that a training has predicted for its ranges, with its band; None where
+    that is not known.
+    """
     found = notes.get("training", {}).get("predicted_error") or {}
-    known = all(isinstance(found.get(end), float) and math.isfinite(found[end]) for end in ("error", "low", "high"))
+    known = all(
+        isinstance(found.get(end), float) and math.isfinite(found[end])
+        for end in ("error", "low", "high")
+    )
     return found if known else None
 
 
 def say_largest_error(rom: ParametricModel) -> list[str]:
-    """The largest error that is predicted anywhere in the ranges of a family, with its band; nothing where that is not known."""
+    """The largest error that is predicted anywhere in the ranges of a family, with its band;
+    nothing where that is not known.
+    """
     if (found := largest_error(rom.notes)) is None:
         return []
     band = f"with the band {found['low']:.2g} to {found['high']:.2g}"
@@ -134,26 +174,50 @@ def say_largest_error(rom: ParametricModel) -> list[str]:
 
 
 def alone(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
-    """The case of a model at one set of parameters, and its notes; times not given are those of its training."""
+    """The case of a model at one set of parameters, and its notes; times not given are those of its
+    training.
+    """
     if job.changes:
         remedy = "train one with fmbs train, or another one with fmbs reduce --set"
-        raise InputError(say("--set", "a model of a whole range of parameters", f"'{job.path}', which has none", remedy))
+        raise InputError(
+            say(
+                "--set",
+                "a model of a whole range of parameters",
+                f"'{job.path}', which has none",
+                remedy,
+            )
+        )
     saved = files.read(job.path)
     case, beyond = files.case_of(saved, job.duration, step, str(job.path))
     return case, saved.notes, {"beyond_training": beyond}
 
 
 def describe(job: Job) -> Result:
-    """What a saved reduced model is: parameters with their ranges, sizes, training, errors; in a folder also as info.json."""
-    facts = {"model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
-    return Result(about=f"{job.path}: {facts['kind']}", report=write_info(job, facts), lines=views(facts))
+    """What a saved reduced model is: parameters with their ranges, sizes, training, errors; in a
+    folder also as info.json.
+    """
+    facts = {
+        "model": job.path,
+        **(describe_box if parametric(job.path) else describe_point)(job.path),
+    }
+    return Result(
+        about=f"{job.path}: {facts['kind']}", report=write_info(job, facts), lines=views(facts)
+    )
 
 
 def write_info(job: Job, facts: Mapping[str, Any]) -> dict[str, Any]:
     """The report of what a file holds; in a folder also, with its provenance, as info.json."""
     report = {"status": "ok", **facts, "notices": job.notices}
     out = jobs.settle_folder(job, [INFO], mark(job.path), INFO)
-    reports.write_report(out, {**report, "fingerprint": mark(job.path), "provenance": reports.provenance(files=[job.path])}, INFO)
+    reports.write_report(
+        out,
+        {
+            **report,
+            "fingerprint": mark(job.path),
+            "provenance": reports.provenance(files=[job.path]),
+        },
+        INFO,
+    )
     return report
 
 
@@ -161,7 +225,11 @@ def describe_box(path: Path) -> dict[str, Any]:
     """A model of a box of parameters."""
     rom = parametric_model.load(path)
     found = parametric_model.summary(rom)
-    notes = {key: value for key, value in found.pop("notes").items() if key not in (prediction.KEY, "provenance", display.KEY)}
+    notes = {
+        key: value
+        for key, value in found.pop("notes").items()
+        if key not in (prediction.KEY, "provenance", display.KEY)
+    }
     return {
         "kind": "a box of parameters",
         **found,
@@ -198,7 +266,11 @@ def views(found: Mapping[str, Any]) -> list[ReportTable]:
         head, ends = read.row(add_unit(name, own["unit"]), [own[key] for key in keys[:3]])
         rows.append((head, *ends, *(own[key] for key in keys[3:])))
     rows = rows or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
-    facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes", display.KEY)]
+    facts = [
+        (key, format_value(found[key]))
+        for key in found
+        if key not in ("status", "parameters", "notes", display.KEY)
+    ]
     notes = [(key, format_value(value)) for key, value in flatten(found["notes"])]
     tables = [ReportTable("Parameters", columns, rows), ReportTable("Model", ("", "value"), facts)]
     return [*tables, *([ReportTable("Training", ("", "value"), notes)] if notes else [])]
@@ -218,10 +290,17 @@ def flatten(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]
 
 def parametric(path: Path) -> bool:
     """Whether a file holds a model of a whole box of parameters; its first line says so."""
-    container.require_file(path, parametric_model.KIND.name, "make one with fmbs reduce or fmbs train")
+    container.require_file(
+        path, parametric_model.KIND.name, "make one with fmbs reduce or fmbs train"
+    )
     if path.suffix in SCENES:
         raise InputError(
-            say(f"{path}", "a saved reduced model", "a scene", "run it with fmbs run, or make a model with fmbs reduce")
+            say(
+                f"{path}",
+                "a saved reduced model",
+                "a scene",
+                "run it with fmbs run, or make a model with fmbs reduce",
+            )
         )
     return container.title(path) == parametric_model.KIND.title
 
@@ -243,25 +322,41 @@ def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str,
 
 
 def signalled(rom: ParametricModel) -> str:
-    """What is to be said of errors of a plant, which are parts of ranges under the signals of its training."""
-    return " under the signals of its training" if "training_signals" in rom.notes.get("training", {}) else ""
+    """What is to be said of errors of a plant, which are parts of ranges under the signals of its
+    training.
+    """
+    return (
+        " under the signals of its training"
+        if "training_signals" in rom.notes.get("training", {})
+        else ""
+    )
 
 
 def errors_of(path: Path, outputs: Mapping[str, np.ndarray]) -> tuple[dict[str, float], str]:
-    """What is known of the errors of a saved model's outputs (s,), by column in their units, and a sentence on it.
+    """What is known of the errors of a saved model's outputs (s,), by column in their units, and a
+    sentence on it.
 
-    Of a model at one point those in its training; of a box the largest one that is predicted, with its band, over the ranges of
-    these outputs. Ranges of a plant are those under the signals of its training, of which a box tells nothing.
+    Of a model at one point those in its training; of a box the largest one that is predicted, with
+    its band, over the ranges of these outputs. Ranges of a plant are those under the signals of its
+    training, of which a box tells nothing.
     """
     if not parametric(path):
         found = files.read_errors(files.read(path).notes, "error")
         return found, "Bands of the outputs are the errors of its training." if found else ""
     record = parametric_model.load(path).notes.get("training", {})
     largest = record.get("predicted_error", {}).get("high")
-    if record.get("measure") != RANGES or largest is None or not math.isfinite(largest) or "training_signals" in record:
+    if (
+        record.get("measure") != RANGES
+        or largest is None
+        or not math.isfinite(largest)
+        or "training_signals" in record
+    ):
         return {}, ""
     bands = {name: largest * float(np.ptp(values)) for name, values in outputs.items()}
-    return bands, f"Bands of the outputs are the largest error that is predicted, {largest:.2g} of their ranges."
+    return (
+        bands,
+        f"Bands of the outputs are the largest error that is predicted, {largest:.2g} of their ranges.",
+    )
 
 
 def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:
@@ -275,8 +370,14 @@ def read_value(parameter: Parameter, given: str, option: str = "--set") -> float
 
 
 def remarks(facts: Mapping[str, Any]) -> Sequence[str]:
-    """Where a run leaves the training, or its predicted error with its band and what speaks against it."""
-    found = [f"No error is known: {'; '.join(facts['beyond_training'])}."] if facts["beyond_training"] else []
+    """Where a run leaves the training, or its predicted error with its band and what speaks against
+    it.
+    """
+    found = (
+        [f"No error is known: {'; '.join(facts['beyond_training'])}."]
+        if facts["beyond_training"]
+        else []
+    )
     if (error := facts.get("predicted_error")) is not None:
         band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
         found.append(f"Predicted {facts['measure']}: {error['error']:.2g}, {band}.")
@@ -286,4 +387,8 @@ def remarks(facts: Mapping[str, Any]) -> Sequence[str]:
 
 def say_doubts(doubts: Sequence[str]) -> list[str]:
     """What speaks against a predicted error, in a sentence; nothing where nothing does."""
-    return [f"This error estimate is not reliable: {'; '.join(doubts)}; check with full runs."] if doubts else []
+    return (
+        [f"This error estimate is not reliable: {'; '.join(doubts)}; check with full runs."]
+        if doubts
+        else []
+    )

@@ -1,4 +1,6 @@
-"""Progress of long work in notebooks: one line below the cell, which changes, and goes when the work ends."""
+"""Progress of long work in notebooks: one line below the cell, which changes, and goes when the
+work ends.
+"""
 
 from __future__ import annotations
 

@@ -1,9 +1,11 @@
-"""Options of studies, declared once: a keyword of a Python function, which is an option of the command line.
+"""Options of studies, declared once: a keyword of a Python function, which is an option of the
+command line.
 
     def run(source: SceneOrModel, *, duration: Duration = None, **shared: Unpack[Shared]) -> "Run": ...
     Duration = Annotated[float | None, Option("Duration of the motion, ...", "SECONDS")]          --duration SECONDS
 
-`cli.options` makes the options of a command of the annotations of its function; its help is the docstring.
+`cli.options` makes the options of a command of the annotations of its function; its help is the
+docstring.
 """
 
 from __future__ import annotations
@@ -14,7 +16,17 @@ import math
 import re
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict, TypeVar, cast, get_args, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    TypeAlias,
+    TypedDict,
+    TypeVar,
+    cast,
+    get_args,
+    get_type_hints,
+)
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
@@ -26,7 +38,9 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 Amount: TypeAlias = str | float
-Ranges: TypeAlias = Mapping[str, tuple[Amount, Amount] | tuple[Amount, Amount, str]]  #: low, high, and "log"
+Ranges: TypeAlias = Mapping[
+    str, tuple[Amount, Amount] | tuple[Amount, Amount, str]
+]  #: low, high, and "log"
 
 
 @dataclass(frozen=True)
@@ -49,15 +63,21 @@ class Option:
     least: float | None = None  #: the smallest number that it may be
     most: float | None = None
     above: bool = False  #: `least` itself is none of them
-    choices: Collection[str] | Callable[[], Collection[str]] = ()  #: what it may be; a function where that needs imports
-    read: Callable[[tuple[str, ...]], Any] | None = None  #: of an option that may be given several times: its texts as a value
+    choices: (
+        Collection[str] | Callable[[], Collection[str]]
+    ) = ()  #: what it may be; a function where that needs imports
+    read: Callable[[tuple[str, ...]], Any] | None = (
+        None  #: of an option that may be given several times: its texts as a value
+    )
 
     def __repr__(self) -> str:
         return repr(self.help)
 
 
 def study(function: F) -> F:
-    """A study whose keywords are what its annotations and options say, as the command line has it; InputError names another one."""
+    """A study whose keywords are what its annotations and options say, as the command line has it;
+    InputError names another one.
+    """
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
@@ -76,7 +96,9 @@ def study(function: F) -> F:
 
 @functools.cache
 def keywords(function: Callable[..., Any]) -> dict[str, tuple[Any, Option | None, Any]]:
-    """Kind, option and default of the keywords of a study by name, those that it shares with others last."""
+    """Kind, option and default of the keywords of a study by name, those that it shares with others
+    last.
+    """
     found = dict[str, tuple[Any, Any]]()
     for one in inspect.signature(function).parameters.values():
         if one.kind is one.VAR_KEYWORD:
@@ -85,7 +107,14 @@ def keywords(function: Callable[..., Any]) -> dict[str, tuple[Any, Option | None
         else:
             found[one.name] = one.annotation, one.default
     return {
-        name: (hint, next((note for note in getattr(hint, "__metadata__", ()) if isinstance(note, Option)), None), default)
+        name: (
+            hint,
+            next(
+                (note for note in getattr(hint, "__metadata__", ()) if isinstance(note, Option)),
+                None,
+            ),
+            default,
+        )
         for name, (hint, default) in found.items()
     }
 
@@ -100,10 +129,19 @@ def require_option(where: str, value: Any, kind: Any, option: Option | None) -> 
     choices = option.choices() if callable(option.choices) else option.choices
     if choices and value not in choices:
         raise InputError(say(where, f"one of {', '.join(choices)}", shown(value)))
-    least, most = (-math.inf if option.least is None else option.least), (math.inf if option.most is None else option.most)
-    if isinstance(value, int | float) and not (least < value <= most or (value == least and not option.above)):
+    least = -math.inf if option.least is None else option.least
+    most = math.inf if option.most is None else option.most
+    if isinstance(value, int | float) and not (
+        least < value <= most or (value == least and not option.above)
+    ):
         span = f"above {least:g}" if option.above else f"from {least:g}"
-        raise InputError(say(where, f"a number {span} to {most:g}" if most < math.inf else f"a number {span} on", shown(value)))
+        raise InputError(
+            say(
+                where,
+                f"a number {span} to {most:g}" if most < math.inf else f"a number {span} on",
+                shown(value),
+            )
+        )
 
 
 def changes(texts: tuple[str, ...]) -> dict[str, str]:
@@ -125,14 +163,20 @@ def require_new(name: str, found: Collection[str]) -> None:
 
 
 def ranges(texts: tuple[str, ...]) -> Ranges:
-    """NAME=LOW:HIGH or NAME=LOW:HIGH:log; ValueError for another form, and for a name that is there twice."""
+    """NAME=LOW:HIGH or NAME=LOW:HIGH:log; ValueError for another form, and for a name that is there
+    twice.
+    """
     found: dict[str, Any] = {}
     for text in texts:
         match = re.fullmatch(r"\s*(\w+)\s*=([^:]+):([^:]+?)(:\s*(?:log|linear)\s*)?", text)
         if match is None:
             raise ValueError(f"expected NAME=LOW:HIGH or NAME=LOW:HIGH:log, got '{text}'")
         require_new(match[1], found)
-        found[match[1]] = (match[2].strip(), match[3].strip(), *(["log"] if "log" in (match[4] or "") else []))
+        found[match[1]] = (
+            match[2].strip(),
+            match[3].strip(),
+            *(["log"] if "log" in (match[4] or "") else []),
+        )
     return found
 
 
@@ -158,7 +202,12 @@ class ValueOptions(OutputOptions, total=False):
 
     parameters: Annotated[
         Mapping[str, Amount] | None,
-        Option("Replace a parameter: a number in SI units, or with its unit (E=2 GPa).", "NAME=VALUE", "set", read=changes),
+        Option(
+            "Replace a parameter: a number in SI units, or with its unit (E=2 GPa).",
+            "NAME=VALUE",
+            "set",
+            read=changes,
+        ),
     ]
 
 
@@ -190,12 +239,23 @@ class JobOptions(Shared, total=False):
 SceneSource = Annotated["Source", Argument("SCENE")]
 ViewSource = Annotated["Source", Argument("SOURCE")]
 ModelFile = Annotated[str | Path, Argument("FILE")]
-Duration = Annotated[float | None, Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS")]
-Step = Annotated[float | None, Option("Step of a saved reduced model, instead of that of its training.", "SECONDS")]
+Duration = Annotated[
+    float | None,
+    Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS"),
+]
+Step = Annotated[
+    float | None,
+    Option("Step of a saved reduced model, instead of that of its training.", "SECONDS"),
+]
 Plots = Annotated[bool, Option("Draw the figures.")]
-Units = Annotated[bool, Option("Write the SI unit of every column into the head of outputs.csv: `tip_x [m]`.")]
+Units = Annotated[
+    bool, Option("Write the SI unit of every column into the head of outputs.csv: `tip_x [m]`.")
+]
 Picture = Annotated[
-    bool, Option("Draw a saved reduced model into picture.png: the centre lines and surfaces of the bodies behind it.")
+    bool,
+    Option(
+        "Draw a saved reduced model into picture.png: the centre lines and surfaces of the bodies behind it."
+    ),
 ]
 Html = Annotated[bool, Option("Write the motion as a page for the browser, page.html.")]
 TimeLimit = Annotated[

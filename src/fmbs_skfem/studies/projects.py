@@ -1,4 +1,6 @@
-"""The example scenes that travel with the package; a first project, a folder with a copy of one and of the files that it reads."""
+"""The example scenes that travel with the package; a first project, a folder with a copy of one and
+of the files that it reads.
+"""
 
 from __future__ import annotations
 
@@ -34,30 +36,53 @@ def copy_examples(job: Job) -> Result:
     """The example scenes and their meshes, copied into the folder of a job."""
     if job.out is None:
         raise InputError(say("copy", "a folder for the examples", "none", "give one: out"))
-    source, out = folder(), reports.make_folder(job.out)
+    source = folder()
+    out = reports.make_folder(job.out)
     if (out / source.name).exists() and not job.force:
         raise InputError(
-            say(f"--out {out}", "a folder without examples", f"one with {source.name}", "choose another one, or --force")
+            say(
+                f"--out {out}",
+                "a folder without examples",
+                f"one with {source.name}",
+                "choose another one, or --force",
+            )
         )
     for one in (source, source.parent / "meshes"):
-        shutil.copytree(one, out / one.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
+        shutil.copytree(
+            one, out / one.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True
+        )
     files = sorted((out / source.name).glob(f"*{SCENES}"))
     text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / DEMO}"
-    return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text])
+    return Result(
+        about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text]
+    )
 
 
 def copy_example(job: Job, like: str | None) -> Result:
-    """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads beside it.
+    """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads
+    beside it.
 
-    It is like the example NAME where there is one, and nothing else is asked for: who names an example wants that.
+    It is like the example NAME where there is one, and nothing else is asked for: who names an
+    example wants that.
     """
-    known, out = examples(), job.path if job.out is None else job.out
+    known = examples()
+    out = job.path if job.out is None else job.out
     like = like or (job.path.name if job.path.name in known else Path(DEMO).stem)
     if like not in known:
-        raise InputError(say("like", f"one of the examples {', '.join(known)}", f"'{like}'") + closest(like, known))
+        raise InputError(
+            say("like", f"one of the examples {', '.join(known)}", f"'{like}'")
+            + closest(like, known)
+        )
     scene = out / f"{out.name}{SCENES}"
     if scene.exists() and not job.force:
-        raise InputError(say(f"{out}", "a new folder", f"one with {scene.name}", "choose another name, or --force"))
+        raise InputError(
+            say(
+                f"{out}",
+                "a new folder",
+                f"one with {scene.name}",
+                "choose another name, or --force",
+            )
+        )
     source = folder() / f"{like}{SCENES}"
     text = source.read_text(encoding="utf-8")
     files = []
@@ -70,11 +95,25 @@ def copy_example(job: Job, like: str | None) -> Result:
     reports.make_folder(out)
     scene.write_text(NAME.sub(f"name: {out.name}", text), encoding="utf-8")
     written = [scene, *files]
-    lines = [f"look at it: fmbs check {scene}", f"solve it: fmbs run {scene}", *list_files({"files": written})]
-    report = {"status": "ok", "scene": scene, "like": like, "files": written, "notices": job.notices}
+    lines = [
+        f"look at it: fmbs check {scene}",
+        f"solve it: fmbs run {scene}",
+        *list_files({"files": written}),
+    ]
+    report = {
+        "status": "ok",
+        "scene": scene,
+        "like": like,
+        "files": written,
+        "notices": job.notices,
+    }
     return Result(about=f"{scene} like {like}", report=report, lines=lines)
 
 
 def files_in(source: Path, text: str) -> Iterator[str]:
     """Names in a scene of files that are there."""
-    yield from (name for name in FILE.findall(text) if (source.parent / name).is_file() and name != source.name)
+    yield from (
+        name
+        for name in FILE.findall(text)
+        if (source.parent / name).is_file() and name != source.name
+    )

@@ -46,7 +46,9 @@ ROUGH = 0.01  #: error over the largest displacement, above which a warning is s
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class ReductionResult(Result):
-    """A reduced model, and the motions of both models over the training, or of a plant under signals that it was not trained on."""
+    """A reduced model, and the motions of both models over the training, or of a plant under
+    signals that it was not trained on.
+    """
 
     system: System
     full: Trajectory
@@ -55,7 +57,9 @@ class ReductionResult(Result):
     payoff: Payoff
 
 
-def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Goal | None = None) -> ReductionResult:
+def reduce_scene(
+    job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Goal | None = None
+) -> ReductionResult:
     """A reduced model of a scene by a plan, made coarser or finer for a goal, saved in a file."""
     raw = build.system(scene, allow_outside=job.allow_outside)
     exportable.announce(job, scene, raw)
@@ -66,15 +70,19 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     report = found.report
     origin = reports.plain(reports.provenance(scene))
     facts = [
-        (key, format_value(value)) for key, value in report.items() if key not in ("budget", *kinds.KINDS, *found.payoff.report)
+        (key, format_value(value))
+        for key, value in report.items()
+        if key not in ("budget", *kinds.KINDS, *found.payoff.report)
     ]
     view: list[ReportTable | str] = [found.payoff.words]
     view += [plans.budget_words(report["budget"])] if report["budget"] else []
     view += [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
     view += kinds.views(report, scene.display)
     if path is not None:
-        training, plain = dict(scene.parameters), reports.plain(report)
-        kept, how = reports.provenance_to_keep(origin, scene), {"scheme": found.case.scheme, "newton": found.case.newton}
+        training = dict(scene.parameters)
+        plain = reports.plain(report)
+        kept = reports.provenance_to_keep(origin, scene)
+        how = {"scheme": found.case.scheme, "newton": found.case.newton}
         notes = {"training": training, "report": plain, "provenance": kept, "choice": scene.choice}
         files.save(found.system, path, scene=report["scene"], **notes, **how, **scene.display.note)
         view.append(f"written: {path}")
@@ -83,16 +91,19 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
 
 
 def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) -> ReductionResult:
-    """The reduced system of a full one, and its sizes, cost and errors against it over the training time.
+    """The reduced system of a full one, and its sizes, cost and errors against it over the training
+    time.
 
-    A plant, whose inputs have ranges, is trained on runs with signals within them, and its errors are those under other ones.
+    A plant, whose inputs have ranges, is trained on runs with signals within them, and its errors
+    are those under other ones.
     """
     task = plans.task(scene, raw, plan)
     excited = training_signals.excite(task, plans.sections(scene)[1].signals)
     if excited:
         task = excited.task
     own = task.family(excited.check if excited else {})
-    kept, own_form = kept_steps(own, task.interval), replace(own, system=task.form(own.system))
+    kept = kept_steps(own, task.interval)
+    own_form = replace(own, system=task.form(own.system))
     trials.compile_training(task)
     finest = min(error_budget.LADDER_EPS) if goal and goal.eps else plan.tolerance
     sharp = replace(own_form, newton=newton_for(own.newton, finest))
@@ -100,7 +111,11 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
     # snapshots are sharper than the scene asks for, and their run takes longer than its own
     timed = full if full.statistics.cpu_s > PATIENCE else run_fastest(own_form, kept, REPEAT)
     begun = clock.process_time()
-    runs = excited.runs(job.progress("training signals")) if excited else [full_runs.run_of_motion(task, full)]
+    runs = (
+        excited.runs(job.progress("training signals"))
+        if excited
+        else [full_runs.run_of_motion(task, full)]
+    )
     if goal:
         plan = plan_for(goal, task, runs, None if excited else full, kept)
         task = replace(task, plan=plan)
@@ -114,7 +129,9 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
     if errors.maximum > ROUGH:
         size = f"{errors.maximum:.1%} of the largest displacement"
         where = "under signals that it was not trained on" if excited else "over its own training"
-        notify(f"the reduced model errs by {size} {where}: take a smaller eps or eta, or more modes")
+        notify(
+            f"the reduced model errs by {size} {where}: take a smaller eps or eta, or more modes"
+        )
     wrong = output_errors.compare(full, motion)
     relative = {name: one.relative for name, one in wrong.items()}
     output_errors.warn_of_wrong(relative, {name: one.unit for name, one in wrong.items()})
@@ -150,12 +167,25 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         "duration": own.duration,
     }
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
-    found: dict[str, Any] = {"system": model.system, "full": full, "reduced": motion, "case": case, "payoff": payoff}
+    found: dict[str, Any] = {
+        "system": model.system,
+        "full": full,
+        "reduced": motion,
+        "case": case,
+        "payoff": payoff,
+    }
     return ReductionResult(about=about, report=report, **found)
 
 
-def plan_for(goal: Goal, task: TrainingTask, runs: Sequence[FullRun], full: Trajectory | None, kept: np.ndarray) -> Plan:
-    """The coarsest plan whose outputs err by at most a share of the accuracy over the full motion, stored after `kept` steps.
+def plan_for(
+    goal: Goal,
+    task: TrainingTask,
+    runs: Sequence[FullRun],
+    full: Trajectory | None,
+    kept: np.ndarray,
+) -> Plan:
+    """The coarsest plan whose outputs err by at most a share of the accuracy over the full motion,
+    stored after `kept` steps.
 
     Without it, of a plant, over all runs of the training, at their snapshots.
     """
@@ -164,28 +194,43 @@ def plan_for(goal: Goal, task: TrainingTask, runs: Sequence[FullRun], full: Traj
     def errors(mine: TrainingTask, run: FullRun, case: Case) -> dict[str, OutputError]:
         if full:
             return output_errors.compare(full, cases.run(case, kept), known)
-        return full_runs.errors_of_outputs(task.family(run.values).system, run, full_runs.run_formed(mine, case))
+        return full_runs.errors_of_outputs(
+            task.family(run.values).system, run, full_runs.run_formed(mine, case)
+        )
 
     def error(plan: Plan) -> float:
-        """The largest error over what is wanted; what is told of a trial would be of a model that nobody gets."""
+        """The largest error over what is wanted; what is told of a trial would be of a model that
+        nobody gets.
+        """
         mine = replace(task, plan=plan)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Notice)
             try:
                 trained = reduced_models.train_reduction(mine, runs)
-                found = [errors(mine, run, reduced_models.reduced_case(mine, trained, run.values)) for run in runs]
+                found = [
+                    errors(mine, run, reduced_models.reduced_case(mine, trained, run.values))
+                    for run in runs
+                ]
             except FmbsError:
                 return math.inf
-        return max((part for one in found for part in goal.accuracy.parts(one).values()), default=0.0)
+        return max(
+            (part for one in found for part in goal.accuracy.parts(one).values()), default=0.0
+        )
 
     return error_budget.coarsest(task.plan, error, plans.SHARE, goal.eps, goal.eta)
 
 
 def warn_of_share(goal: Goal, parts: Mapping[str, float]) -> None:
-    """A warning where outputs err by more than their share of the accuracy; `parts` are errors over it, by column."""
+    """A warning where outputs err by more than their share of the accuracy; `parts` are errors over
+    it, by column.
+    """
     worst = max(parts, key=lambda column: parts[column])
     if parts[worst] > plans.SHARE:
         given = [name for name, free in (("eps", goal.eps), ("eta", goal.eta)) if not free]
-        remedy = f"leave out {' and '.join(given)} to have them found" if given else "take snapshots more often, or ask for less"
+        remedy = (
+            f"leave out {' and '.join(given)} to have them found"
+            if given
+            else "take snapshots more often, or ask for less"
+        )
         text = f"the reduced model errs by {parts[worst]:.2g} times the accuracy {goal.accuracy} in {worst}"
         notify(f"{text}, where {plans.SHARE:g} of it is aimed at; {remedy}")

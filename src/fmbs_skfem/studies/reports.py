@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 REPORT, CHECKSUMS = "report.json", "sha256"
 ALL = "*"
-#: what readers of records take for granted of values that are there: kinds, lists of a kind, and mappings of kinds by name
+#: what readers of records take for granted of values that are there: kinds, lists of a kind, and
+#: mappings of kinds by name
 RECORD: dict[str, Any] = {
     **dict.fromkeys(("scene", "name", "file", "model", "fingerprint"), str),
     "end": float,
@@ -47,9 +48,23 @@ def make_folder(out: Path) -> Path:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
-        raise InputError(say(f"--out {out}", "a folder that can be made", problem.strerror, "choose another place")) from problem
+        raise InputError(
+            say(
+                f"--out {out}",
+                "a folder that can be made",
+                problem.strerror,
+                "choose another place",
+            )
+        ) from problem
     if not os.access(out, os.W_OK):
-        raise InputError(say(f"--out {out}", "a folder that can be written", "one that is read-only", "choose another place"))
+        raise InputError(
+            say(
+                f"--out {out}",
+                "a folder that can be written",
+                "one that is read-only",
+                "choose another place",
+            )
+        )
     return out
 
 
@@ -73,21 +88,34 @@ def write_csv(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
     import numpy as np
 
     with durable.place(path) as part:
-        np.savetxt(part, np.column_stack([*columns.values()]), delimiter=",", header=",".join(columns), comments="", fmt="%.15g")
+        np.savetxt(
+            part,
+            np.column_stack([*columns.values()]),
+            delimiter=",",
+            header=",".join(columns),
+            comments="",
+            fmt="%.15g",
+        )
     return path
 
 
 def write_report(out: Path | None, found: Mapping[str, Any], record: str = REPORT) -> None:
-    """Write the report of a study, and the SHA-256 of its own content and of the other files in `files`."""
+    """Write the report of a study, and the SHA-256 of its own content and of the other files in
+    `files`.
+    """
     if out is None:
         return
-    others = [name for name in (Path(path).name for path in found.get("files", ())) if name != record]
+    others = [
+        name for name in (Path(path).name for path in found.get("files", ())) if name != record
+    ]
     sums = {record: checksum(found), **{name: durable.sha256(out / name) for name in others}}
     write_json(out / record, {**found, CHECKSUMS: sums})
 
 
 def read_record(path: Path) -> dict[str, Any] | None:
-    """The record of a study in a JSON file, None of other files; CorruptFile where its readers could not go on with a value."""
+    """The record of a study in a JSON file, None of other files; CorruptFile where its readers
+    could not go on with a value.
+    """
     found = read_json(path)
     if not isinstance(found, dict) or "status" not in found:
         return None
@@ -108,7 +136,9 @@ def read_json(path: Path) -> Any:
 
 
 def misfits(value: Any, shape: Any) -> Iterator[tuple[tuple[str, ...], str, Any]]:
-    """Keys, what is expected, and what is there instead, of all that does not have the shape that it has in `RECORD`."""
+    """Keys, what is expected, and what is there instead, of all that does not have the shape that
+    it has in `RECORD`.
+    """
     if isinstance(shape, dict | list):
         if not isinstance(value, type(shape)):
             yield (), "a mapping" if isinstance(shape, dict) else "a list", value
@@ -118,7 +148,9 @@ def misfits(value: Any, shape: Any) -> Iterator[tuple[tuple[str, ...], str, Any]
             inner = shape.get(key, shape.get(ALL)) if isinstance(shape, dict) else shape[0]
             if one is None and isinstance(shape, list):
                 yield (str(key),), "a value", one
-            yield from (((str(key), *keys), expected, got) for keys, expected, got in misfits(one, inner))
+            yield from (
+                ((str(key), *keys), expected, got) for keys, expected, got in misfits(one, inner)
+            )
     elif shape is float and (isinstance(value, bool) or not isinstance(value, int | float | None)):
         yield (), "a number", value
     elif shape is str and (not isinstance(value, str | None) or "\0" in (value or "")):
@@ -126,7 +158,9 @@ def misfits(value: Any, shape: Any) -> Iterator[tuple[tuple[str, ...], str, Any]
 
 
 def verify_checksums(folder: Path) -> list[Path]:
-    """The files that reports in a folder vouch for, every byte as it was written; CorruptFile names one that is not."""
+    """The files that reports in a folder vouch for, every byte as it was written; CorruptFile names
+    one that is not.
+    """
     found = []
     for record in sorted(folder.glob("*.json")):
         content = read_json(record)
@@ -149,7 +183,14 @@ def checksum(content: Mapping[str, Any]) -> str:
 
 
 def corrupt(path: Path, expected: str, got: object) -> CorruptFile:
-    return CorruptFile(say(f"{path}", expected, got, "restore the file from a copy, or run the scene anew with --force"))
+    return CorruptFile(
+        say(
+            f"{path}",
+            expected,
+            got,
+            "restore the file from a copy, or run the scene anew with --force",
+        )
+    )
 
 
 def plain(value: Any) -> Any:
@@ -171,8 +212,11 @@ def dumps(value: Any) -> str:
 
 
 def fingerprint(scene: Scene) -> str:
-    """Hash of the scene with its parameters and of the files it reads; equal for runs that compute the same."""
-    kind, word = type(scene.analysis).__name__, scene.analysis.word
+    """Hash of the scene with its parameters and of the files it reads; equal for runs that compute
+    the same.
+    """
+    kind = type(scene.analysis).__name__
+    word = scene.analysis.word
     analysis = f"{kind}(type={word!r}, {repr(scene.analysis).removeprefix(f'{kind}(')}"
     digest = hashlib.sha256(f"({sorted(scene.parameters.items())!r}, {analysis})".encode())
     if scene.choice is not None:  # which stands in no file
@@ -201,12 +245,17 @@ def scene_files(scene: Scene) -> list[Path]:
 
 
 def provenance(
-    scene: Scene | None = None, files: Iterable[Path] = (), seeds: Mapping[str, int] | None = None, workers: int | None = 1
+    scene: Scene | None = None,
+    files: Iterable[Path] = (),
+    seeds: Mapping[str, int] | None = None,
+    workers: int | None = 1,
 ) -> dict[str, Any]:
-    """All that the numbers of a result depend on: values of the scene, contents of files, libraries, machine, threads, seeds.
+    """All that the numbers of a result depend on: values of the scene, contents of files,
+    libraries, machine, threads, seeds.
 
-    `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work, None where that is not known
-    yet. On one machine with one thread, the same provenance gives the same bits.
+    `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work,
+    None where that is not known yet. On one machine with one thread, the same provenance gives the
+    same bits.
     """
     from ..core.values import mappings
 
@@ -222,19 +271,27 @@ def provenance(
 
 
 def provenance_to_keep(origin: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
-    """The provenance `origin` of a scene as a part or a reduced model keeps it: files are named from the folder of the scene.
+    """The provenance `origin` of a scene as a part or a reduced model keeps it: files are named
+    from the folder of the scene.
 
-    Such files are passed on, and whoever gets one has other folders. Files that stand elsewhere have their names alone.
+    Such files are passed on, and whoever gets one has other folders. Files that stand elsewhere
+    have their names alone.
     """
     found = plain(origin)
     assert isinstance(found, dict)
     root = Path(found["file"]).parent if found["file"] else scene.folder.absolute()
     file = None if found["file"] is None else name_from(root, found["file"])
-    return {**found, "file": file, "files": {name_from(root, path): digest for path, digest in found["files"].items()}}
+    return {
+        **found,
+        "file": file,
+        "files": {name_from(root, path): digest for path, digest in found["files"].items()},
+    }
 
 
 def name_from(root: Path, path: str) -> str:
-    """The name of a file for somebody who has the folder `root`; its last part where it stands two folders above or elsewhere."""
+    """The name of a file for somebody who has the folder `root`; its last part where it stands two
+    folders above or elsewhere.
+    """
     try:
         relative = Path(os.path.relpath(path, root))
     except ValueError:  # on another drive
@@ -246,10 +303,16 @@ def environment(workers: int | None = 1) -> dict[str, Any]:
     """Libraries, machine and threads."""
     from threadpoolctl import threadpool_info
 
-    blas = max((info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1)
+    blas = max(
+        (info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1
+    )
     return {
         "versions": versions(),
-        "machine": {"system": platform.platform(), "processor": processor(), "cores": os.cpu_count()},
+        "machine": {
+            "system": platform.platform(),
+            "processor": processor(),
+            "cores": os.cpu_count(),
+        },
         "threads": {"blas": blas, "workers": workers},
     }
 
@@ -264,5 +327,7 @@ def processor() -> str:
     """The name of the processor."""
     with contextlib.suppress(OSError, StopIteration):
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+        return next(
+            line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")
+        )
     return platform.machine()

@@ -1,6 +1,8 @@
-"""What a study found: numbers as arrays, the JSON object of its report, tables and sentences for people, figures.
+"""What a study found: numbers as arrays, the JSON object of its report, tables and sentences for
+people, figures.
 
-Work that fails all the same has results so far: the error that is raised carries them as `error.result`.
+Work that fails all the same has results so far: the error that is raised carries them as
+`error.result`.
 """
 
 from __future__ import annotations
@@ -41,7 +43,9 @@ REASONS = {
 
 @dataclass(frozen=True)
 class ReportTable:
-    """A table whose first column is text and whose other columns are numbers; `names`: the first column is never wrapped."""
+    """A table whose first column is text and whose other columns are numbers; `names`: the first
+    column is never wrapped.
+    """
 
     title: str
     columns: Sequence[str]
@@ -59,19 +63,29 @@ class ReportTable:
         file.write(text)
 
     def text(self, width: int, encoding: str = "utf-8") -> str:
-        """The table in lines of at most `width` characters; letters that an encoding has not are written out."""
+        """The table in lines of at most `width` characters; letters that an encoding has not are
+        written out.
+        """
 
         def shown(value: object) -> str:
-            return printable(format_value(value)).encode(encoding, "backslashreplace").decode(encoding)
+            return (
+                printable(format_value(value)).encode(encoding, "backslashreplace").decode(encoding)
+            )
 
-        rows, rule = [[shown(value) for value in row] for row in self.rows], "─" if shown("─") == "─" else "-"
-        lines = text_tables.draw(shown(self.title), list(map(shown, self.columns)), rows, width, self.names, rule)
+        rows = [[shown(value) for value in row] for row in self.rows]
+        rule = "─" if shown("─") == "─" else "-"
+        lines = text_tables.draw(
+            shown(self.title), list(map(shown, self.columns)), rows, width, self.names, rule
+        )
         return "\n".join([*lines, ""])
 
     @property
     def markdown(self) -> str:
         """The rows as a table of Markdown, without the title."""
-        lines = [self.columns, *([format_value(value).replace("|", "\\|") for value in row] for row in self.rows)]
+        lines = [
+            self.columns,
+            *([format_value(value).replace("|", "\\|") for value in row] for row in self.rows),
+        ]
         head, *rest = (f"| {' | '.join(cells)} |" for cells in lines)
         return "\n".join([head, "|" + "---|" * len(self.columns), *rest]) + "\n"
 
@@ -79,7 +93,10 @@ class ReportTable:
     def html(self) -> str:
         """The same for notebooks."""
         head = "".join(f"<th>{escape(text)}</th>" for text in self.columns)
-        rows = "".join(f"<tr>{''.join(f'<td>{escape(format_value(value))}</td>' for value in row)}</tr>" for row in self.rows)
+        rows = "".join(
+            f"<tr>{''.join(f'<td>{escape(format_value(value))}</td>' for value in row)}</tr>"
+            for row in self.rows
+        )
         return f"<table><caption>{escape(self.title)}</caption><tr>{head}</tr>{rows}</table>"
 
 
@@ -89,12 +106,16 @@ def width_of(file: TextIO) -> int:
 
 
 def format_value(value: object) -> str:
-    """A value of a table: numbers with six digits, zero without its sign, entries by component as `I 24, II 23`, else a dash."""
+    """A value of a table: numbers with six digits, zero without its sign, entries by component as
+    `I 24, II 23`, else a dash.
+    """
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {format_value(item)}" for name, item in value.items()) or "-"
     if isinstance(value, list | tuple):
         return "; ".join(format_value(item) for item in value) or "-"
-    return "-" if value is None else f"{value + 0.0:.6g}" if isinstance(value, float) else str(value)
+    return (
+        "-" if value is None else f"{value + 0.0:.6g}" if isinstance(value, float) else str(value)
+    )
 
 
 class Figures(Mapping[str, "Figure"]):
@@ -116,7 +137,9 @@ class Figures(Mapping[str, "Figure"]):
         return f"<Figures {', '.join(self) or '(none)'}>"
 
     def save(self, out: Path) -> list[Path]:
-        """Write all of them into a folder, as NAME.png; none, with a notice, where nothing can be drawn."""
+        """Write all of them into a folder, as NAME.png; none, with a notice, where nothing can be
+        drawn.
+        """
         from ..results import plots
 
         if len(self) and not extras.there("viz"):
@@ -148,7 +171,10 @@ class Result:
         return "\n".join(map(str, self.lines))
 
     def _repr_html_(self) -> str:
-        return "".join(line.html if isinstance(line, ReportTable) else f"<p>{escape(line)}</p>" for line in self.lines)
+        return "".join(
+            line.html if isinstance(line, ReportTable) else f"<p>{escape(line)}</p>"
+            for line in self.lines
+        )
 
 
 def frame(columns: Mapping[str, Any]) -> Any:
@@ -179,7 +205,11 @@ def reason(error: FmbsError) -> str:
     """What kind of error, as one short text."""
     if isinstance(error, Warned):
         return "notice"
-    return error.reason.value if isinstance(error, SolverError) else REASONS.get(error.exit_code, "error")
+    return (
+        error.reason.value
+        if isinstance(error, SolverError)
+        else REASONS.get(error.exit_code, "error")
+    )
 
 
 def describe_error(error: FmbsError | None) -> dict[str, Any]:
@@ -188,5 +218,8 @@ def describe_error(error: FmbsError | None) -> dict[str, Any]:
         return {"status": "ok"}
     found: dict[str, Any] = {"status": "error", "reason": reason(error), "message": str(error)}
     if isinstance(error, SolverError):
-        found |= {"time": error.time, "worst": [{"name": name, "residual": value} for name, value in error.worst]}
+        found |= {
+            "time": error.time,
+            "worst": [{"name": name, "residual": value} for name, value in error.worst],
+        }
     return found

@@ -1,4 +1,6 @@
-"""Many samples of a scene or of a saved reduced model, on all cores or on a cluster; files and code call each a member."""
+"""Many samples of a scene or of a saved reduced model, on all cores or on a cluster; files and code
+call each a member.
+"""
 
 from __future__ import annotations
 
@@ -49,9 +51,11 @@ class SweepResult(Result):
     samples: Sweep  #: their numbers as arrays
 
     def table(self) -> Any:
-        """The columns of sweep.csv with their units, a row a sample: a pandas DataFrame where pandas is installed, else a mapping.
+        """The columns of sweep.csv with their units, a row a sample: a pandas DataFrame where
+        pandas is installed, else a mapping.
 
-        Numbers are those of `Run.table` of each sample, with the names `OUTPUT min`, `max` and `final`.
+        Numbers are those of `Run.table` of each sample, with the names `OUTPUT min`, `max` and
+        `final`.
         """
         return frame(sweep_files.table(self.samples))
 
@@ -61,17 +65,30 @@ class SweepResult(Result):
         return self.samples.points
 
     def surface(self, output: str, kind: str = "final") -> ResponseSurface:
-        """The response surface of the min, max or final value of an output, with `predict`; InputError where there is none."""
+        """The response surface of the min, max or final value of an output, with `predict`;
+        InputError where there is none.
+        """
         known = {"output": tuple(self.samples.columns), "kind": sweep_files.EXTREMES}
         for what, word in (("output", output), ("kind", kind)):
             if word not in known[what]:
                 expected = f"one of {', '.join(known[what])}"
-                raise InputError(say(f"SweepResult.surface, {what}", expected, f"'{word}'{closest(word, known[what])}"))
+                raise InputError(
+                    say(
+                        f"SweepResult.surface, {what}",
+                        expected,
+                        f"'{word}'{closest(word, known[what])}",
+                    )
+                )
         values = sweep_files.extremes(self.samples, output)[kind]
         found = response_surfaces.fit(self.samples.parameters, self.samples.points, values)
         if found is None:
             raise InputError(
-                say(f"SweepResult.surface, {output} {kind}", "an output that varies", "a constant", "take another kind")
+                say(
+                    f"SweepResult.surface, {output} {kind}",
+                    "an output that varies",
+                    "a constant",
+                    "take another kind",
+                )
             )
         return found
 
@@ -96,9 +113,13 @@ def sweep_points(
     indices: bool,
     surfaces: bool,
 ) -> SweepResult:
-    """Members at points (k, d) of the parameters, which a design with a seed gave, with Sobol indices and response surfaces."""
+    """Members at points (k, d) of the parameters, which a design with a seed gave, with Sobol
+    indices and response surfaces.
+    """
     sweep_sources.warn_outside(members, points)
-    origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
+    origin = reports.provenance(
+        members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers
+    )
     mark = sweep_sources.fingerprint(members, points)
     out, done = open_folder(job, members, points, resume, mark, origin)
     outcome, records = compute(job, members, points, options, out, done)
@@ -106,7 +127,8 @@ def sweep_points(
     predicted = sweep_sources.predict_errors(members, points)
     table = sweep_files.collect(members.parameters, points, records)
     table = replace(table, numbers=table.numbers | predicted)
-    found, fitted = indices_of(table) if indices else {}, surfaces_of(table) if surfaces else {}
+    found = indices_of(table) if indices else {}
+    fitted = surfaces_of(table) if surfaces else {}
     report = {
         **report_of(members, table, outcome, records),
         "fingerprint": mark,
@@ -122,24 +144,51 @@ def sweep_points(
     figures = figures_of(job, members, table, found, fitted)
 
     def write(out: Path) -> list[Path]:
-        files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
+        files = [
+            sweep_files.write_csv(table, out / sweep_files.CSV),
+            sweep_files.write_hdf5(table, out / sweep_files.HDF5),
+        ]
         return [*files, *([response_surfaces.write(out / SURFACES, fitted)] if fitted else [])]
 
     jobs.deliver(job, report, write, figures)
     error = SweepFailure(report["message"]) if report["failed"] else None
     tables = [responses(table, members.display), *([sobol_table(found)] if found else [])]
     tables += [surface_table(fitted, table.units, members.display)] if fitted else []
-    head = [summary(report), *([f"{job.plan.words}; at the nominal parameters"] if job.plan else [])]
-    view: list[ReportTable | str] = [*head, *tables, *([failures(report, members.display)] if error else []), *list_files(report)]
+    head = [
+        summary(report),
+        *([f"{job.plan.words}; at the nominal parameters"] if job.plan else []),
+    ]
+    view: list[ReportTable | str] = [
+        *head,
+        *tables,
+        *([failures(report, members.display)] if error else []),
+        *list_files(report),
+    ]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
-    return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, samples=table))
+    return conclude(
+        SweepResult(
+            about=about, report=report, lines=view, figures=figures, error=error, samples=table
+        )
+    )
 
 
 def open_folder(
-    job: Job, members: Members, points: np.ndarray, resume: bool, mark: str, origin: Mapping[str, Any]
+    job: Job,
+    members: Members,
+    points: np.ndarray,
+    resume: bool,
+    mark: str,
+    origin: Mapping[str, Any],
 ) -> tuple[Path | None, dict[int, Record]]:
     """The output folder, and the records that are there already."""
-    names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, SURFACES, *(f"{name}.png" for name in PLOTS), reports.REPORT)
+    names = (
+        sweep_files.CSV,
+        sweep_files.HDF5,
+        sweep_files.MEMBERS,
+        SURFACES,
+        *(f"{name}.png" for name in PLOTS),
+        reports.REPORT,
+    )
     out = jobs.settle_folder(job, names, mark)
     if out is None:
         return None, {}
@@ -159,7 +208,12 @@ def open_folder(
 
 
 def compute(
-    job: Job, members: Members, points: np.ndarray, options: SweepOptions, out: Path | None, done: Mapping[int, Record]
+    job: Job,
+    members: Members,
+    points: np.ndarray,
+    options: SweepOptions,
+    out: Path | None,
+    done: Mapping[int, Record],
 ) -> tuple[SweepOutcome, dict[int, Record]]:
     """Run the missing members; each is stored when it is settled."""
     records = dict(done)
@@ -172,19 +226,27 @@ def compute(
 
     if len(done) < len(points):
         options = replace(options, first_alone=compiling.announce(job))
-    names, advance = [own.name for own in members.parameters], job.progress(f"{len(points) - len(done)} samples")
+    names = [own.name for own in members.parameters]
+    advance = job.progress(f"{len(points) - len(done)} samples")
     try:
         return sweeps.run(members.task, names, points, keep, options, done, advance), records
     except sweeps.Stopped as stopped:
         text = f"stopped by {signal.Signals(stopped.number).name} after {len(records)} of {len(points)} samples"
-        kept = f", which are kept in {out}; go on with the same call and --resume" if out is not None else ""
+        kept = (
+            f", which are kept in {out}; go on with the same call and --resume"
+            if out is not None
+            else ""
+        )
         raise Interrupted(stopped.number, text + kept) from None
 
 
-def each_value(table: Sweep, what: str, rule: Callable[[str, np.ndarray], Any]) -> dict[str, dict[str, Any]]:
+def each_value(
+    table: Sweep, what: str, rule: Callable[[str, np.ndarray], Any]
+) -> dict[str, dict[str, Any]]:
     """What a rule gives of the smallest, largest and last value of every output; None is left out.
 
-    An output whose samples it does not take is left out as well, with a warning that there is no such thing as `what`.
+    An output whose samples it does not take is left out as well, with a warning that there is no
+    such thing as `what`.
     """
     found: dict[str, dict[str, Any]] = {}
     for name in table.columns:
@@ -200,24 +262,44 @@ def each_value(table: Sweep, what: str, rule: Callable[[str, np.ndarray], Any]) 
 
 
 def indices_of(table: Sweep) -> dict[str, dict[str, Any]]:
-    """Sobol indices of the smallest, largest and last value of every output that varies, by parameter."""
+    """Sobol indices of the smallest, largest and last value of every output that varies, by
+    parameter.
+    """
     names = [own.name for own in table.parameters]
-    largest = {name: float(np.abs(column[np.isfinite(column)]).max(initial=0.0)) for name, column in table.columns.items()}
+    largest = {
+        name: float(np.abs(column[np.isfinite(column)]).max(initial=0.0))
+        for name, column in table.columns.items()
+    }
 
     def rule(name: str, values: np.ndarray) -> dict[str, Any] | None:
-        size = max(largest[other] for other in largest if table.units.get(other, other) == table.units.get(name, name))
+        size = max(
+            largest[other]
+            for other in largest
+            if table.units.get(other, other) == table.units.get(name, name)
+        )
         one = sensitivity.indices(values, len(names), size=size)
         if not np.isfinite(one.first).all():
             return None
-        parts = {"first": one.first, "total": one.total, "first_error": one.first_error, "total_error": one.total_error}
-        return {key: dict(zip(names, part.tolist(), strict=True)) for key, part in parts.items()} | {"rows": one.rows}
+        parts = {
+            "first": one.first,
+            "total": one.total,
+            "first_error": one.first_error,
+            "total_error": one.total_error,
+        }
+        return {
+            key: dict(zip(names, part.tolist(), strict=True)) for key, part in parts.items()
+        } | {"rows": one.rows}
 
     return each_value(table, "Sobol indices", rule)
 
 
 def surfaces_of(table: Sweep) -> dict[str, dict[str, ResponseSurface]]:
     """Response surfaces of the smallest, largest and last value of every output that varies."""
-    return each_value(table, "response surface", lambda name, values: response_surfaces.fit(table.parameters, table.points, values))
+    return each_value(
+        table,
+        "response surface",
+        lambda name, values: response_surfaces.fit(table.parameters, table.points, values),
+    )
 
 
 def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, Any]:
@@ -229,7 +311,9 @@ def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, A
                 "largest_error": one.largest_error,
                 "q2": one.q2,
                 "samples": len(one.values),
-                "lengths": dict(zip([own.name for own in one.parameters], one.lengths.tolist(), strict=True)),
+                "lengths": dict(
+                    zip([own.name for own in one.parameters], one.lengths.tolist(), strict=True)
+                ),
             }
             for kind, one in kinds.items()
         }
@@ -237,14 +321,23 @@ def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, A
     }
 
 
-def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str], read: DisplayUnits) -> ReportTable:
+def surface_table(
+    found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str], read: DisplayUnits
+) -> ReportTable:
     """Errors of all surfaces at samples that they have not seen."""
     rows = []
     for output, kinds in found.items():
-        head, size = read.head(add_unit(output, units.get(output, "")), [largest_of(one.values) for one in kinds.values()])
+        head, size = read.head(
+            add_unit(output, units.get(output, "")),
+            [largest_of(one.values) for one in kinds.values()],
+        )
         for kind, one in kinds.items():
             rows.append((head, kind, one.rms_error / size, one.largest_error / size, one.q2))
-    return ReportTable("Response surfaces: errors of unseen samples", ("output", "value", "rms error", "largest error", "q2"), rows)
+    return ReportTable(
+        "Response surfaces: errors of unseen samples",
+        ("output", "value", "rms error", "largest error", "q2"),
+        rows,
+    )
 
 
 def sobol_table(found: Mapping[str, Any]) -> ReportTable:
@@ -253,11 +346,18 @@ def sobol_table(found: Mapping[str, Any]) -> ReportTable:
     names = list(next(iter(chosen.values()))["first"])
     heads = ("output", *(f"S {name}" for name in names), *(f"ST {name}" for name in names))
     rows = [(name, *one["first"].values(), *one["total"].values()) for name, one in chosen.items()]
-    return ReportTable("Sobol indices of the last values, or of those named: alone (S), with all others (ST)", heads, rows)
+    return ReportTable(
+        "Sobol indices of the last values, or of those named: alone (S), with all others (ST)",
+        heads,
+        rows,
+    )
 
 
-def figures_of(job: Job, members: Members, table: Sweep, found: Mapping[str, Any], fitted: Mapping[str, Any]) -> Figures:
-    """Response, scatter matrix and histories where a member ran, the surrogate of a model that has a record of its training.
+def figures_of(
+    job: Job, members: Members, table: Sweep, found: Mapping[str, Any], fitted: Mapping[str, Any]
+) -> Figures:
+    """Response, scatter matrix and histories where a member ran, the surrogate of a model that has
+    a record of its training.
 
     And indices and surfaces that were found.
     """
@@ -266,14 +366,24 @@ def figures_of(job: Job, members: Members, table: Sweep, found: Mapping[str, Any
     if table.columns:
         rules["response"] = partial(sweep_plots.response, table, **shared)
         rules["scatter"] = partial(sweep_plots.scatter_matrix, table, **shared)
-        across = "load factor" if members.scene is not None and not members.scene.analysis.clock else "time [s]"
-        if not (np.diff(table.times, axis=1) <= 0.0).any():  # as along a path whose load factor turns
+        across = (
+            "load factor"
+            if members.scene is not None and not members.scene.analysis.clock
+            else "time [s]"
+        )
+        if not (
+            np.diff(table.times, axis=1) <= 0.0
+        ).any():  # as along a path whose load factor turns
             rules["histories"] = partial(sweep_plots.fan, table, across=across, **shared)
     if members.predict is not None:
         model = parametric_model.load(job.path)
         if (known := prediction.read_record(model)) is not None:
             rules["surrogate"] = partial(
-                training_plots.slices, model.model.parameters, known[0], title=members.name, display=members.display
+                training_plots.slices,
+                model.model.parameters,
+                known[0],
+                title=members.name,
+                display=members.display,
             )
     if found:
         rules["sensitivity"] = partial(sweep_plots.sensitivity, found, title=members.name)
@@ -282,23 +392,42 @@ def figures_of(job: Job, members: Members, table: Sweep, found: Mapping[str, Any
     return Figures(rules)
 
 
-def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Mapping[int, Record]) -> dict[str, Any]:
+def report_of(
+    members: Members, table: Sweep, outcome: SweepOutcome, records: Mapping[int, Record]
+) -> dict[str, Any]:
     """The JSON object of a sweep."""
     failed = [record for _, record in sorted(records.items()) if record.status is not Status.OK]
     text = f"{len(failed)} of {len(table.points)} samples failed; parameters and reasons are listed in {sweep_files.CSV}"
     return {
-        **({"status": "error", "reason": "failed samples", "message": text} if failed else {"status": "ok"}),
+        **(
+            {"status": "error", "reason": "failed samples", "message": text}
+            if failed
+            else {"status": "ok"}
+        ),
         "name": members.name,
         "parameters": boxes.described(members.parameters),
         "members": len(table.points),
         "computed": sum(outcome.counts.values()),
-        **{status.value: sum(found is status for found in table.status) for status in Status if status is not Status.FAILED},
+        **{
+            status.value: sum(found is status for found in table.status)
+            for status in Status
+            if status is not Status.FAILED
+        },
         "outputs": {
-            name: {kind: {"min": low(values), "max": -low(-values)} for kind, values in sweep_files.extremes(table, name).items()}
+            name: {
+                kind: {"min": low(values), "max": -low(-values)}
+                for kind, values in sweep_files.extremes(table, name).items()
+            }
             for name in table.columns
         },
         "failed": [
-            {"member": one.number, "values": one.values, "status": one.status.value, "reason": one.reason, "message": one.message}
+            {
+                "member": one.number,
+                "values": one.values,
+                "status": one.status.value,
+                "reason": one.reason,
+                "message": one.message,
+            }
             for one in failed
         ],
         "workers": outcome.workers,
@@ -311,13 +440,19 @@ def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Ma
 
 
 def outside_of(table: Sweep) -> dict[str, Any]:
-    """Members in which parts leave their training, with the number of parts; nothing where no part knows its own."""
+    """Members in which parts leave their training, with the number of parts; nothing where no part
+    knows its own.
+    """
     if OUTSIDE not in table.numbers:
         return {}
     counts = table.numbers[OUTSIDE]
     names = [own.name for own in table.parameters]
     found = [
-        {"member": k, "values": dict(zip(names, table.points[k].tolist(), strict=True)), "parts": int(counts[k])}
+        {
+            "member": k,
+            "values": dict(zip(names, table.points[k].tolist(), strict=True)),
+            "parts": int(counts[k]),
+        }
         for k in np.flatnonzero(counts > 0.0).tolist()
     ]
     return {"outside_training": found}
@@ -332,11 +467,10 @@ def low(values: np.ndarray) -> float:
 def summary(found: Mapping[str, Any]) -> str:
     """The sweep in one line."""
     text = f"{found['name']}: {found['members']} samples in {', '.join(found['parameters'])}, {found['ok']} ok, "
-    text += (
-        f"{len(found['failed'])} failed; {found['computed']} computed in {found['wall_s']:.3g} s wall ({found['start_s']:.2g} s "
-    )
+    text += f"{len(found['failed'])} failed; {found['computed']} computed in {found['wall_s']:.3g} s wall ({found['start_s']:.2g} s "
     return (
-        text + f"until the first), {found['cpu_s']:.3g} s CPU, {found['workers']} workers, {100 * found['overhead']:.1f} % overhead"
+        text
+        + f"until the first), {found['cpu_s']:.3g} s CPU, {found['workers']} workers, {100 * found['overhead']:.1f} % overhead"
     )
 
 
@@ -349,14 +483,25 @@ def responses(table: Sweep, read: DisplayUnits) -> ReportTable:
         values = [low(ends["min"]), -low(-ends["max"]), low(final), -low(-final)]
         head, shown = read.row(add_unit(name, table.units.get(name, "")), values)
         rows.append((head, *shown))
-    return ReportTable("Outputs over all samples", ("output", "min", "max", "smallest final", "largest final"), rows)
+    return ReportTable(
+        "Outputs over all samples",
+        ("output", "min", "max", "smallest final", "largest final"),
+        rows,
+    )
 
 
 def failures(found: Mapping[str, Any], read: DisplayUnits) -> ReportTable:
     """The members that failed."""
     rows = []
     for one in found["failed"][:LISTED]:
-        values = [read.text(name, value, found["parameters"][name]["unit"]) for name, value in one["values"].items()]
+        values = [
+            read.text(name, value, found["parameters"][name]["unit"])
+            for name, value in one["values"].items()
+        ]
         rows.append((one["member"], ", ".join(values), one["reason"], one["message"]))
     more = len(found["failed"]) - len(rows)
-    return ReportTable("Failed" + (f" (and {more} more)" if more else ""), ("sample", "parameters", "reason", "message"), rows)
+    return ReportTable(
+        "Failed" + (f" (and {more} more)" if more else ""),
+        ("sample", "parameters", "reason", "message"),
+        rows,
+    )

@@ -19,31 +19,51 @@ if TYPE_CHECKING:
 def compared(study: Comparison, display: DisplayUnits) -> list[ReportTable | str]:
     """Time beside error, errors of all outputs, and what went wrong."""
     shown: list[ReportTable | str] = [overview(study, display), *errors_of_outputs(study, display)]
-    shown += [f"{record.name}: {record.status}" for record in study.records if record.status != "done"]
-    if finer := [record.name for record in study.records if record.finer and record.status == "done"]:
-        shown.append(f"({', '.join(finer)}): finer than the full model; what they differ by is the error of that")
+    shown += [
+        f"{record.name}: {record.status}" for record in study.records if record.status != "done"
+    ]
+    if finer := [
+        record.name for record in study.records if record.finer and record.status == "done"
+    ]:
+        shown.append(
+            f"({', '.join(finer)}): finer than the full model; what they differ by is the error of that"
+        )
     return shown
 
 
 def excitation(facts: Mapping[str, Any]) -> list[str]:
     """What the inputs of a plant have in a comparison."""
-    return [f"All models move under {kinds.signals(facts)}; so do the runs that reduced models are trained on."]
+    return [
+        f"All models move under {kinds.signals(facts)}; so do the runs that reduced models are trained on."
+    ]
 
 
 def errors_of_outputs(study: Comparison, display: DisplayUnits) -> list[ReportTable]:
-    """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
+    """Largest errors of all output columns, and those as parts of their ranges, with a column a
+    model.
+    """
 
-    found = {record.name: {name: asdict(one) for name, one in record.outputs.items()} for record in main(study) if record.outputs}
+    found = {
+        record.name: {name: asdict(one) for name, one in record.outputs.items()}
+        for record in main(study)
+        if record.outputs
+    }
     if not found:
         return []
     first = next(iter(found.values()))
-    titles = {"error": "Largest errors of the outputs", "relative": "Largest errors of the outputs as parts of their ranges"}
+    titles = {
+        "error": "Largest errors of the outputs",
+        "relative": "Largest errors of the outputs as parts of their ranges",
+    }
     shown = []
     for key, title in titles.items():
         rows = []
         for name, one in first.items():
             head, size = display.head(add_unit(name, one["unit"]), [one["range"]])
-            errors = (kinds.part(columns[name][key], size if key == "error" else 1.0) for columns in found.values())
+            errors = (
+                kinds.part(columns[name][key], size if key == "error" else 1.0)
+                for columns in found.values()
+            )
             rows.append((head, f"{one['range'] / size:.3g}", *errors))
         shown.append(ReportTable(title, ("output", "range", *found), rows, names=True))
     return shown
@@ -61,8 +81,11 @@ def main(study: Comparison) -> list[ModelRecord]:
 
 
 def overview(study: Comparison, display: DisplayUnits) -> ReportTable:
-    """Time beside error, without the other eps and eta (they are in the figure and in the JSON object)."""
-    rows, (unit, size) = [], length_unit(study, display)
+    """Time beside error, without the other eps and eta (they are in the figure and in the JSON
+    object).
+    """
+    rows = []
+    (unit, size) = length_unit(study, display)
     full = study["full"].cpu_s
     for record in study.records:
         if not record.main and record.family not in ("full", "coarse", "step"):
@@ -73,8 +96,26 @@ def overview(study: Comparison, display: DisplayUnits) -> ReportTable:
         pays = "" if record.pays_after_runs is None else str(math.ceil(record.pays_after_runs))
         errors = record.max_error, record.mean_error, record.position_error / size
         distances = (tell(value, record.finer) for value in errors)
-        rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *distances, pays))
-    columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", f"position error [{unit}]", "pays after runs")
+        rows.append(
+            (
+                record.name,
+                record.dofs,
+                f"{record.cpu_s:.3g}",
+                f"{full / record.cpu_s:.1f}",
+                *distances,
+                pays,
+            )
+        )
+    columns = (
+        "model",
+        "dofs",
+        "CPU [s]",
+        "speed-up",
+        "max error",
+        "mean error",
+        f"position error [{unit}]",
+        "pays after runs",
+    )
     return ReportTable("Time beside error", columns, rows, names=True)
 
 

@@ -17,7 +17,9 @@ Matrix: TypeAlias = csr_array | np.ndarray
 @storable
 @dataclass(frozen=True)
 class Affine:
-    """The affine map x -> matrix @ x + offset of x (j,), with the matrix (i, j), sparse or dense, and the offset (i,)."""
+    """The affine map x -> matrix @ x + offset of x (j,), with the matrix (i, j), sparse or dense,
+    and the offset (i,).
+    """
 
     matrix: Annotated[Matrix, Reals("i j")]
     offset: Annotated[np.ndarray, Reals("i")]

@@ -1,4 +1,6 @@
-"""From bodies, joints and loads to a System with all multipliers, and from there to the form without linear constraints."""
+"""From bodies, joints and loads to a System with all multipliers, and from there to the form
+without linear constraints.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +66,9 @@ SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
 KEPT = "kept linear rows"  #: under which a system remembers them
 ORIGINS = "origins"  #: the same of what joints and loads have put into it
-MOVED = 1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
+MOVED = (
+    1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
+)
 SAME_PLACE = 1e-12  #: differences of functions at two places of a body that are one
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 
@@ -72,7 +76,9 @@ SNAP = 1e-12  #: distance from a break, over the length of a line, that is round
 @dataclass(frozen=True)
 @checked
 class Rayleigh:
-    """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on strains only."""
+    """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on
+    strains only.
+    """
 
     mass: Annotated[float, fields.quantity("1/s", ">= 0")] = 0.0
     stiffness: Annotated[float, fields.quantity("s", ">= 0")] = 0.0
@@ -87,7 +93,8 @@ class Rayleigh:
 class Motion:
     """Rigid velocity field of a body at the start, v = velocity + angular_velocity x (r - center).
 
-    The `center`, by default the origin of the scene, is the point that has the velocity: state it where a body moves and turns.
+    The `center`, by default the origin of the scene, is the point that has the velocity: state it
+    where a body moves and turns.
     """
 
     velocity: Annotated[tuple[float, ...], fields.vector("m/s")] | None = None
@@ -105,16 +112,22 @@ def assemble(
     pictures: bool = True,
     **more: Any,
 ) -> System:
-    """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
+    """System in body coordinates with every constraint kept as a multiplier row; without `pictures`
+    it has no lines and skins.
 
         M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0
 
-    `outputs` by name, `initial` velocities by the name of a body; a body without one starts at rest. Expressions of the state read
-    outputs, and what stands beside them (`inputs`, ...), by their names: see `additions`. `eliminate` takes out what
-    is linear. InputError for no body, bodies of different dimensions or of one name, joints of one name, columns of one name,
-    places and names that do not exist, and keywords that nothing registers.
+    `outputs` by name, `initial` velocities by the name of a body; a body without one starts at
+    rest. Expressions of the state read outputs, and what stands beside them (`inputs`, ...), by
+    their names: see `additions`. `eliminate` takes out what is linear. InputError for no body,
+    bodies of different dimensions or of one name, joints of one name, columns of one name, places
+    and names that do not exist, and keywords that nothing registers.
     """
-    for name, value, kind in (("bodies", bodies, Iterable[Body]), ("joints", joints, Iterable), ("loads", loads, Iterable)):
+    for name, value, kind in (
+        ("bodies", bodies, Iterable[Body]),
+        ("joints", joints, Iterable),
+        ("loads", loads, Iterable),
+    ):
         arguments.require(f"assemble: {name}", value, kind)
     arguments.require("assemble: outputs", outputs, Mapping[str, Any] | None)
     arguments.require("assemble: initial", initial, Mapping[str, Any] | None)
@@ -134,13 +147,18 @@ def assemble(
     responses.keep(draft, wanted.kept)
     draft.acting = [*places_of("joint", joints), *places_of("load", loads)]
     sensed = sense(draft)
-    parts, forces = list(layout.bodies.values()), draft.forces
+    parts = list(layout.bodies.values())
+    forces = draft.forces
     pictured = [part for part in parts if part.constant.any()] if pictures else []
-    probes, sensors = draft.probes.affine(), draft.sensors.affine()
+    probes = draft.probes.affine()
+    sensors = draft.sensors.affine()
     constraints = replace(draft.constraints.arrays(), loose=draft.loose)
     driven = {k for _, k in driving(constraints)} if draft.signals else set()
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
-    q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
+    q0, unit = (
+        np.concatenate([part.reference.ravel() for part in parts]),
+        np.concatenate([part.constant for part in parts]),
+    )
     system = System(
         dim=layout.dim,
         lift=Affine(csr_array(diags_array(np.ones(layout.size))), np.zeros(layout.size)),
@@ -148,8 +166,15 @@ def assemble(
         damping=csr_array(damping.mass * mass) if damping.mass else csr_array(mass.shape),
         stiffness=springs(parts, layout.dim),
         elastic=(
-            *(Elastic(part.name, damping.stiffness, energy(part, layout)) for part in parts if part.cells is not None),
-            *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
+            *(
+                Elastic(part.name, damping.stiffness, energy(part, layout))
+                for part in parts
+                if part.cells is not None
+            ),
+            *(
+                Elastic(name, 0.0, gather(part, cells, layout))
+                for name, part, cells in forces.cells
+            ),
         ),
         probes=probes,
         constraints=constraints,
@@ -157,13 +182,21 @@ def assemble(
             constant=mass @ uniform_field(layout, parts, forces.field),
             forces=joined(forces.terms),
         ),
-        signals=tuple(as_drive(signal) if k in driven else signal for k, signal in enumerate(draft.signals)),
+        signals=tuple(
+            as_drive(signal) if k in driven else signal for k, signal in enumerate(draft.signals)
+        ),
         sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ layout.shift),
         outputs=sensed,
-        lines=tuple(picture_line(part, layout) for part in pictured if not isinstance(part.space, Surface)),
-        skins=tuple(picture_skin(part, layout) for part in pictured if isinstance(part.space, Surface)),
+        lines=tuple(
+            picture_line(part, layout) for part in pictured if not isinstance(part.space, Surface)
+        ),
+        skins=tuple(
+            picture_skin(part, layout) for part in pictured if isinstance(part.space, Surface)
+        ),
         markers=tuple(draft.markers),
-        coordinates=tuple((p.name, layout.first[p.name], layout.first[p.name] + p.reference.size) for p in parts),
+        coordinates=tuple(
+            (p.name, layout.first[p.name], layout.first[p.name] + p.reference.size) for p in parts
+        ),
         components=(),
         x0=q0,
         v0=initial_velocity(layout, parts, initial or {}),
@@ -173,12 +206,18 @@ def assemble(
         scale=lengths.extent(parts, probes(q0)),
         origin=layout.origin,
         readings=readings.collect(
-            wanted, sensed, responses.known(draft), responses.tables_of(draft), (gain for one, _ in reading for gain in one.gains())
+            wanted,
+            sensed,
+            responses.known(draft),
+            responses.tables_of(draft),
+            (gain for one, _ in reading for gain in one.gains()),
         ),
         **own,
     )
     if brought:
-        system = replace(system, v0=rates_of_unknowns(system, sum(one.reference.size for one in brought)))
+        system = replace(
+            system, v0=rates_of_unknowns(system, sum(one.reference.size for one in brought))
+        )
     remembered(system, ORIGINS, lambda: tuple(draft.origins))
     if any(knows_more(part) for part in bodies):
         given = joints, loads, damping, outputs, initial, False
@@ -188,12 +227,16 @@ def assemble(
 
 
 def origins_of(system: System) -> tuple[Origin, ...]:
-    """What joints and loads have put into a system as it was assembled; of one that was changed since, nothing is known."""
+    """What joints and loads have put into a system as it was assembled; of one that was changed
+    since, nothing is known.
+    """
     return remembered(system, ORIGINS, tuple)
 
 
 def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
-    """Coordinates that joints bring; InputError for joints that are none, that have problems, or one name."""
+    """Coordinates that joints bring; InputError for joints that are none, that have problems, or
+    one name.
+    """
     for joint in joints:
         require_sound("joint", getattr(joint, "name", ""), joint, Joint, layout.dim)
     unique("joints", [joint.name for joint in joints])
@@ -211,7 +254,8 @@ def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
 
 
 def require_two_places(where: str, one: Joint | Load | probe_rules.Probe, draft: Draft) -> None:
-    """InputError for what is between a place and itself, however that is called: `right`, or an arc length.
+    """InputError for what is between a place and itself, however that is called: `right`, or an arc
+    length.
 
     Contact is between a place and the one that carries its shape.
     """
@@ -220,20 +264,34 @@ def require_two_places(where: str, one: Joint | Load | probe_rules.Probe, draft:
         other = getattr(one, key, None)
         if not (isinstance(at, At) and isinstance(other, At) and at.body == other.body):
             continue
-        if at == other or abs(draft.layout.read(where, at) - draft.layout.read(where, other)).max() <= SAME_PLACE:
+        if (
+            at == other
+            or abs(draft.layout.read(where, at) - draft.layout.read(where, other)).max()
+            <= SAME_PLACE
+        ):
             got = f"'{other}', which is '{at}' itself"
-            raise InputError(say(f"{where}: {key}", "another place", got, "take a place of another body"))
+            raise InputError(
+                say(f"{where}: {key}", "another place", got, "take a place of another body")
+            )
 
 
-def read_by(additions: Iterable[Addition], draft: Draft) -> tuple[readings.WantedReadings, list[tuple[Addition, list[int]]]]:
-    """What additions read of accepted states, and each with the numbers of its values; expressions know what they give."""
+def read_by(
+    additions: Iterable[Addition], draft: Draft
+) -> tuple[readings.WantedReadings, list[tuple[Addition, list[int]]]]:
+    """What additions read of accepted states, and each with the numbers of its values; expressions
+    know what they give.
+    """
     added = [(one, list(one.reads())) for one in additions]
-    wanted = readings.sort([value for _, values in added for value in values], draft.outputs, draft.layout.dim)
+    wanted = readings.sort(
+        [value for _, values in added for value in values], draft.outputs, draft.layout.dim
+    )
     counted = iter(wanted.numbers)
     reading = [(one, list(islice(counted, len(values)))) for one, values in added]
     known = [source for one, numbers in reading for source in one.sources(numbers)]
     draft.inputs = {one.name: one for one in known}
-    unique("outputs, and what else expressions know", [*draft.outputs, *(one.name for one in known)])
+    unique(
+        "outputs, and what else expressions know", [*draft.outputs, *(one.name for one in known)]
+    )
     return wanted, reading
 
 
@@ -250,14 +308,22 @@ def push(draft: Draft, loads: Iterable[Load]) -> None:
 
 
 def sense(draft: Draft) -> dict[str, Output]:
-    """What the outputs of a draft read, by name; InputError for units that are no texts, and columns of one name."""
+    """What the outputs of a draft read, by name; InputError for units that are no texts, and
+    columns of one name.
+    """
     sensed = dict[str, Output]()
     for name, probe in draft.outputs.items():
         require_sound("output", name, probe, probe_rules.Probe, draft.layout.dim)
         require_two_places(f"output '{name}'", probe, draft)
         sensed[name] = probe.sense(name, draft)
         if not all(isinstance(unit, str) for unit in probe.units(name, sensed[name])):
-            raise InputError(say(f"output '{name}': unit", "a text such as 'm'", repr(probe.units(name, sensed[name]))))
+            raise InputError(
+                say(
+                    f"output '{name}': unit",
+                    "a text such as 'm'",
+                    repr(probe.units(name, sensed[name])),
+                )
+            )
     probe_rules.require_distinct_columns(sensed)
     return sensed
 
@@ -265,7 +331,9 @@ def sense(draft: Draft) -> dict[str, Output]:
 def places_of(kind: str, items: Iterable[Joint | Load]) -> Iterator[tuple[str, At]]:
     """Joints or loads, as messages name them, and the places that they act on."""
     for one in items:
-        yield from ((f"{kind} '{one.name}'", end) for end in vars(one).values() if isinstance(end, At))
+        yield from (
+            (f"{kind} '{one.name}'", end) for end in vars(one).values() if isinstance(end, At)
+        )
 
 
 def springs(parts: list[Body], dim: int) -> csr_array:
@@ -273,7 +341,9 @@ def springs(parts: list[Body], dim: int) -> csr_array:
     if all(part.stiffness is None for part in parts):
         size = dim * sum(len(part.reference) for part in parts)
         return csr_array((size, size))
-    own = [csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts]
+    own = [
+        csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts
+    ]
     return diagonal([alike(matrix, dim) for matrix in own])
 
 
@@ -287,25 +357,39 @@ def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints:
 
 
 def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
-    """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
+    """Cells of a body that read all coordinates q, or the coordinates of its space where frames
+    slave some of them.
+    """
     read = read_by_cells(part)
-    return cells.moved(layout.first[part.name]) if read is None else cells.moved(0, layout.spread(part, read))
+    return (
+        cells.moved(layout.first[part.name])
+        if read is None
+        else cells.moved(0, layout.spread(part, read))
+    )
 
 
 def orthonormal(part: Body, draft: Draft) -> None:
-    """The axes of every frame of a body stay unit vectors at right angles: (e_i . e_j - delta_ij) / (1 + delta_ij) = 0."""
+    """The axes of every frame of a body stay unit vectors at right angles: (e_i . e_j - delta_ij) /
+    (1 + delta_ij) = 0.
+    """
     dim = part.dim
     for frame in part.frames:
-        rows = [draft.probes.add(draft.layout.read(f"body '{part.name}'", At(part.name, frame), k + 1)) for k in range(dim)]
+        rows = [
+            draft.probes.add(draft.layout.read(f"body '{part.name}'", At(part.name, frame), k + 1))
+            for k in range(dim)
+        ]
         for i in range(dim):
             for j in range(i + 1):
                 factor = 0.5 if i == j else 1.0
-                terms = [(factor, -1, rows[i] + c, rows[j] + c) for c in range(dim)] + [(-0.5 * (i == j), -1, -1, -1)]
+                terms = [(factor, -1, rows[i] + c, rows[j] + c) for c in range(dim)] + [
+                    (-0.5 * (i == j), -1, -1, -1)
+                ]
                 draft.constraints.row(f"{part.name}.{frame}", f"e{j + 1}.e{i + 1}", *terms)
 
 
 def empty_draft(parts: list[Body]) -> tuple[Draft, Coordinates]:
-    """A draft with nothing but bodies, and where their coordinates are, from the origin that suits them (`lengths.origin`).
+    """A draft with nothing but bodies, and where their coordinates are, from the origin that suits
+    them (`lengths.origin`).
 
     InputError for no body, bodies of one name, or of different dimensions.
     """
@@ -315,9 +399,17 @@ def empty_draft(parts: list[Body]) -> tuple[Draft, Coordinates]:
     dims = {part.dim for part in parts}
     if len(dims) > 1:
         raise InputError(say("bodies", "one dimension for all", sorted(dims)))
-    first = dict(zip((p.name for p in parts), np.cumsum([0] + [p.reference.size for p in parts[:-1]]).tolist(), strict=True))
+    first = dict(
+        zip(
+            (p.name for p in parts),
+            np.cumsum([0] + [p.reference.size for p in parts[:-1]]).tolist(),
+            strict=True,
+        )
+    )
     origin = lengths.origin(parts)
-    moved = {p.name: replace(p, reference=p.reference - np.outer(p.constant, origin)) for p in parts}
+    moved = {
+        p.name: replace(p, reference=p.reference - np.outer(p.constant, origin)) for p in parts
+    }
     layout = Coordinates(dims.pop(), moved, first, sum(p.reference.size for p in parts), origin)
     return Draft(layout, ProbeRows(layout.size), ProbeRows(layout.size)), layout
 
@@ -333,11 +425,15 @@ def terms_of(known: Constraints) -> TermCollector:
 
     Directions and axes of reactions are not among what is known of them.
     """
-    columns = (part.tolist() for part in (known.row, known.coefficient, known.signal, known.i, known.j))
+    columns = (
+        part.tolist() for part in (known.row, known.coefficient, known.signal, known.i, known.j)
+    )
     return TermCollector(list(known.names), list(zip(*columns, strict=True)), laws=list(known.laws))
 
 
-def uniform_field(layout: Coordinates, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:
+def uniform_field(
+    layout: Coordinates, parts: list[Body], accelerations: list[np.ndarray]
+) -> np.ndarray:
     """Coordinates of the sum of all gravity fields (c,) [m/s2]."""
     total = sum(accelerations, np.zeros(layout.dim))
     return np.concatenate([np.kron(part.constant, total) for part in parts])
@@ -349,11 +445,16 @@ def require_kind(where: str, item: object, kind: type[Rayleigh | Motion]) -> Non
         keys = [one.name for one in dataclasses.fields(kind)]
         given = [key for key in keys if isinstance(item, Mapping) and key in item] or keys
         call = f"{kind.__name__}({', '.join(f'{key}=...' for key in given)})"
-        raise InputError(say(where, f"a {kind.__name__} of systems", shown(item), f"write systems.{call}"))
+        raise InputError(
+            say(where, f"a {kind.__name__} of systems", shown(item), f"write systems.{call}")
+        )
 
 
-def initial_velocity(layout: Coordinates, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
-    """v (q,) [m/s] of the bodies that move at the start, the center in the scene; zeros of the others.
+def initial_velocity(
+    layout: Coordinates, parts: list[Body], initial: Mapping[str, Motion]
+) -> np.ndarray:
+    """v (q,) [m/s] of the bodies that move at the start, the center in the scene; zeros of the
+    others.
 
         v = v0 + omega x (r - center)
 
@@ -362,14 +463,23 @@ def initial_velocity(layout: Coordinates, parts: list[Body], initial: Mapping[st
     for name, given in initial.items():
         require_kind(f"initial '{name}'", given, Motion)
         if name not in layout.bodies:
-            raise InputError(say("initial", f"one of the bodies {listed(layout.bodies, name)}", f"'{name}'"))
+            raise InputError(
+                say("initial", f"one of the bodies {listed(layout.bodies, name)}", f"'{name}'")
+            )
     v = []
     for part in parts:
-        motion, field = initial.get(part.name, Motion()), np.zeros_like(part.reference)
-        center = np.zeros(layout.dim) if motion.center is None else vector(f"initial '{part.name}'", motion.center, layout.dim)
+        motion = initial.get(part.name, Motion())
+        field = np.zeros_like(part.reference)
+        center = (
+            np.zeros(layout.dim)
+            if motion.center is None
+            else vector(f"initial '{part.name}'", motion.center, layout.dim)
+        )
         places = part.reference + np.outer(part.constant, layout.origin - center)
         if motion.velocity is not None:
-            field += np.outer(part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim))
+            field += np.outer(
+                part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim)
+            )
         spin = motion.angular_velocity
         omega = np.atleast_1d(np.asarray(() if spin is None else spin, dtype=float))
         if omega.size and layout.dim == 2:
@@ -381,35 +491,56 @@ def initial_velocity(layout: Coordinates, parts: list[Body], initial: Mapping[st
 
 
 def rates_of_unknowns(system: System, count: int) -> np.ndarray:
-    """v0 (q,) in which the last `count` coordinates, which joints bring, follow from the motion of the bodies: Phi_q v0 = 0.
+    """v0 (q,) in which the last `count` coordinates, which joints bring, follow from the motion of
+    the bodies: Phi_q v0 = 0.
 
     Drives are left out: where they begin with another rate, they change velocities.
     """
-    rows, z = redundancy.rows_of(keep_constraints(system, np.flatnonzero(~driven_rows(system.constraints))))
-    mine, v = rows.used >= system.size - count, system.v0.copy()
+    rows, z = redundancy.rows_of(
+        keep_constraints(system, np.flatnonzero(~driven_rows(system.constraints)))
+    )
+    mine = rows.used >= system.size - count
+    v = system.v0.copy()
     J = as_dense(rows(z)[1])
     v[rows.used[mine]] = ranks.least(J[:, mine], -J @ v[rows.used])
     return v
 
 
 def picture_line(part: Body, layout: Coordinates) -> LineSamples:
-    """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
+    """Samples of the centre line for pictures and position errors, at the same places on every
+    mesh.
+    """
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
-        return LineSamples(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
+        return LineSamples(
+            part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT
+        )
     samples = partial(line_samples, part, layout)
     return LineSamples.later(
-        part.name, samples, part.radius, part.cells.law, *stiffnesses(part, part.cells), partial(sections, part, layout)
+        part.name,
+        samples,
+        part.radius,
+        part.cells.law,
+        *stiffnesses(part, part.cells),
+        partial(sections, part, layout),
     )
 
 
 def sections(part: Body, layout: Coordinates) -> SweptLine | None:
     """Sections along a beam in full that carries directors; None of other lines."""
-    return None if part.directors is None or part.shapes is not None else swept_line(part, partial(layout.spread, part))
+    return (
+        None
+        if part.directors is None or part.shapes is not None
+        else swept_line(part, partial(layout.spread, part))
+    )
 
 
 def line_samples(part: Body, layout: Coordinates) -> csr_array:
-    """Rows (3 c x, q) of a centre line: positions, then first and second derivatives by the arc length."""
-    value, first, second = (layout.remember(part, ("line", k), partial(line_rows, part, k)) for k in range(3))
+    """Rows (3 c x, q) of a centre line: positions, then first and second derivatives by the arc
+    length.
+    """
+    value, first, second = (
+        layout.remember(part, ("line", k), partial(line_rows, part, k)) for k in range(3)
+    )
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
     slope = scale_rows(first, 1 / J)
@@ -431,11 +562,16 @@ def sampled(part: Body) -> np.ndarray:
 
 def scale_rows(rows: csr_array, factors: np.ndarray) -> csr_array:
     """Rows times factors (x,)."""
-    return csr_array((rows.data * np.repeat(factors, np.diff(rows.indptr)), rows.indices, rows.indptr), shape=rows.shape)
+    return csr_array(
+        (rows.data * np.repeat(factors, np.diff(rows.indptr)), rows.indices, rows.indptr),
+        shape=rows.shape,
+    )
 
 
 def stiffnesses(part: Body, cells: Cells) -> tuple[float | np.ndarray, float | np.ndarray]:
-    """EA and EI of the laws of cables, means over the length, or (x,) at the samples where the section changes; zeros of others."""
+    """EA and EI of the laws of cables, means over the length, or (x,) at the samples where the
+    section changes; zeros of others.
+    """
     if cells.law not in (Law.EXACT, Law.MATERIAL, Law.QUADRATIC):
         return 0.0, 0.0
     if part.profile is not None:
@@ -446,13 +582,19 @@ def stiffnesses(part: Body, cells: Cells) -> tuple[float | np.ndarray, float | n
 
 
 def snapped(xi: np.ndarray, breaks: np.ndarray) -> np.ndarray:
-    """Places (x,) of a line, those at breaks there to the bit, so that round-off of a length does not choose their cell."""
-    near = breaks[np.clip(np.searchsorted(0.5 * (breaks[1:] + breaks[:-1]), xi), 0, len(breaks) - 1)]
+    """Places (x,) of a line, those at breaks there to the bit, so that round-off of a length does
+    not choose their cell.
+    """
+    near = breaks[
+        np.clip(np.searchsorted(0.5 * (breaks[1:] + breaks[:-1]), xi), 0, len(breaks) - 1)
+    ]
     return np.asarray(np.where(np.abs(xi - near) <= SNAP * (breaks[-1] - breaks[0]), near, xi))
 
 
 def rigid_samples(part: Body) -> csr_array:
-    """Points of the outline, unit vectors along it and no curvature, (3 x, b); the centre alone where there is no outline."""
+    """Points of the outline, unit vectors along it and no curvature, (3 x, b); the centre alone
+    where there is no outline.
+    """
     if part.outline is None or len(part.outline) < 2:
         return csr_array(([1.0], ([0], [0])), shape=(3, len(part.reference)))
     along = np.diff(part.outline, axis=0)
@@ -461,7 +603,9 @@ def rigid_samples(part: Body) -> csr_array:
 
 
 def picture_skin(part: Body, layout: Coordinates) -> Skin:
-    """Samples of a middle surface for pictures and stresses, FACETS x FACETS quadrilaterals a cell (triangles: degenerate ones)."""
+    """Samples of a middle surface for pictures and stresses, FACETS x FACETS quadrilaterals a cell
+    (triangles: degenerate ones).
+    """
     shape, cells = part.space, part.cells
     assert isinstance(shape, Surface)
     assert cells is not None
@@ -469,11 +613,17 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
     a, b = (x.ravel() for x in np.meshgrid(s, s, indexing="ij"))
     xi = np.column_stack([a, b if shape.parent is surface.Parent.SQUARE else b * (1.0 - a)])
     count, points = len(shape.nodes), len(xi)
-    values = surface.basis(shape.space, np.repeat(np.arange(count), points), np.tile(xi, (count, 1)))
+    values = surface.basis(
+        shape.space, np.repeat(np.arange(count), points), np.tile(xi, (count, 1))
+    )
     reference = part.shape_reference
-    local, _, curved = local_table(values.reshape(count, points, 6, -1), np.ones((count, points)), reference[shape.nodes])
+    local, _, curved = local_table(
+        values.reshape(count, points, 6, -1), np.ones((count, points)), reference[shape.nodes]
+    )
     vectors = cells.law.vectors
-    tables = np.concatenate([values.reshape(count, points, 6, -1)[:, :, :1], local[:, :, :vectors]], axis=2)
+    tables = np.concatenate(
+        [values.reshape(count, points, 6, -1)[:, :, :1], local[:, :, :vectors]], axis=2
+    )
     tables = tables.transpose(2, 0, 1, 3).reshape((1 + vectors) * count * points, -1)
     columns = np.tile(np.repeat(shape.nodes, points, axis=0), (1 + vectors, 1))
     indptr = np.arange(len(tables) + 1) * tables.shape[1]
@@ -482,21 +632,33 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
     corner = (np.arange(FACETS)[:, None] * (FACETS + 1) + np.arange(FACETS)[None, :]).ravel()
     facets = corner[:, None] + np.array([0, FACETS + 1, FACETS + 2, 1])
     facets = (facets[None] + points * np.arange(count)[:, None, None]).reshape(-1, 4)
-    section = np.repeat(cells.section[:, :1].transpose(0, 2, 1), points, axis=2).reshape(len(cells.section), 1, -1)
+    section = np.repeat(cells.section[:, :1].transpose(0, 2, 1), points, axis=2).reshape(
+        len(cells.section), 1, -1
+    )
     if cells.law is Law.SHELL:
         section[3:6, 0] = curved.reshape(-1, 3).T
     thickness = np.repeat(np.broadcast_to(part.thickness, count), points)
     first = layout.first[part.name]
-    return Skin(part.name, rows, slice(first, first + part.reference.size), facets, thickness, cells.law, section)
+    return Skin(
+        part.name,
+        rows,
+        slice(first, first + part.reference.size),
+        facets,
+        thickness,
+        cells.law,
+        section,
+    )
 
 
 @checked
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
-    """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r), found by `echelon.solve`.
+    """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r),
+    found by `echelon.solve`.
 
-    Redundant rows are dropped with a notice; contradictory rows raise Contradiction with the joints by name. An initial
-    state that does not satisfy the rows is moved onto them with a notice, velocities by the least kinetic energy of the change.
-    Pivots are larger than `tolerance`, relative; `full` of the result is the system itself, from which reactions are recovered.
+    Redundant rows are dropped with a notice; contradictory rows raise Contradiction with the joints
+    by name. An initial state that does not satisfy the rows is moved onto them with a notice,
+    velocities by the least kinetic energy of the change. Pivots are larger than `tolerance`,
+    relative; `full` of the result is the system itself, from which reactions are recovered.
     """
     rows, A, a = linear_part(system)
     if len(rows) == 0:
@@ -517,7 +679,10 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     T = csr_array(
         (
             np.concatenate([np.ones(len(kept)), values]),
-            (np.concatenate([kept, found.dependent[row]]), np.concatenate([place[kept], place[column]])),
+            (
+                np.concatenate([kept, found.dependent[row]]),
+                np.concatenate([place[kept], place[column]]),
+            ),
         ),
         shape=(system.size, len(kept)),
     )
@@ -530,25 +695,34 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
 
 
 def kept_rows(system: System) -> np.ndarray:
-    """Linear constraints (i,), numbered as in `linear_part`, that `eliminate` solves: the others follow from them."""
+    """Linear constraints (i,), numbered as in `linear_part`, that `eliminate` solves: the others
+    follow from them.
+    """
 
     def find() -> np.ndarray:
         rows, A, a = linear_part(system)
         left = echelon.solve(A, a, units=redundancy.scale_of(system)).left
-        return np.setdiff1d(np.arange(len(rows)), redundancy.keep_held(system.constraints, rows, A, left))
+        return np.setdiff1d(
+            np.arange(len(rows)), redundancy.keep_held(system.constraints, rows, A, left)
+        )
 
     return remembered(system, KEPT, find)
 
 
-def without_motion(system: System, rows: np.ndarray, found: echelon.Echelon, gap: np.ndarray) -> System:
-    """The system where linear constraints `rows` (i,) hold all unknowns: it keeps those that do, for their reactions.
+def without_motion(
+    system: System, rows: np.ndarray, found: echelon.Echelon, gap: np.ndarray
+) -> System:
+    """The system where linear constraints `rows` (i,) hold all unknowns: it keeps those that do,
+    for their reactions.
 
     `gap` (i,) is what the rows miss in the initial state.
     """
     report_moved(system, rows, gap)
     x0 = np.zeros(system.size)
     x0[found.dependent] = found.fixed
-    held = keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows[found.left]))
+    held = keep_constraints(
+        system, np.setdiff1d(np.arange(len(system.constraints.names)), rows[found.left])
+    )
     return replace(held, x0=x0, full=system)
 
 
@@ -559,7 +733,9 @@ def report_moved(system: System, rows: np.ndarray, gap: np.ndarray) -> None:
     """
     wrong = [k for k in np.argsort(-np.abs(gap)) if abs(gap[k]) > MOVED * system.scale]
     if wrong:
-        listed = ", ".join(f"{'.'.join(system.constraints.names[rows[k]])} by {abs(gap[k]):.3g}" for k in wrong)
+        listed = ", ".join(
+            f"{'.'.join(system.constraints.names[rows[k]])} by {abs(gap[k]):.3g}" for k in wrong
+        )
         notify(f"the initial state is moved, because it does not satisfy the joints: {listed}")
 
 
@@ -568,13 +744,15 @@ def mass_of_speeds(system: System) -> csr_array:
 
         M + 1e-9 (W - M),    W the metric
 
-    Where initial velocities change by the least kinetic energy, such axes keep velocities that joints let be.
+    Where initial velocities change by the least kinetic energy, such axes keep velocities that
+    joints let be.
     """
     return csr_array(system.mass + LIGHT * (system.metric - system.mass))
 
 
 def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
-    """Initial velocities (r,) in the unknowns of `free`, x = T y + d, T (n, r): those of least kinetic energy of the change.
+    """Initial velocities (r,) in the unknowns of `free`, x = T y + d, T (n, r): those of least
+    kinetic energy of the change.
 
         (T^T M T) v = T^T M v0
 
@@ -583,7 +761,9 @@ def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarra
     if not system.v0.any():
         return free.v0
     M = mass_of_speeds(system)
-    v = np.asarray(spsolve(csr_array(T.T @ M @ T).tocsc(), T.T @ (M @ system.v0))).reshape(free.size)
+    v = np.asarray(spsolve(csr_array(T.T @ M @ T).tocsc(), T.T @ (M @ system.v0))).reshape(
+        free.size
+    )
     change = T @ v - system.v0
     if np.abs(change).max() > 1e-9 * max(1.0, float(np.abs(system.v0).max())):
         redundancy.notify_projected(system, change)

@@ -4,8 +4,9 @@ r"""The contracts of joints, loads and systems, for every type of this package a
     load      K = - dF/dx,   C = - dF/dv,   v . (F(x, v) - F(x, 0)) <= 0 where it does not drive
     system    K = d(f + Phi_x^T lambda)/dx,   f_elastic = dU/dx,   v . (f(x, v) - f(x, 0)) >= 0,   M = M^T, semi-definite
 
-Derivatives are compared with fourth-order differences along random directions at a random state near the reference. Elastic forces
-and the forces of loads and joints are tested apart, because stiff bodies would hide the rest.
+Derivatives are compared with fourth-order differences along random directions at a random state
+near the reference. Elastic forces and the forces of loads and joints are tested apart, because
+stiff bodies would hide the rest.
 """
 
 from __future__ import annotations
@@ -38,18 +39,27 @@ Function = Callable[[np.ndarray], np.ndarray]
 
 
 @checked
-def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
+def check_joint(
+    bodies: Iterable[Body], joint: Joint, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0
+) -> None:
     """The contract of a joint between the given bodies; raises an InputError that names what fails.
 
         Phi(x0, 0) = 0,   Phi_x = dPhi/dx,   H_m = d2 Phi_m / dx2,   constant Phi_x for rows that call themselves linear
 
-    Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s]; errors are relative, up to the
-    `tolerance`.
+    Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s];
+    errors are relative, up to the `tolerance`.
     """
-    system, random = replace(assemble(bodies, [joint]), elastic=()), generator(seed)
+    system = replace(assemble(bodies, [joint]), elastic=())
+    random = generator(seed)
     where = f"check_joint({type(joint).__name__})"
-    model, count = compile_system(system), len(system.constraints.names)
-    require(where, "gap in the reference", float(np.abs(compiled.gap(model, system.x0)[0]).max()), 1e-9 * system.scale)
+    model = compile_system(system)
+    count = len(system.constraints.names)
+    require(
+        where,
+        "gap in the reference",
+        float(np.abs(compiled.gap(model, system.x0)[0]).max()),
+        1e-9 * system.scale,
+    )
     x = random_state(system, random)
     for m in range(count):
         multipliers = np.eye(count)[m]
@@ -57,25 +67,48 @@ def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, toleran
         for d in directions(system, random):
             J = compiled.gap(model, x, time)[1]
             slope = difference(lambda z: compiled.gap(model, z, time)[0], x, d)
-            require(where, f"Jacobian of {label}", abs(float(slope[m] - J[m] @ d)) / row_size(J[m], d), tolerance)
-        check_tangent(where, f"second derivatives of {label}", model, x, multipliers, time, random, tolerance)
+            require(
+                where,
+                f"Jacobian of {label}",
+                abs(float(slope[m] - J[m] @ d)) / row_size(J[m], d),
+                tolerance,
+            )
+        check_tangent(
+            where, f"second derivatives of {label}", model, x, multipliers, time, random, tolerance
+        )
     rows, A, a = linear_part(system)
     error = np.abs(A @ x + a - compiled.gap(model, x, time)[0][rows]).max(initial=0.0)
-    require(where, f"linear rows ({is_linear(system.constraints).sum()} of {count}) as A x + a", float(error), tolerance)
+    require(
+        where,
+        f"linear rows ({is_linear(system.constraints).sum()} of {count}) as A x + a",
+        float(error),
+        tolerance,
+    )
 
 
 @checked
-def check_force(bodies: Iterable[Body], load: Load, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
+def check_force(
+    bodies: Iterable[Body], load: Load, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0
+) -> None:
     """The contract of a load on the given bodies; raises an InputError that names what fails.
 
-    Derivatives by positions and velocities are those of its forces at a random state, and what reads velocities takes energy out,
-    unless the load says that it `drives`.
+    Derivatives by positions and velocities are those of its forces at a random state, and what
+    reads velocities takes energy out, unless the load says that it `drives`.
     """
-    system, random = assemble(bodies, loads=[load]), generator(seed)
-    system = replace(system, elastic=(), constraints=Constraints(), damping=csr_array(system.mass.shape))
-    where, model, none = f"check_force({type(load).__name__})", compile_system(system), np.zeros(0)
-    x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
-    for rate, name in ((v, "derivative by positions"), (np.zeros_like(v), "derivative by positions at rest")):
+    system = assemble(bodies, loads=[load])
+    random = generator(seed)
+    system = replace(
+        system, elastic=(), constraints=Constraints(), damping=csr_array(system.mass.shape)
+    )
+    where = f"check_force({type(load).__name__})"
+    model = compile_system(system)
+    none = np.zeros(0)
+    x = random_state(system, random)
+    v = directions(system, random)[0] / AMPLITUDE
+    for rate, name in (
+        (v, "derivative by positions"),
+        (np.zeros_like(v), "derivative by positions at rest"),
+    ):
         check_tangent(where, name, model, x, none, time, random, tolerance, rate)
     check_rates(where, model, x, v, time, random, tolerance)
     if not load.drives:
@@ -88,23 +121,38 @@ def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, see
 
         K = d(f + Phi_x^T lambda)/dx,   f_elastic = dU/dx,   v . (f(x, v) - f(x, 0)) >= 0,   M = M^T, semi-definite
 
-    Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s]; errors are relative, up to the
-    `tolerance`. The mass becomes a dense matrix.
+    Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s];
+    errors are relative, up to the `tolerance`. The mass becomes a dense matrix.
     """
-    where, random = "check_system", generator(seed)
-    x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
+    where = "check_system"
+    random = generator(seed)
+    x = random_state(system, random)
+    v = directions(system, random)[0] / AMPLITUDE
     count = len(system.constraints.names)
     check_mass(where, system)
     elastic = compile_system(without_loads(system))
-    check_energy(where, compile_system(without_pressures(without_loads(system))), x, random, tolerance)
-    check_tangent(where, "tangent of the elastic forces", elastic, x, np.zeros(0), time, random, tolerance)
+    check_energy(
+        where, compile_system(without_pressures(without_loads(system))), x, random, tolerance
+    )
+    check_tangent(
+        where, "tangent of the elastic forces", elastic, x, np.zeros(0), time, random, tolerance
+    )
     rest = compile_system(replace(system, elastic=()))
     multipliers = random.normal(size=count)
-    check_tangent(where, "tangent of loads and joints", rest, x, multipliers, time, random, tolerance)
+    check_tangent(
+        where, "tangent of loads and joints", rest, x, multipliers, time, random, tolerance
+    )
     whole = compile_system(system)
     check_tangent(where, "tangent of all forces", whole, x, multipliers, time, random, tolerance)
     check_rates(where, whole, x, v, time, random, tolerance)
-    check_loss(where, compile_system(replace(system, loads=Loads(system.loads.constant))), x, v, time, tolerance)
+    check_loss(
+        where,
+        compile_system(replace(system, loads=Loads(system.loads.constant))),
+        x,
+        v,
+        time,
+        tolerance,
+    )
 
 
 def generator(seed: int) -> Generator:
@@ -130,13 +178,17 @@ def length(system: System) -> float:
 
 
 def difference(function: Function, x: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Derivative of a function of x (n,) along d (n,) by the fourth-order central difference with the step `STEP`."""
+    """Derivative of a function of x (n,) along d (n,) by the fourth-order central difference with
+    the step `STEP`.
+    """
     f = {k: function(x + k * STEP * d) for k in (-2, -1, 1, 2)}
     return (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * STEP)
 
 
 def row_size(row: np.ndarray, d: np.ndarray) -> float:
-    """Size |row| . |d| of a product of a row (n,) and d (n,) without cancellation; 1 for a row of zeros."""
+    """Size |row| . |d| of a product of a row (n,) and d (n,) without cancellation; 1 for a row of
+    zeros.
+    """
     return float(np.abs(row) @ np.abs(d)) or 1.0
 
 
@@ -151,7 +203,8 @@ def check_tangent(
     tolerance: float,
     v: np.ndarray | None = None,
 ) -> None:
-    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force that turns with d.
+    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force
+    that turns with d.
 
     x and v (n,), multipliers (m,), `time` [s]; InputError where an error is above the `tolerance`.
     """
@@ -160,14 +213,22 @@ def check_tangent(
     def force(z: np.ndarray) -> np.ndarray:
         return compiled.evaluate(model, z, v, time, None, multipliers)[0]
 
-    K, size = compiled.tangent(model, x, multipliers, time, v=v), AMPLITUDE * np.linalg.norm(force(x)) / length(model.system)
+    K = compiled.tangent(model, x, multipliers, time, v=v)
+    size = AMPLITUDE * np.linalg.norm(force(x)) / length(model.system)
     for d in directions(model.system, random):
         product = K @ d
         scale = np.linalg.norm(product) + size * np.linalg.norm(d)
-        require(where, name, float(np.linalg.norm(product - difference(force, x, d)) / (scale or 1.0)), tolerance)
+        require(
+            where,
+            name,
+            float(np.linalg.norm(product - difference(force, x, d)) / (scale or 1.0)),
+            tolerance,
+        )
 
 
-def check_energy(where: str, model: Compiled, x: np.ndarray, random: Generator, tolerance: float) -> None:
+def check_energy(
+    where: str, model: Compiled, x: np.ndarray, random: Generator, tolerance: float
+) -> None:
     """Elastic force f . d against differences of the strain energy at x (n,); `model` has no loads.
 
     InputError where an error is above the `tolerance`.
@@ -183,32 +244,53 @@ def check_energy(where: str, model: Compiled, x: np.ndarray, random: Generator, 
 
 
 def check_rates(
-    where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, random: Generator, tolerance: float
+    where: str,
+    model: Compiled,
+    x: np.ndarray,
+    v: np.ndarray,
+    time: float,
+    random: Generator,
+    tolerance: float,
 ) -> None:
-    """The derivative by velocities that the tangent adds against differences of the forces, at x and v (n,) and `time` [s].
+    """The derivative by velocities that the tangent adds against differences of the forces, at x
+    and v (n,) and `time` [s].
 
     InputError where an error is above the `tolerance`.
     """
     none = np.zeros(model.constraints)
-    C = compiled.tangent(model, x, none, time, 1.0, v=v) - compiled.tangent(model, x, none, time, v=v)
+    C = compiled.tangent(model, x, none, time, 1.0, v=v) - compiled.tangent(
+        model, x, none, time, v=v
+    )
     noise = 1e-12 * float(np.linalg.norm(compiled.forces(model, x, v, time)))
     for d in RATES * directions(model.system, random) / AMPLITUDE:
         change = difference(lambda z: compiled.forces(model, x, z, time), v, d)
         size = float(np.linalg.norm(C @ d)) or 1.0
         error = float(np.linalg.norm(change - C @ d))
-        require(where, "derivative of the forces by velocities", error, tolerance * size + noise / STEP)
+        require(
+            where, "derivative of the forces by velocities", error, tolerance * size + noise / STEP
+        )
 
 
-def check_loss(where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float) -> None:
-    """What reads velocities takes energy out: v . (f(x, v) - f(x, 0)) >= 0 at x and v (n,) and `time` [s]; else InputError."""
-    whole, still = compiled.forces(model, x, v, time), compiled.forces(model, x, np.zeros_like(x), time)
-    damping, noise = whole - still, 1e-12 * float(np.linalg.norm(whole))
+def check_loss(
+    where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float
+) -> None:
+    """What reads velocities takes energy out: v . (f(x, v) - f(x, 0)) >= 0 at x and v (n,) and
+    `time` [s]; else InputError.
+    """
+    whole, still = (
+        compiled.forces(model, x, v, time),
+        compiled.forces(model, x, np.zeros_like(x), time),
+    )
+    damping = whole - still
+    noise = 1e-12 * float(np.linalg.norm(whole))
     room = (tolerance * float(np.linalg.norm(damping)) + noise) * float(np.linalg.norm(v))
     require(where, "damping takes energy out (gain)", -float(v @ damping), room)
 
 
 def check_mass(where: str, system: System) -> None:
-    """Mass symmetric and without negative directions, relative to its largest entry; massless frames have none at all."""
+    """Mass symmetric and without negative directions, relative to its largest entry; massless
+    frames have none at all.
+    """
     M = as_dense(system.mass)
     largest = float(np.abs(M).max())
     require(where, "symmetry of the mass", float(np.abs(M - M.T).max()) / largest, 1e-13)
@@ -218,11 +300,19 @@ def check_mass(where: str, system: System) -> None:
 
 def without_pressures(system: System) -> System:
     """The system without loads that follow, whose work is no energy."""
-    return replace(system, elastic=tuple(part for part in system.elastic if not part.gather.law.follows))
+    return replace(
+        system, elastic=tuple(part for part in system.elastic if not part.gather.law.follows)
+    )
 
 
 def without_loads(system: System) -> System:
     """The elastic system alone, without damping."""
     loads = Loads(np.zeros(system.size))
     undamped = tuple(replace(part, beta=0.0) for part in system.elastic)
-    return replace(system, elastic=undamped, damping=csr_array(system.mass.shape), loads=loads, constraints=Constraints())
+    return replace(
+        system,
+        elastic=undamped,
+        damping=csr_array(system.mass.shape),
+        loads=loads,
+        constraints=Constraints(),
+    )

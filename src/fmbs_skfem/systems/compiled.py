@@ -1,4 +1,6 @@
-"""A System as the arrays that compiled code reads, with the unknowns in an order of small bandwidth."""
+"""A System as the arrays that compiled code reads, with the unknowns in an order of small
+bandwidth.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,17 @@ from ..core.values.arguments import checked
 from . import evaluation, layouts, work
 from .connections import constraint_laws
 from .connections.constraint_laws import Constraint
-from .evaluation import ACCEPTED, EXACT, NOW, Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
+from .evaluation import (
+    ACCEPTED,
+    EXACT,
+    NOW,
+    Arrays,
+    ConstraintTerms,
+    ElasticTerms,
+    Evaluation,
+    Samples,
+    Space,
+)
 from .forces import low_rank
 from .forces import on_rows as attachments
 from .forces.on_rows import Force, Place
@@ -33,18 +45,24 @@ from .terms import cells, corotation, lifts, sparse, turning
 from .terms import elastic as storages
 from .terms.elastic import Lifts, Piece, Setting, Targets, Term
 
-# a start reads seven tables of up to ten instants: half of FEW, or a quarter of INSTANTS, finds them anew at every start
-FEW, INSTANTS = 10, 32  #: instants whose signals are remembered together, and how many tables of them
+# a start reads seven tables of up to ten instants: half of FEW, or a quarter of INSTANTS, finds
+# them anew at every start
+FEW, INSTANTS = (
+    10,
+    32,
+)  #: instants whose signals are remembered together, and how many tables of them
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
 
 
 @dataclass(frozen=True)
-# unknowns are permuted once: residual, matrix and factors then run over rows that stand side by side
+# unknowns are permuted once: residual, matrix and factors then run over rows that stand side by
+# side
 class Compiled:
     """Arrays of a system with its unknowns permuted: compiled x = x[order].
 
-    It holds one space (`evaluation.Space`), which evaluations overwrite: a thread needs a model of its own, see `compile_system`.
-    Functions of this module take and give arrays in the order of the system, unless they say otherwise.
+    It holds one space (`evaluation.Space`), which evaluations overwrite: a thread needs a model of
+    its own, see `compile_system`. Functions of this module take and give arrays in the order of the
+    system, unless they say otherwise.
     """
 
     system: System
@@ -74,8 +92,11 @@ class Compiled:
         return (*self.terms, *((self.lift,) if self.lift else ()), *self.laws, *self.forces)
 
     def check(self) -> None:
-        """Raise what went wrong in terms and forces that are functions of Python: compiled code passes no exceptions."""
-        # an exception cannot pass compiled code: a term keeps it, and it is raised where Python goes on
+        """Raise what went wrong in terms and forces that are functions of Python: compiled code
+        passes no exceptions.
+        """
+        # an exception cannot pass compiled code: a term keeps it, and it is raised where Python
+        # goes on
         for term in (*self.terms, *self.forces):
             term.check()
 
@@ -86,27 +107,39 @@ class Compiled:
 
     @property
     def remembering(self) -> Iterator[tuple[Any, Force, slice]]:
-        """The forces of the system, what they are here, and where in the memory (l,) they keep theirs."""
+        """The forces of the system, what they are here, and where in the memory (l,) they keep
+        theirs.
+        """
         last = 0
         for source, force in zip(self.system.loads.forces, self.forces, strict=True):
-            first, last = last, last + len(force.memory)
+            first = last
+            last = last + len(force.memory)
             yield source, force, slice(first, last)
 
     @cached_property
     def evaluation(self) -> tuple[Evaluation, np.ndarray]:
         """A space for this model, and the table of both for routines."""
-        # apart from those of steps, so that outputs of a run in progress leave its trial state alone
+        # apart from those of steps, so that outputs of a run in progress leave its trial state
+        # alone
         found = Evaluation(space(self), self.arrays)
         return found, packed(found)
 
 
 def space(model: Compiled) -> Space:
-    """Space of an evaluation at rest, with a signal table of one instant and no factor of forces (c = 1, gh = 0).
+    """Space of an evaluation at rest, with a signal table of one instant and no factor of forces (c
+    = 1, gh = 0).
 
-    x, v, multipliers are zero, the memory of forces is that of the start; in the order of the model.
+    x, v, multipliers are zero, the memory of forces is that of the start; in the order of the
+    model.
     """
-    A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
-    rhs, W = np.zeros((1, n + m)), np.zeros((1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape)
+    A = model.arrays
+    n = model.system.size
+    m = model.constraints
+    j = len(model.arrays.probes_offset)
+    rhs, W = (
+        np.zeros((1, n + m)),
+        np.zeros((1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape),
+    )
     coordinates, entries, room = lifts.needs(model.lift)
     return Space(
         x=np.zeros(n),
@@ -144,7 +177,8 @@ def space(model: Compiled) -> Space:
         cell_x=np.zeros(coordinates),
         cell_v=np.zeros(coordinates),
         cell_f=np.zeros(coordinates),
-        # terms run one after another in one room, as large as the largest needs: it stays in the cache
+        # terms run one after another in one room, as large as the largest needs: it stays in the
+        # cache
         work=np.zeros((3, max([1, room, *(term.work for term in model.terms)]))),
         low=low_rank.room([force.low for force in model.forces]),
     )
@@ -154,36 +188,54 @@ def space(model: Compiled) -> Space:
 def compile_system(system: System) -> Compiled:
     """A system for compiled code, which it remembers, one for every thread: each has its own space.
 
-    Systems of `layouts.WIDE` unknowns or more are too large to be remembered, and are made anew by every call.
+    Systems of `layouts.WIDE` unknowns or more are too large to be remembered, and are made anew by
+    every call.
     """
     # a run of a wide system needs the memory that a remembered pattern would take
     if system.size >= layouts.WIDE:
         return flatten(system)
-    # several studies of one system compile it once; two threads in one space would overwrite each other
-    return remembered(system, (get_ident(), layouts.DENSE, layouts.WIDE, layouts.BAND), lambda: flatten(system))
+    # several studies of one system compile it once; two threads in one space would overwrite each
+    # other
+    return remembered(
+        system, (get_ident(), layouts.DENSE, layouts.WIDE, layouts.BAND), lambda: flatten(system)
+    )
 
 
 def flatten(system: System) -> Compiled:
     """Choose order and storage, and write a system as arrays."""
-    parts, (constraints, laws, pushing, pairs) = split(system), attached(system)
+    parts = split(system)
+    (constraints, laws, pushing, pairs) = attached(system)
     layout = layouts.chosen(system, parts, pairs, any(force.skew for force in pushing))
-    order, large = layout.order, layout.storage is Storage.SPARSE
-    local, reduced = [storages.couplings(one) for one in parts.storages], isinstance(parts.matrix, np.ndarray)
-    # K of a reduced model is sparse in the coordinates of the cells, and has a pattern as large models have
+    order = layout.order
+    large = layout.storage is Storage.SPARSE
+    local = [storages.couplings(one) for one in parts.storages]
+    reduced = isinstance(parts.matrix, np.ndarray)
+    # K of a reduced model is sparse in the coordinates of the cells, and has a pattern as large
+    # models have
     there = large or (reduced and len(parts.offset) > 0)
-    pattern = sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if there else None
-    lift = lifts.piece(parts.matrix if reduced else triple(permuted(parts.matrix, order)), parts.offset, local, pattern)
+    pattern = (
+        sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if there else None
+    )
+    lift = lifts.piece(
+        parts.matrix if reduced else triple(permuted(parts.matrix, order)),
+        parts.offset,
+        local,
+        pattern,
+    )
 
     def targets(local: np.ndarray) -> Targets:
         return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, layout)
 
     found = compile_terms(system, parts, targets)
-    # systems of one structure, as of a family, share what their parts share: more than half of a call of 1500 reduced steps was
-    # preparation
+    # systems of one structure, as of a family, share what their parts share: more than half of a
+    # call of 1500 reduced steps was preparation
     known = prepare(system) if system.size < layouts.WIDE else Prepared()
 
     def operator(name: str, A: Array) -> Operator:
-        make = lambda: constant(permuted(A, order, True), layout.store(A), layout.dense, layout.by_rows, system.dim)  # noqa: E731
+        def make() -> Operator:
+            moved = permuted(A, order, True)
+            return constant(moved, layout.store(A), layout.dense, layout.by_rows, system.dim)
+
         return known.find(name, (A, layout), make)
 
     def probes() -> tuple[Csr, Csr]:
@@ -192,7 +244,8 @@ def flatten(system: System) -> Compiled:
         return found, triple(without(rows, alone)) if len(alone) else found
 
     turns = turning.turning_of(system)
-    # rows that one force reads by itself, when something is near, are left out of the product of every step
+    # rows that one force reads by itself, when something is near, are left out of the product of
+    # every step
     alone = np.array([row for force in pushing for row in force.alone], dtype=np.int64)
     read, shown = known.find("probes", (system.probes.matrix, layout, alone.tobytes()), probes)
     arrays = Arrays(
@@ -210,24 +263,45 @@ def flatten(system: System) -> Compiled:
         terms=constraints,
         laws=ConstraintTerms(*addresses(laws)),
         forces=attachments.addressed(pushing),
-        pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs), any(force.skew for force in pushing)),
+        pairs=Pairs(
+            np.ascontiguousarray(pairs[:0] if large else pairs),
+            len(pairs),
+            any(force.skew for force in pushing),
+        ),
         load=np.ascontiguousarray(system.loads.constant[order]),
         corotation=turning.room(system, turns),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
-    model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, layout, pattern if large else None)
+    model = Compiled(
+        system,
+        arrays,
+        tuple(found),
+        parts.owners,
+        lift,
+        laws,
+        pushing,
+        pairs,
+        layout,
+        pattern if large else None,
+    )
     # tangents at four angles can be compared only when all else is compiled
     if turns and not turning.fill(arrays.corotation, turns, partial(part_tangent, model)):
         model = replace(model, arrays=arrays._replace(corotation=corotation.nothing(system.size)))
     return model
 
 
-def compile_terms(system: System, parts: Pieces, targets: Callable[[np.ndarray], Targets]) -> list[Term]:
-    """The elastic terms of all pieces, each with its places in what a space keeps of gradients and tangents."""
+def compile_terms(
+    system: System, parts: Pieces, targets: Callable[[np.ndarray], Targets]
+) -> list[Term]:
+    """The elastic terms of all pieces, each with its places in what a space keeps of gradients and
+    tangents.
+    """
     found = list[Term]()
     for one, owner in zip(parts.storages, parts.owners, strict=True):
         kept, turned = sum(term.kept for term in found), sum(term.turned for term in found)
-        term = storages.compile_term(one, Setting(system.dim, system.elastic[owner].beta, targets, kept, turned))
+        term = storages.compile_term(
+            one, Setting(system.dim, system.elastic[owner].beta, targets, kept, turned)
+        )
         found.append(replace(term, follows=one.law.follows, holds=one.law.holds and term.kept > 0))
     return found
 
@@ -244,7 +318,9 @@ def without(rows: Array, left_out: np.ndarray) -> csr_array:
 
 def split(system: System) -> Pieces:
     """All elastic storages of a system in pieces."""
-    places, found, owners = Lifts(system.lift), list[Any](), list[int]()
+    places = Lifts(system.lift)
+    found = list[Any]()
+    owners = list[int]()
     for number, elastic in enumerate(system.elastic):
         # blocks that stay in the cache, see `cells.BLOCK` and `points.ROOM`
         pieces = storages.split(elastic.gather, places)
@@ -254,9 +330,14 @@ def split(system: System) -> Pieces:
 
 
 def sum_of(found: Sequence[Term]) -> ElasticTerms:
-    """Elastic terms as a table of addresses, t of them; the caller keeps the terms, whose memory the addresses point to."""
+    """Elastic terms as a table of addresses, t of them; the caller keeps the terms, whose memory
+    the addresses point to.
+    """
     force, tangent, energy, records = addresses(found)
-    heat = [one.routines.dissipate.address if one.damped and one.routines.dissipate else 0 for one in found]
+    heat = [
+        one.routines.dissipate.address if one.damped and one.routines.dissipate else 0
+        for one in found
+    ]
     follows = np.array([one.follows for one in found], dtype=bool)
     # their work is counted: a potential -p V depends on the origin where a rim is free
     energy[follows] = 0
@@ -280,7 +361,8 @@ def addresses(found: Sequence[Piece]) -> np.ndarray:
 
 
 def storage(system: System) -> Layout:
-    """How the iteration matrix of a system is stored, and in which order of the unknowns, see `layouts`.
+    """How the iteration matrix of a system is stored, and in which order of the unknowns, see
+    `layouts`.
 
     Nothing is compiled, and nothing else is made of systems of `layouts.WIDE` unknowns or more.
     """
@@ -292,15 +374,22 @@ def storage(system: System) -> Layout:
 
 
 def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force, ...], np.ndarray]:
-    """Constraints and forces of a system for compiled code, and the pairs (h, 2) of probe rows with second derivatives."""
-    own, found = system.constraints, list[Force]()
-    terms, laws, pairs = prepare(system).find("constraints", (own,), lambda: compile_constraints(own))
+    """Constraints and forces of a system for compiled code, and the pairs (h, 2) of probe rows with
+    second derivatives.
+    """
+    own = system.constraints
+    found = list[Force]()
+    terms, laws, pairs = prepare(system).find(
+        "constraints", (own,), lambda: compile_constraints(own)
+    )
     place = Place(len(pairs), 0, 0)
     for one in system.loads.forces:
         found.append(attachments.compile_force(one, place))
         last = found[-1]
         # each force knows where its pairs, memory and room begin: none looks for them in a step
-        place = Place(place.pair + len(last.pairs), place.memory + len(last.memory), place.room + last.room)
+        place = Place(
+            place.pair + len(last.pairs), place.memory + len(last.memory), place.room + last.room
+        )
     return terms, laws, tuple(found), np.concatenate([pairs, *(force.pairs for force in found)])
 
 
@@ -312,11 +401,16 @@ def compile_constraints(terms: Constraints) -> tuple[Terms, tuple[Constraint, ..
         # pairs of laws stand behind those of polynomial terms
         laws.append(constraint_laws.compile_rows(own, len(pairs)))
         pairs = np.concatenate([pairs, laws[-1].pairs])
-    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), pairs
+    return (
+        Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first),
+        tuple(laws),
+        pairs,
+    )
 
 
 def size(model: Compiled, displacement: np.ndarray) -> float:
-    """Root mean square of a displacement u (n,) [m], with the diagonal of the metric W and the weight w [kg].
+    """Root mean square of a displacement u (n,) [m], with the diagonal of the metric W and the
+    weight w [kg].
 
         |u| = sqrt(sum_n W_nn u_n^2 / w)
 
@@ -348,7 +442,9 @@ def part_tangent(model: Compiled, number: int) -> Callable[[np.ndarray], np.ndar
 
 
 def constraint_pairs(terms: Constraints) -> tuple[np.ndarray, np.ndarray]:
-    """First pair of every constraint term, -1 for none, and the pairs (h, 2) of probe rows with second derivatives."""
+    """First pair of every constraint term, -1 for none, and the pairs (h, 2) of probe rows with
+    second derivatives.
+    """
     pairs: list[tuple[int, int]] = []
     first = np.full(len(terms.row), -1, dtype=np.int64)
     for k in np.flatnonzero(terms.j >= 0):
@@ -362,12 +458,14 @@ def constraint_pairs(terms: Constraints) -> tuple[np.ndarray, np.ndarray]:
 def signal_table(system: System, times: np.ndarray) -> np.ndarray:
     """Values of all k signals of a system at times (s,) [s], (s, k), each in its own unit.
 
-    Those of a few instants, as of a start, are remembered where signals are data; the array is the caller's own.
+    Those of a few instants, as of a start, are remembered where signals are data; the array is the
+    caller's own.
     """
     # tables of runs are as long as the run, and asked for once
     if len(times) > FEW or not repeatable(system):
         return tabulated(system, times)
-    known, key = prepare(system).find("signals", (system.signals,), dict[bytes, np.ndarray]), times.tobytes()
+    known = prepare(system).find("signals", (system.signals,), dict[bytes, np.ndarray])
+    key = times.tobytes()
     found = known.get(key)
     if found is None:
         # cleared rather than searched for the oldest: starts ask for the same seven again at once
@@ -387,10 +485,14 @@ def tabulated(system: System, times: np.ndarray) -> np.ndarray:
 
 
 def repeatable(system: System) -> bool:
-    """Whether there are signals, and all are data: a function of Python may have other values in another run."""
+    """Whether there are signals, and all are data: a function of Python may have other values in
+    another run.
+    """
     signals = system.signals
     # what a file can hold is data, a function of Python may depend on anything
-    return bool(signals) and prepare(system).find("data", (signals,), lambda: container.can_hold(signals))
+    return bool(signals) and prepare(system).find(
+        "data", (signals,), lambda: container.can_hold(signals)
+    )
 
 
 def place(
@@ -404,8 +506,9 @@ def place(
 ) -> tuple[Evaluation, np.ndarray]:
     """The evaluation of a model, and its table, at a state with c = 1; zeros for what is not given.
 
-    x, v, a (n,) in the order of the system, multipliers (m,), t [s]. `memory` (l,) is that of forces in the last accepted state
-    (`accepted`); without it that of the start: angles, for example, have turned by less than half a turn.
+    x, v, a (n,) in the order of the system, multipliers (m,), t [s]. `memory` (l,) is that of
+    forces in the last accepted state (`accepted`); without it that of the start: angles, for
+    example, have turned by less than half a turn.
     """
     found, table = model.evaluation
     s = found.space
@@ -442,7 +545,9 @@ def evaluate(
     return out, found.space.rhs[0, len(x) :].copy()
 
 
-def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None) -> np.ndarray:
+def forces(
+    model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
+) -> np.ndarray:
     """C v + K x + elastic and damping forces minus loads, (n,) [N], at x, v (n,) and t [s].
 
     Without inertia and constraints; `memory` (l,) as in `place`.
@@ -451,9 +556,14 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory
 
 
 def residual(
-    model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
+    model: Compiled,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    t: float = 0.0,
+    memory: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Forces and gaps (n + m,) of a state at rest, zero in equilibrium: f(x, 0, t) + Phi_x^T lambda [N], and Phi(x, t).
+    """Forces and gaps (n + m,) of a state at rest, zero in equilibrium: f(x, 0, t) + Phi_x^T lambda
+    [N], and Phi(x, t).
 
     x (n,), multipliers (m,), t [s]; `memory` (l,) as in `place`.
     """
@@ -461,11 +571,17 @@ def residual(
 
 
 def accepted(
-    model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None, t: float = 0.0
+    model: Compiled,
+    x: np.ndarray,
+    v: np.ndarray | None = None,
+    memory: np.ndarray | None = None,
+    t: float = 0.0,
 ) -> np.ndarray:
-    """What forces keep of a state x, v (n,) that is accepted at t [s], (l,), after a memory (l,) or that of the start.
+    """What forces keep of a state x, v (n,) that is accepted at t [s], (l,), after a memory (l,) or
+    that of the start.
 
-    Turns of angles, what sticks, largest values: a memory is only right after that of the state before.
+    Turns of angles, what sticks, largest values: a memory is only right after that of the state
+    before.
     """
     if not len(model.memory):
         return model.memory
@@ -483,7 +599,8 @@ def working(
     memory: np.ndarray | None = None,
     multipliers: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,) of elastic terms that keep them.
+    """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,)
+    of elastic terms that keep them.
 
     See `work`; `memory` and `multipliers` as in `place`.
     """
@@ -494,13 +611,20 @@ def working(
 
 
 def memories(
-    model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray, known: np.ndarray | None = None
+    model: Compiled,
+    times: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    known: np.ndarray | None = None,
 ) -> np.ndarray:
     """What forces kept of all states of a motion (s, n), (s, l): what is `known`, if it is.
 
-    Else it follows from the states: turns between them from the rates of angles, and what sticks as if there were no others.
+    Else it follows from the states: turns between them from the rates of angles, and what sticks as
+    if there were no others.
     """
-    # stored memory where there is some: friction of what sticks cannot be told from stored states alone
+    # stored memory where there is some: friction of what sticks cannot be told from stored states
+    # alone
     start = model.memory
     if known is not None and known.shape == (len(times), len(start)):
         return known
@@ -535,7 +659,10 @@ def memories(
     turning = [(force, k) for force in model.forces for k in range(len(force.memory))]
     names = [force.name if k < len(force.turns) and force.turns[k] else "" for force, k in turning]
     for k in np.flatnonzero(names):
-        speed, change = (later[k] - before[k]) / (2 * span), (later[k] - 2 * now[k] + before[k]) / span**2
+        speed, change = (
+            (later[k] - before[k]) / (2 * span),
+            (later[k] - 2 * now[k] + before[k]) / span**2,
+        )
         found[:, k] = continuous(names[k], times, now[k], speed, change)
     return found
 
@@ -560,14 +687,20 @@ def gaps(model: Compiled, x: np.ndarray, times: np.ndarray) -> np.ndarray:
     return constraints_at(model, x, times)[0]
 
 
-def constraints_at(model: Compiled, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (s, m) of states x (s, n) at some times (s,) [s], and the derivatives of the last one by the probe rows (m, j).
+def constraints_at(
+    model: Compiled, x: np.ndarray, times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Phi (s, m) of states x (s, n) at some times (s,) [s], and the derivatives of the last one by
+    the probe rows (m, j).
 
     The second array is that of the space, which the next evaluation overwrites.
     """
-    (found, table), signals = model.evaluation, signal_table(model.system, times)
+    (found, table) = model.evaluation
+    signals = signal_table(model.system, times)
     # probes alone: no cell is evaluated for a gap
-    phi, s, states = np.zeros((len(x), model.constraints)), found.space, x[:, model.order]
+    phi = np.zeros((len(x), model.constraints))
+    s = found.space
+    states = x[:, model.order]
     for k in range(len(x)):
         s.x[:], s.signals[: signals.shape[1]] = states[k], signals[k]
         evaluation.probe_constraints(table)
@@ -585,18 +718,24 @@ def tangent(
     v: np.ndarray | None = None,
     held: tuple[np.ndarray, int] | None = None,
 ) -> csr_array:
-    """d/dx (f + Phi_x^T lambda) + gh df/dv, (n, n), of a state as of `place`: elastic tangent, springs, joints and forces.
+    """d/dx (f + Phi_x^T lambda) + gh df/dv, (n, n), of a state as of `place`: elastic tangent,
+    springs, joints and forces.
 
-    x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh times. Inertia is not in it. Stresses
-    may be those of another state, as in `elastic_tangent`.
+    x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh
+    times. Inertia is not in it. Stresses may be those of another state, as in `elastic_tangent`.
     """
     # exact, for equilibria and modes, where a step may take one that is rotated or old
     K = csr_array(elastic_tangent(model, x, gh, held))
-    # sums of sparse arrays take longer than small tangents: most systems have neither springs nor damping by mass
+    # sums of sparse arrays take longer than small tangents: most systems have neither springs nor
+    # damping by mass
     for part, factor in ((model.system.stiffness, 1.0), (model.system.damping, gh)):
         if factor and as_csr(part).nnz:
             K = K + factor * csr_array(part)
-    return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v)) if reads_slopes(model) else K
+    return (
+        csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v))
+        if reads_slopes(model)
+        else K
+    )
 
 
 def reads_slopes(model: Compiled) -> bool:
@@ -613,7 +752,8 @@ def probe_tangent(
     memory: np.ndarray | None = None,
     v: np.ndarray | None = None,
 ) -> csr_array:
-    """What joints and forces on probe rows add to the tangent: P^T H P (n, n), H second derivatives on pairs of rows.
+    """What joints and forces on probe rows add to the tangent: P^T H P (n, n), H second derivatives
+    on pairs of rows.
 
         H = - dF/dy - gh dF/dy' + d(Phi_y^T lambda)/dy
 
@@ -632,7 +772,8 @@ def probe_tangent(
 
 
 def row_slopes(model: Compiled, space: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (h, 2) of probe rows and H (h,) as `evaluation.slopes` has left them, those of low rank behind the others.
+    """Pairs (h, 2) of probe rows and H (h,) as `evaluation.slopes` has left them, those of low rank
+    behind the others.
 
     Pairs may come more than once; their H add up.
     """
@@ -643,7 +784,8 @@ def row_slopes(model: Compiled, space: Space) -> tuple[np.ndarray, np.ndarray]:
 def force_slopes(
     model: Compiled, x: np.ndarray, v: np.ndarray, t: float, memory: np.ndarray | None
 ) -> Iterator[tuple[Force, np.ndarray, np.ndarray]]:
-    """Forces with derivatives, their pairs of rows (h, 2), and - dF/dy on them (h,), in a state as of `place`.
+    """Forces with derivatives, their pairs of rows (h, 2), and - dF/dy on them (h,), in a state as
+    of `place`.
 
     Derivatives by rates are left out (gh = 0).
     """
@@ -651,26 +793,35 @@ def force_slopes(
     found.space.gh[0] = 0.0
     evaluation.probe_slopes(table)
     model.check()
-    first, (low, more) = len(model.pairs) - sum(len(force.pairs) for force in model.forces), low_rank.entries(found.space.low)
+    first = len(model.pairs) - sum(len(force.pairs) for force in model.forces)
+    (low, more) = low_rank.entries(found.space.low)
     for force in model.forces:
-        last, own = first + len(force.pairs), np.isin(low[:, 0], force.alone) & (force.low.terms > 0)
+        last = first + len(force.pairs)
+        own = np.isin(low[:, 0], force.alone) & (force.low.terms > 0)
         if last > first or own.any():
-            yield force, np.concatenate([force.pairs, low[own]]), np.concatenate([found.space.H[first:last], more[own]])
+            yield (
+                force,
+                np.concatenate([force.pairs, low[own]]),
+                np.concatenate([found.space.H[first:last], more[own]]),
+            )
         first = last
 
 
 def elastic_tangent(
     model: Compiled, x: np.ndarray, gh: float, held: tuple[np.ndarray, int] | None = None
 ) -> csr_array | np.ndarray:
-    """Elastic tangent K + gh C (n, n) at x (n,), an array where the system is dense, sparse otherwise.
+    """Elastic tangent K + gh C (n, n) at x (n,), an array where the system is dense, sparse
+    otherwise.
 
         K + gh C = sum L^T (d2W/du2 + gh beta d2R/dv2) L
 
-    beta [s] are the damping times of the bodies, gh [1/s]; linear springs are not in it. With `held`, a state (n,) and in
-    which way, laws that hold stresses take those of it, see `laws.call_modulus`.
+    beta [s] are the damping times of the bodies, gh [1/s]; linear springs are not in it. With
+    `held`, a state (n,) and in which way, laws that hold stresses take those of it, see
+    `laws.call_modulus`.
     """
     found, table = model.evaluation
-    W, space = found.space.W, found.space
+    W = found.space.W
+    space = found.space
     if held is not None and space.gradients.size:
         evaluate(model, held[0])
         space.gradients[ACCEPTED], space.holding[0] = space.gradients[NOW], held[1]

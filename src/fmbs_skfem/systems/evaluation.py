@@ -3,9 +3,10 @@ r"""Compiled evaluation of a system: its residual, its energy, its iteration mat
     R = c (M a + C v + K x + sum L^T phi(L x, L v) - Q) + Phi_q^T lambda,    Phi(y),  y = P x + y0                      (1)
     W += sum L^T phi' L
 
-Elastic energy is a sum of terms, of which nothing is known here but the addresses of three routines and of a record of arrays, on
-which they act. `Arrays` is one fixed type for full, reduced and hyper-reduced systems: everything is compiled once. Routines read
-and write the `Space` of an evaluation; W is a lower band (n, d + 1), band[j, i - j] = W[i, j], dense (n, n), or the entries of
+Elastic energy is a sum of terms, of which nothing is known here but the addresses of three routines
+and of a record of arrays, on which they act. `Arrays` is one fixed type for full, reduced and
+hyper-reduced systems: everything is compiled once. Routines read and write the `Space` of an
+evaluation; W is a lower band (n, d + 1), band[j, i - j] = W[i, j], dense (n, n), or the entries of
 a sparse pattern (1, z) in the coordinates of the cells.
 """
 
@@ -39,7 +40,9 @@ class ElasticTerms(NamedTuple):
 
 
 class LiftTerm(NamedTuple):
-    """What turns unknowns into coordinates of the cells, by address, see `terms.lifts`; no record (0) where there are no cells."""
+    """What turns unknowns into coordinates of the cells, by address, see `terms.lifts`; no record
+    (0) where there are no cells.
+    """
 
     place: int
     scatter: int
@@ -74,7 +77,9 @@ class ForceTerms(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """A system as plain arrays, the n unknowns in the order of its layout: one type for all systems."""
+    """A system as plain arrays, the n unknowns in the order of its layout: one type for all
+    systems.
+    """
 
     elastic: ElasticTerms
     lift: LiftTerm
@@ -85,7 +90,9 @@ class Arrays(NamedTuple):
     tree: Tree  #: of matrices in blocks, see `layouts`
     blocks: Csr  #: the pattern of their upper triangle; no rows in other storages
     probes: Csr  #: (j, n)
-    shown: Csr  #: the same without rows that only forces read, by themselves and where they need them
+    shown: (
+        Csr  #: the same without rows that only forces read, by themselves and where they need them
+    )
     probes_offset: Vector
     terms: Terms
     laws: ConstraintTerms
@@ -96,18 +103,24 @@ class Arrays(NamedTuple):
     norm: Vector  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
 
 
-NOW, ACCEPTED = range(2)  #: rows of the gradients of a space: of the last evaluation, and of that of the accepted state
+NOW, ACCEPTED = range(
+    2
+)  #: rows of the gradients of a space: of the last evaluation, and of that of the accepted state
 EXACT = -1  #: tangents take the stresses of the state itself, not those of row ACCEPTED in one of the ways of a law
 
 
 class Space(NamedTuple):
-    """Where routines read a state and write what they find: n unknowns, m constraints, j probe rows, p coordinates of cells."""
+    """Where routines read a state and write what they find: n unknowns, m constraints, j probe
+    rows, p coordinates of cells.
+    """
 
     x: Vector
     v: Vector
     acceleration: Vector  #: q''
     multipliers: Vector  #: (m,) c times the physical ones
-    signals: Vector  #: (s,) values of all signals, and of their derivatives where constraints read them
+    signals: (
+        Vector  #: (s,) values of all signals, and of their derivatives where constraints read them
+    )
     off: Vector  #: (m,) 1 for rows that do not hold, whose multipliers are zero, 0 for the others
     memory: Vector  #: (l,) what forces keep of the last accepted state, see `forces`
     last: Vector  #: (n,) x when `room` was filled, not a number before
@@ -142,13 +155,19 @@ class Space(NamedTuple):
 
 
 def space_of(**parts: np.ndarray) -> Space:
-    """A space of these arrays alone, by the names of its fields, for routines that read no others; all other fields are empty."""
-    none = {name: np.zeros((0,) * kind.ndim, kind.item) for name, kind in fields(Space) if name != "low"}
+    """A space of these arrays alone, by the names of its fields, for routines that read no others;
+    all other fields are empty.
+    """
+    none = {
+        name: np.zeros((0,) * kind.ndim, kind.item) for name, kind in fields(Space) if name != "low"
+    }
     return Space(**(none | parts), low=low_rank.room([]))
 
 
 class Evaluation(NamedTuple):
-    """A system with the space of its evaluation; other structs for compiled code begin with these two."""
+    """A system with the space of its evaluation; other structs for compiled code begin with these
+    two.
+    """
 
     space: Space
     arrays: Arrays
@@ -159,9 +178,12 @@ evaluation = opener(Evaluation)
 
 @jit
 def invoke_all(routines: np.ndarray, records: np.ndarray, table: Any) -> int:
-    """Call routines by address (t,), each with its record (t,) but for those that are 0; the sum of what they return."""
+    """Call routines by address (t,), each with its record (t,) but for those that are 0; the sum of
+    what they return.
+    """
     total = 0
-    # by address: what a term is does not matter here, and a first run compiles the terms of its model alone
+    # by address: what a term is does not matter here, and a first run compiles the terms of its
+    # model alone
     for k in range(len(records)):
         if routines[k] != 0:
             total += invoke(routines[k], table, records[k])
@@ -179,7 +201,9 @@ def place_cells(table: Any) -> None:
 
 @jit
 def following_forces(table: Any) -> None:
-    """f (n,) = sum L^T phi(L x) [N] of the terms that are loads, with its sign in (1): minus the load."""
+    """f (n,) = sum L^T phi(L x) [N] of the terms that are loads, with its sign in (1): minus the
+    load.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.f)
@@ -195,7 +219,9 @@ def following_forces(table: Any) -> None:
 
 @routine
 def elastic_forces(table: Any, _: int = 0) -> int:
-    """f (n,) = sum L^T phi(L x, L v) [N] in the state of the space; 0, or the number of terms that failed."""
+    """f (n,) = sum L^T phi(L x, L v) [N] in the state of the space; 0, or the number of terms that
+    failed.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.f)
@@ -210,26 +236,31 @@ def elastic_forces(table: Any, _: int = 0) -> int:
 
 @routine
 def evaluate(table: Any, _: int = 0) -> int:
-    """rhs = (R, Phi) of (1), (1, n + m), in the state of the space; 0, or the number of terms that failed.
+    """rhs = (R, Phi) of (1), (1, n + m), in the state of the space; 0, or the number of terms that
+    failed.
 
     y, g and dPhi/dy become current; g then holds what R has of probe rows, - c F + Phi_y^T lambda.
     """
     failed = elastic_forces(table)
     E = evaluation(table)
-    A, s, c = E.arrays, E.space, E.space.c[0]
+    A = E.arrays
+    s = E.space
+    c = E.space.c[0]
     # into f, where elastic forces are: no array of a force of its own and no sum of them
     kernels.add_operator(A.mass, s.acceleration, s.f)
     kernels.add_operator(A.damping, s.v, s.f)
     kernels.add_operator(A.stiffness, s.x, s.f)
     for i in range(len(s.f)):
-        # times c = beta h^2: residual, matrix and multipliers keep their size as h falls (condition below 2e4 for up to 1e20)
+        # times c = beta h^2: residual, matrix and multipliers keep their size as h falls (condition
+        # below 2e4 for up to 1e20)
         s.f[i] = c * (s.f[i] - A.load[i])
     # joints and forces on places alone read probe rows: systems without go past all of it
     if len(s.y) > 0:
         failed += read_loads(table)
         constrain(table)
         for j in range(len(s.y)):
-            # forces and reactions are added on the probe rows, a few dozen, and go to the unknowns by one product
+            # forces and reactions are added on the probe rows, a few dozen, and go to the unknowns
+            # by one product
             total = -c * s.g[j]
             for m in range(len(s.multipliers)):
                 total += s.Jy[m, j] * s.multipliers[m]
@@ -267,7 +298,9 @@ def probe_constraints(table: Any, _: Any) -> int:
 
 @jit
 def find_drift(table: Any) -> None:
-    """Phi_y z + D1 + second D2 + third D3 of `kernels.drift` (m,), behind the forces in rhs; 0 in rows that are off."""
+    """Phi_y z + D1 + second D2 + third D3 of `kernels.drift` (m,), behind the forces in rhs; 0 in
+    rows that are off.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.drift(A.terms, s.paths, s.signals, s.leads[0], s.leads[1], s.rhs[0, len(s.f) :])
@@ -280,24 +313,29 @@ def find_drift(table: Any) -> None:
 
 @jit
 def read_probes(table: Any) -> None:
-    """y = P x + y0 (j,) and, where a force reads them, y' = P v; how far x is from where forces last looked around."""
+    """y = P x + y0 (j,) and, where a force reads them, y' = P v; how far x is from where forces
+    last looked around.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
-    # without rows that one contact reads by itself: beams and plates have hundreds of them, nearly all far from what they may
-    # touch
+    # without rows that one contact reads by itself: beams and plates have hundreds of them, nearly
+    # all far from what they may touch
     kernels.affine(A.shown, A.probes_offset, s.x, s.y)
     # a second product with all rows, for dampers and friction alone
     if A.forces.damped:
         kernels.clear(s.rates)
         kernels.add_product(A.shown, 1.0, s.v, s.rates)
     if len(s.room) > 0:
-        # one bound for all contacts: a point that cannot have come near since is not looked at (far contacts cost 17 % of a run)
+        # one bound for all contacts: a point that cannot have come near since is not looked at (far
+        # contacts cost 17 % of a run)
         s.moved[0], s.moved[1] = kernels.distances(s.x, s.last)
 
 
 @jit
 def read_loads(table: Any) -> int:
-    """Probe rows y (j,), and g (j,) the forces on them [N per unit of the row]; 0, or the number of forces that failed."""
+    """Probe rows y (j,), and g (j,) the forces on them [N per unit of the row]; 0, or the number of
+    forces that failed.
+    """
     E = evaluation(table)
     read_probes(table)
     # forces add to g: several may act on one row
@@ -307,15 +345,20 @@ def read_loads(table: Any) -> int:
 
 @jit
 def store_energies(table: Any) -> None:
-    """energy += E [J] and g += dE/dy (j,) for all potentials E of forces, with current y: no force of a potential is left in g."""
+    """energy += E [J] and g += dE/dy (j,) for all potentials E of forces, with current y: no force
+    of a potential is left in g.
+    """
     A = evaluation(table).arrays
-    # energies are asked for at stored states and where signals change, so that they are routines apart from forces
+    # energies are asked for at stored states and where signals change, so that they are routines
+    # apart from forces
     invoke_all(A.forces.energy, A.forces.stored, table)
 
 
 @routine
 def take_over(table: Any, _: int = 0) -> int:
-    """Forces keep what they need of the state of the space, which is accepted: its memory (l,) becomes that of this state."""
+    """Forces keep what they need of the state of the space, which is accepted: its memory (l,)
+    becomes that of this state.
+    """
     E = evaluation(table)
     # most forces remember nothing: their probes are not read a second time in a step
     if len(E.arrays.forces.accepted) > 0:
@@ -328,7 +371,8 @@ def take_over(table: Any, _: int = 0) -> int:
 
 @jit
 def find_impulse(table: Any) -> float:
-    """How fast forces that begin and end change speeds, since the last accepted state, over what they allow a step [m/s2].
+    """How fast forces that begin and end change speeds, since the last accepted state, over what
+    they allow a step [m/s2].
 
     It is that of the state of the space, before `take_over`; 0 where no force judges.
     """
@@ -343,23 +387,28 @@ def find_impulse(table: Any) -> float:
 
 @jit
 def add_change(s: Space, force: float, last: float, share: float) -> None:
-    """impulse += the change of a force since the last accepted state, whose force was `last`; apart where it has begun or ended."""
+    """impulse += the change of a force since the last accepted state, whose force was `last`; apart
+    where it has begun or ended.
+    """
     change = abs(force - max(last, 0.0)) * share
     s.impulse[0] += change
-    # both, or what is lost where forces begin is not what is won where they end: a ball between walls would gain 1e-4 at each
+    # both, or what is lost where forces begin is not what is won where they end: a ball between
+    # walls would gain 1e-4 at each
     if (last > 0.0) != (force > 0.0):
         s.impulse[1] += change
 
 
 @routine
 def sum_tangents(table: Any, _: int = 0) -> int:
-    """W += sum L^T phi' L, derivatives by rates times gh [1/s]; 0, or the number of terms that failed.
+    """W += sum L^T phi' L, derivatives by rates times gh [1/s]; 0, or the number of terms that
+    failed.
 
     Reduced systems assemble K of their cells first and add V^T K V, see `terms.lifts`.
     """
     A = evaluation(table).arrays
     place_cells(table)
-    # terms of full systems write into W, those of reduced ones into K, which the lift then multiplies
+    # terms of full systems write into W, those of reduced ones into K, which the lift then
+    # multiplies
     failed = invoke_all(A.elastic.tangent, A.elastic.records, table)
     if A.lift.record != 0:
         invoke(A.lift.tangent, table, A.lift.record)
@@ -368,7 +417,9 @@ def sum_tangents(table: Any, _: int = 0) -> int:
 
 @routine
 def sum_energies(table: Any, _: int = 0) -> int:
-    """Energy [J] of all elastic terms in the state of the space, without constant springs and loads that follow."""
+    """Energy [J] of all elastic terms in the state of the space, without constant springs and loads
+    that follow.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     s.energy[0] = 0.0
@@ -380,7 +431,9 @@ def sum_energies(table: Any, _: int = 0) -> int:
 
 @jit
 def slopes(table: Any) -> None:
-    """H = - c dF/dy - c gh dF/dy' + d(Phi_y^T lambda)/dy (h,), on pairs of probe rows and of low rank, with current y and y'."""
+    """H = - c dF/dy - c gh dF/dy' + d(Phi_y^T lambda)/dy (h,), on pairs of probe rows and of low
+    rank, with current y and y'.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.H)
@@ -401,7 +454,9 @@ def probe_slopes(table: Any, _: Any) -> int:
 
 
 class Samples(NamedTuple):
-    """States of a motion, s of them, with the space that each is placed in and the results `out` (s, ...)."""
+    """States of a motion, s of them, with the space that each is placed in and the results `out`
+    (s, ...).
+    """
 
     space: Space
     arrays: Arrays
@@ -423,7 +478,9 @@ samples_of = opener(Samples)
 
 @jit
 def place_sample(table: Any, k: int) -> None:
-    """The space in the state of sample k, with c = 1: x, v, a (n,), multipliers (m,), memory (l,) and signals."""
+    """The space in the state of sample k, with c = 1: x, v, a (n,), multipliers (m,), memory (l,)
+    and signals.
+    """
     S = samples_of(table)
     s = S.space
     for i in range(len(S.order)):
@@ -478,14 +535,18 @@ def follow(table: Any, _: Any) -> int:
 
 @routine
 def turn(table: Any, _: Any) -> int:
-    """out (s, 3 l) = angles, known but for whole turns, and their differences to those `span` later and earlier, from a and v."""
+    """out (s, 3 l) = angles, known but for whole turns, and their differences to those `span` later
+    and earlier, from a and v.
+    """
     S = samples_of(table)
-    s, l = S.space, S.memory.shape[1]
+    s = S.space
+    l = S.memory.shape[1]
     for k in range(len(S.x)):
         # angles from zero, known but for whole turns, which `angles.continuous` counts
         kernels.clear(s.memory)
         for part in range(3):
-            # neighbours by Taylor's formula from a and v, since stored states may be many turns apart
+            # neighbours by Taylor's formula from a and v, since stored states may be many turns
+            # apart
             h = (0.0, S.span[k], -S.span[k])[part]
             for i in range(len(s.x)):
                 n = S.order[i]

@@ -1,4 +1,6 @@
-"""What fields of joints, loads and outputs take beside those of `core.values.fields`: places, sides of joints, forces that turn."""
+"""What fields of joints, loads and outputs take beside those of `core.values.fields`: places, sides
+of joints, forces that turn.
+"""
 
 from __future__ import annotations
 
@@ -67,14 +69,25 @@ def read_place(value: object, context: Context) -> At:
             return At(body, group)
     if isinstance(value, dict) and set(value) == {"body", "s"} and isinstance(value["body"], str):
         return At(value["body"], read_quantity(value["s"], units.LENGTH, context, ">= 0"))
-    raise Problem(form, f"a mapping of {', '.join(map(str, value)) or 'nothing'}" if isinstance(value, dict) else shown(value))
+    raise Problem(
+        form,
+        f"a mapping of {', '.join(map(str, value)) or 'nothing'}"
+        if isinstance(value, dict)
+        else shown(value),
+    )
 
 
 def read_end(value: object, context: Context) -> At | Vector | None:
-    """The other side of a joint: a place, a fixed point, or `ground` for the point where the first side is."""
+    """The other side of a joint: a place, a fixed point, or `ground` for the point where the first
+    side is.
+    """
     if value is None or value == "ground":
         return None
-    return read_vector(value, units.LENGTH, context) if isinstance(value, list | tuple) else read_place(value, context)
+    return (
+        read_vector(value, units.LENGTH, context)
+        if isinstance(value, list | tuple)
+        else read_place(value, context)
+    )
 
 
 def read_carrier(value: object, context: Context) -> At | None:
@@ -83,10 +96,16 @@ def read_carrier(value: object, context: Context) -> At | None:
 
 
 def read_follower(value: object, dimension: units.Dimension, context: Context) -> Vector:
-    """A force in the frame of the slope, tangential and normal in the plane, tangential in space; or along axes of a frame."""
+    """A force in the frame of the slope, tangential and normal in the plane, tangential in space;
+    or along axes of a frame.
+    """
     if context.dimension == 2 or (isinstance(value, list) and len(value) == 3):
         return read_vector(value, dimension, context)
-    return (read_quantity(value[0] if isinstance(value, list) and len(value) == 1 else value, dimension, context),)
+    return (
+        read_quantity(
+            value[0] if isinstance(value, list) and len(value) == 1 else value, dimension, context
+        ),
+    )
 
 
 def read_pair(value: object, context: Context) -> tuple[float, float]:
@@ -108,7 +127,9 @@ def read_letters(value: object, context: Context) -> str:
 def read_teeth(value: object, context: Context) -> tuple[int, int]:
     """Numbers of teeth of two wheels; negative for inside teeth."""
     pair = tuple(value) if isinstance(value, list | tuple) else ()
-    if len(pair) != 2 or any(isinstance(n, bool) or not isinstance(n, int) or n == 0 or abs(n) > COUNT for n in pair):
+    if len(pair) != 2 or any(
+        isinstance(n, bool) or not isinstance(n, int) or n == 0 or abs(n) > COUNT for n in pair
+    ):
         raise Problem("two whole numbers that are not zero", shown(value))
     return int(pair[0]), int(pair[1])
 
@@ -130,16 +151,36 @@ _PLACES: list[dict[str, Any]] = [
 ]
 _FIXED = array_schema(number_schema(units.LENGTH), 2, 3)
 _NULL = {"type": "null"}
-_LETTERS = {"type": "string", "pattern": "^[xyz]{0,3}$", "description": "letters of xyz, or an empty text"}
+_LETTERS = {
+    "type": "string",
+    "pattern": "^[xyz]{0,3}$",
+    "description": "letters of xyz, or an empty text",
+}
 
-PLACE = Takes(read_place, {"anyOf": _PLACES, "description": "body.frame or body.group, or {body: name, s: arc length}"})
-END = Takes(read_end, {"anyOf": [*_PLACES, _FIXED, _NULL], "description": "a place as in `at`, a fixed point [m], or ground"})
-CARRIER = Takes(read_carrier, {"anyOf": [*_PLACES, _NULL], "description": "a place as in `at`, or ground"})
+PLACE = Takes(
+    read_place,
+    {"anyOf": _PLACES, "description": "body.frame or body.group, or {body: name, s: arc length}"},
+)
+END = Takes(
+    read_end,
+    {
+        "anyOf": [*_PLACES, _FIXED, _NULL],
+        "description": "a place as in `at`, a fixed point [m], or ground",
+    },
+)
+CARRIER = Takes(
+    read_carrier, {"anyOf": [*_PLACES, _NULL], "description": "a place as in `at`, or ground"}
+)
 IN_SECTION = Takes(read_pair, array_schema(number_schema(units.LENGTH), 2, 2))
 LETTERS = Takes(read_letters, _LETTERS)
 _ROW = array_schema(number_schema(units.LENGTH), 1)
-HEIGHTS = Takes(read_heights, {"anyOf": [_ROW, array_schema(_ROW, 1)], "description": "lengths in a list, or in lists"})
-TEETH = Takes(read_teeth, array_schema({"type": "integer"}, 2, 2) | {"description": "two whole numbers"})
+HEIGHTS = Takes(
+    read_heights,
+    {"anyOf": [_ROW, array_schema(_ROW, 1)], "description": "lengths in a list, or in lists"},
+)
+TEETH = Takes(
+    read_teeth, array_schema({"type": "integer"}, 2, 2) | {"description": "two whole numbers"}
+)
 
 Place: TypeAlias = Annotated[At, PLACE]  #: a point of a body
 End: TypeAlias = Annotated[At | Ground | None, END]  #: a place, a fixed point, or the ground
@@ -151,9 +192,13 @@ Names: TypeAlias = Annotated[tuple[str, ...], NAMED]  #: one or several
 BodyName: TypeAlias = Annotated[str, name_in("bodies", "a name of a body")]
 Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
 OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
-Stressed: TypeAlias = Annotated[At, replace(PLACE, names="stressed")]  #: a place of a plate, a shell or a beam with torsion
+Stressed: TypeAlias = Annotated[
+    At, replace(PLACE, names="stressed")
+]  #: a place of a plate, a shell or a beam with torsion
 JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
-InSection: TypeAlias = Annotated[tuple[float, float], IN_SECTION]  #: y and z in the section of a beam
+InSection: TypeAlias = Annotated[
+    tuple[float, float], IN_SECTION
+]  #: y and z in the section of a beam
 Heights: TypeAlias = Annotated[Any, HEIGHTS]  #: heights in a list, or in lists of one length
 Letters: TypeAlias = Annotated[str, LETTERS]  #: components of a vector
 Teeth: TypeAlias = Annotated[tuple[int, int], TEETH]

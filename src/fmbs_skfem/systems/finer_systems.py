@@ -1,6 +1,8 @@
-"""The finer system of one with parts: the same bodies, joints and loads, with all shapes that its parts know (`bodies.finer`).
+"""The finer system of one with parts: the same bodies, joints and loads, with all shapes that its
+parts know (`bodies.finer`).
 
-It is made when it is asked for, of what the assembly was given, and what is done to a system is done to it as well.
+It is made when it is asked for, of what the assembly was given, and what is done to a system is
+done to it as well.
 """
 
 from __future__ import annotations
@@ -16,12 +18,15 @@ KEY = "finer system"
 
 
 def note(system: System, make: Callable[[], System]) -> None:
-    """Remember how the finer system of one with all multipliers is made: `make` is called when it is asked for."""
+    """Remember how the finer system of one with all multipliers is made: `make` is called when it
+    is asked for.
+    """
     remembered(system, KEY, lambda: make)
 
 
 def carry(system: System, changed: System, change: Callable[[System], System]) -> System:
-    """The system `changed`, which remembers that its finer one is that of `system` with the same change.
+    """The system `changed`, which remembers that its finer one is that of `system` with the same
+    change.
 
     `change` takes and gives a system; nothing happens where `system` has no finer one.
     """
@@ -31,20 +36,27 @@ def carry(system: System, changed: System, change: Callable[[System], System]) -
 
 
 def maker(system: System) -> Callable[[], System] | None:
-    """How the finer system of one with all multipliers is made; None of one without parts, and of reduced ones."""
+    """How the finer system of one with all multipliers is made; None of one without parts, and of
+    reduced ones.
+    """
     found: Callable[[], System] | None = system.__dict__.get(COMPILED, {}).get(KEY)
     return found
 
 
 def unchecked(system: System) -> System:
-    """The system with parts that are not held against finer ones: for runs whose errors of parts another run has found.
+    """The system with parts that are not held against finer ones: for runs whose errors of parts
+    another run has found.
 
     So is `full`; a system without a finer one stays as it is.
     """
     if maker(system.full or system) is None:
         return system
     elastic = tuple(
-        replace(one, gather=replace(one.gather, checked=False)) if isinstance(one.gather, ShapePoints) else one
+        replace(one, gather=replace(one.gather, checked=False))
+        if isinstance(one.gather, ShapePoints)
+        else one
         for one in system.elastic
     )
-    return replace(system, elastic=elastic, full=None if system.full is None else unchecked(system.full))
+    return replace(
+        system, elastic=elastic, full=None if system.full is None else unchecked(system.full)
+    )

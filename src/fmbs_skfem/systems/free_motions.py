@@ -2,11 +2,13 @@ r"""Rigid motions that make a static problem singular: no joint, no spring resis
 
     Phi_q B z = 0,   z^T B^T K_s B z = 0          held by weight alone:  dV = 0,  d2V > 0,   V = - Q^T q along Phi = 0
 
-K_s is the stiffness of springs and of loads that turn with a body. Where the potential V of constant loads has a minimum, as for a
-chain that hangs, there is an equilibrium, but the first iteration of a load path from rest has a singular matrix. V is differenced
-along finite rigid motions.
+K_s is the stiffness of springs and of loads that turn with a body. Where the potential V of
+constant loads has a minimum, as for a chain that hangs, there is an equilibrium, but the first
+iteration of a load path from rest has a singular matrix. V is differenced along finite rigid
+motions.
 
-Source: M. Geradin, D. Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2 (rigid modes and their geometric stiffness).
+Source: M. Geradin, D. Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2 (rigid modes and
+their geometric stiffness).
 """
 
 from __future__ import annotations
@@ -30,56 +32,78 @@ STEP = 1e-3  #: of the size of the system, over which the potential is differenc
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """One free rigid motion: velocity (c,) [m/s] of the middle of every body that moves, and its turning (1,) or (3,) [rad/s].
+    """One free rigid motion: velocity (c,) [m/s] of the middle of every body that moves, and its
+    turning (1,) or (3,) [rad/s].
 
-    Only their ratios count. As a text it says what turns about which axis, and what moves along which direction.
+    Only their ratios count. As a text it says what turns about which axis, and what moves along
+    which direction.
     """
 
     bodies: dict[str, tuple[np.ndarray, np.ndarray]]
     places: dict[str, np.ndarray]  #: middles of these bodies in the scene [m]
 
     def __str__(self) -> str:
-        return "; ".join(said(name, v, w, self.places[name]) for name, (v, w) in self.bodies.items())
+        return "; ".join(
+            said(name, v, w, self.places[name]) for name, (v, w) in self.bodies.items()
+        )
 
 
 def unsupported(system: System) -> tuple[tuple[FreeMotion, ...], tuple[FreeMotion, ...]]:
-    """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds.
+    """Rigid motions at the start that neither joints nor springs resist: those that nothing holds,
+    and those that weight holds.
 
         Phi_q B z = 0,   z^T B^T K_s B z = 0          held by weight alone:  dV = 0,  d2V > 0,   V = - Q^T q along Phi = 0
 
-    The system has all multipliers and is in its reference; each motion is of as few bodies as an echelon form gives.
+    The system has all multipliers and is in its reference; each motion is of as few bodies as an
+    echelon form gives.
     """
     rows, Z = unresisted(system)
     free, hung = by_weight(system, rows, Z)
-    return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
+    return tuple(motion(system, z) for z in sparse_basis(free)), tuple(
+        motion(system, z) for z in sparse_basis(hung)
+    )
 
 
 def pushed(system: System, time: float) -> tuple[FreeMotion, ...]:
-    """The motions that nothing holds, where loads at a time [s] push them; none where they are in equilibrium.
+    """The motions that nothing holds, where loads at a time [s] push them; none where they are in
+    equilibrium.
 
     There is no static equilibrium near the reference of a system that has such motions.
     """
     rows, Z = unresisted(system)
     free = by_weight(system, rows, Z)[0]
     held = np.zeros(len(system.constraints.names))
-    force = block_diag(motions(system, system.x0)).T @ residual(compile_system(system), system.x0, held, time)[: system.size]
-    balanced = not free.shape[1] or np.linalg.norm(free.T @ force) <= ranks.STATED * np.linalg.norm(force)
+    force = (
+        block_diag(motions(system, system.x0)).T
+        @ residual(compile_system(system), system.x0, held, time)[: system.size]
+    )
+    balanced = not free.shape[1] or np.linalg.norm(free.T @ force) <= ranks.STATED * np.linalg.norm(
+        force
+    )
     return () if balanced else tuple(motion(system, z) for z in sparse_basis(free))
 
 
 def unresisted(system: System) -> tuple[StartRows | None, np.ndarray]:
-    """The constraint rows of a system, and a basis (z, f) of the rigid motions that neither they nor springs resist."""
+    """The constraint rows of a system, and a basis (z, f) of the rigid motions that neither they
+    nor springs resist.
+    """
     rows, Z = permitted(system)
     if not Z.shape[1]:
         return rows, Z
     K = resisting(system)
     Y = block_diag(motions(system, system.x0)) @ Z
-    stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
-    return rows, Z @ ranks.null_space(stiff, alike=True) if np.linalg.norm(stiff) > ranks.EXACT else Z
+    stiff = np.asarray(Y.T @ (K @ Y)) / max(
+        float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300
+    )
+    return rows, Z @ ranks.null_space(stiff, alike=True) if np.linalg.norm(
+        stiff
+    ) > ranks.EXACT else Z
 
 
 def permitted(system: System) -> tuple[StartRows | None, np.ndarray]:
-    """The constraint rows of a system, None without any, and an orthonormal basis (z, f) of the rigid motions that they permit."""
+    """The constraint rows of a system, None without any, and an orthonormal basis (z, f) of the
+    rigid motions that they permit.
+    """
     rows = rows_of(system)[0] if system.constraints.names else None
     A = np.concatenate([on_motions(system, rows, system.x0), block_diag(idle(system)).toarray()])
     units = 1.0 / ranks.lengths(A.T)
@@ -88,7 +112,8 @@ def permitted(system: System) -> tuple[StartRows | None, np.ndarray]:
 
 
 def left_by_drives(system: System) -> tuple[FreeMotion, ...]:
-    """The rigid motions at the start that joints and drives permit, each of as few bodies as possible.
+    """The rigid motions at the start that joints and drives permit, each of as few bodies as
+    possible.
 
     Springs and weight are left out of account.
     """
@@ -114,17 +139,29 @@ def limp_bodies(system: System) -> tuple[str, ...]:
 
 
 def refuse_limp(where: str, system: System) -> None:
-    """InputError for modes about a reference without tension where cables are curved in space: all that are asked for would be 0.
+    """InputError for modes about a reference without tension where cables are curved in space: all
+    that are asked for would be 0.
 
     `where` is the place in the message.
     """
     if names := limp_bodies(system):
         got = f"{' and '.join(map(repr, names))}, which {LIMP}: the lowest frequencies are all 0"
-        raise InputError(say(where, "straight cables, or a planar scene, for modes about the reference", got, STIFF))
+        raise InputError(
+            say(
+                where,
+                "straight cables, or a planar scene, for modes about the reference",
+                got,
+                STIFF,
+            )
+        )
 
 
-def by_weight(system: System, rows: StartRows | None, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Motions Z (z, f) parted into those that constant loads push or leave alone, and those that they hold."""
+def by_weight(
+    system: System, rows: StartRows | None, Z: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Motions Z (z, f) parted into those that constant loads push or leave alone, and those that
+    they hold.
+    """
     count = Z.shape[1]
     force = block_diag(motions(system, system.x0)).T @ system.loads.constant
     size = float(np.linalg.norm(force))
@@ -147,13 +184,16 @@ def by_weight(system: System, rows: StartRows | None, Z: np.ndarray) -> tuple[np
 
 
 def reached(system: System, rows: StartRows | None, z: np.ndarray) -> np.ndarray:
-    """The state (q,) after the rigid motions z (z,), moved back onto the joints by steps of least norm."""
+    """The state (q,) after the rigid motions z (z,), moved back onto the joints by steps of least
+    norm.
+    """
     q = moved(system, system.x0, z)
     return q if rows is None else onto_joints(system, rows, q, 1e-14)[0]
 
 
 def sparse_basis(Z: np.ndarray) -> np.ndarray:
-    """Rows (f, n) that span the columns of Z (n, f), each with as few bodies as an echelon form gives.
+    """Rows (f, n) that span the columns of Z (n, f), each with as few bodies as an echelon form
+    gives.
 
     The largest entry of a row has the size 1; round-off is zero.
     """
@@ -166,16 +206,23 @@ def sparse_basis(Z: np.ndarray) -> np.ndarray:
 
 
 def motion(system: System, z: np.ndarray) -> FreeMotion:
-    """The motion z (z,) by bodies: of every body c translations [m] and 1 or 3 turns times the size of the system [m].
+    """The motion z (z,) by bodies: of every body c translations [m] and 1 or 3 turns times the size
+    of the system [m].
 
-    Bodies that do not move are left out; what is round-off beside the largest of a body's numbers, all of them lengths, is zero.
+    Bodies that do not move are left out; what is round-off beside the largest of a body's numbers,
+    all of them lengths, is zero.
     """
     dim, size = system.dim, system.scale
     moving, places = {}, {}
-    for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
+    for (name, first, last), own in zip(
+        system.coordinates, z.reshape(len(system.coordinates), -1), strict=True
+    ):
         if (most := np.abs(own).max()) > ranks.STATED and is_body(system, first, last):
             own = np.where(np.abs(own) > ranks.STATED * most, own, 0.0)
-            moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last) + system.origin
+            moving[name], places[name] = (
+                (own[:dim], own[dim:] / size),
+                center(system, first, last) + system.origin,
+            )
     return FreeMotion(moving, places)
 
 
@@ -185,7 +232,9 @@ def said(name: str, v: np.ndarray, w: np.ndarray, place: np.ndarray) -> str:
     if rate == 0.0:
         return f"{name} moves along {listed(v / np.linalg.norm(v))}"
     spin = w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
-    spin, wide = np.sign(spin[np.argmax(np.abs(spin))]) * np.stack([spin, np.pad(v, (0, 3 - len(v)))])
+    spin, wide = np.sign(spin[np.argmax(np.abs(spin))]) * np.stack(
+        [spin, np.pad(v, (0, 3 - len(v)))]
+    )
     at = np.pad(place, (0, 3 - len(place))) + np.cross(spin, wide) / rate**2
     axis = "" if len(v) == 2 else f"the axis {listed(spin / rate)} through "
     slide = " and moves along it" if abs(float(spin @ wide)) > ranks.STATED * rate else ""

@@ -1,6 +1,8 @@
-r"""Compiled pieces of an evaluation: products of constant matrices, constraints and their derivatives on probe rows.
+r"""Compiled pieces of an evaluation: products of constant matrices, constraints and their
+derivatives on probe rows.
 
-Sparse matrices are (indptr, indices, data); y = P x + y0 are the probe rows, which joints and loads read.
+Sparse matrices are (indptr, indices, data); y = P x + y0 are the probe rows, which joints and loads
+read.
 """
 
 from __future__ import annotations
@@ -14,7 +16,9 @@ from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Vector
 
 
 class Csr(NamedTuple):
-    """A sparse matrix (m, n) inside compiled code, the columns of every row in order: indptr (m + 1,), indices and data (z,)."""
+    """A sparse matrix (m, n) inside compiled code, the columns of every row in order: indptr (m +
+    1,), indices and data (z,).
+    """
 
     indptr: Integers
     indices: Integers
@@ -22,11 +26,13 @@ class Csr(NamedTuple):
 
 
 class Operator(NamedTuple):
-    """A constant symmetric matrix in the storage that its product is fastest in; the other storages are empty.
+    """A constant symmetric matrix in the storage that its product is fastest in; the other storages
+    are empty.
 
-    diagonals[k, i] = A[i, i + offsets[k]] for bands, `rows` for sparse systems, `store` for dense ones. `rows` holds one row for
-    `components` unknowns where A = rows (x) identity, which reads less memory. `store` is also what the
-    iteration matrix adds: lower band (n, d+1) or dense (n, n); it has no rows for sparse systems.
+    diagonals[k, i] = A[i, i + offsets[k]] for bands, `rows` for sparse systems, `store` for dense
+    ones. `rows` holds one row for `components` unknowns where A = rows (x) identity, which reads
+    less memory. `store` is also what the iteration matrix adds: lower band (n, d+1) or dense (n,
+    n); it has no rows for sparse systems.
     """
 
     offsets: Integers
@@ -62,7 +68,8 @@ class Pairs(NamedTuple):
 @jit
 def clear(x: np.ndarray) -> None:
     """x (n,) = 0, in place."""
-    # loops of numbers and no slices, here and below: the compiler makes one instruction of several of them
+    # loops of numbers and no slices, here and below: the compiler makes one instruction of several
+    # of them
     for i in range(len(x)):
         x[i] = 0.0
 
@@ -87,7 +94,8 @@ def copy(x: np.ndarray, y: np.ndarray) -> None:
 @summing
 def dot(x: np.ndarray, y: np.ndarray) -> float:
     """x^T y of x and y (n,)."""
-    # by `summing`: lanes add apart, which strict order forbids; BLAS costs more than the sum at these lengths
+    # by `summing`: lanes add apart, which strict order forbids; BLAS costs more than the sum at
+    # these lengths
     total = 0.0
     for i in range(len(x)):
         total += x[i] * y[i]
@@ -107,10 +115,13 @@ def row_value(A: Csr, i: int, x: np.ndarray) -> float:
 
     Called for every row of a product, it would cost a tenth of a step.
     """
-    total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
+    total = 0.0
+    start = A.indptr[i]
+    stop = A.indptr[i + 1]
     # rows of dense bases are unbroken: no index is read
     if unbroken(A, start, stop):
-        row, part = A.data[start:stop], x[A.indices[start] :]
+        row = A.data[start:stop]
+        part = x[A.indices[start] :]
         for k in range(len(row)):
             total += row[k] * part[k]
     else:
@@ -121,12 +132,15 @@ def row_value(A: Csr, i: int, x: np.ndarray) -> float:
 
 @jit
 def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, float]:
-    """Bounds of |A x| / |x| and of |A x| / max |x_n|, for `count` of some rows of A (m, n) from place `first` on.
+    """Bounds of |A x| / |x| and of |A x| / max |x_n|, for `count` of some rows of A (m, n) from
+    place `first` on.
 
-    The first is the root of the sum of squares of these rows, the second that of the squares of their sums of sizes.
+    The first is the root of the sum of squares of these rows, the second that of the squares of
+    their sums of sizes.
     """
     squares, sums = 0.0, 0.0
-    # both bounds, as either may be the sharper one: many unknowns that move a little, or few that move far
+    # both bounds, as either may be the sharper one: many unknowns that move a little, or few that
+    # move far
     for c in range(first, first + count):
         total = 0.0
         for p in range(A.indptr[rows[c]], A.indptr[rows[c] + 1]):
@@ -139,13 +153,17 @@ def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, 
 @summing
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
     """y (m,) += factor A x, of a sparse A (m, n) and x (n,)."""
-    # `row_value` written out: called for every row it cost 8 to 10 % of a step (double pendulum, 2000 steps: 0.176 s for 0.166 s)
+    # `row_value` written out: called for every row it cost 8 to 10 % of a step (double pendulum,
+    # 2000 steps: 0.176 s for 0.166 s)
     for i in range(len(A.indptr) - 1):
-        total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
+        total = 0.0
+        start = A.indptr[i]
+        stop = A.indptr[i + 1]
         if start == stop:
             continue  # as most probe rows of contacts
         if unbroken(A, start, stop):
-            row, part = A.data[start:stop], x[A.indices[start] :]
+            row = A.data[start:stop]
+            part = x[A.indices[start] :]
             for k in range(len(row)):
                 total += row[k] * part[k]
         else:
@@ -161,7 +179,8 @@ def add_pairwise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
     for i in range(len(A.indptr) - 1):
         first, second = 0.0, 0.0
         for k in range(A.indptr[i], A.indptr[i + 1]):
-            j, value = 2 * A.indices[k], A.data[k]
+            j = 2 * A.indices[k]
+            value = A.data[k]
             first += value * x[j]
             second += value * x[j + 1]
         y[2 * i] += first
@@ -175,7 +194,8 @@ def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
     for i in range(len(A.indptr) - 1):
         first, second, third = 0.0, 0.0, 0.0
         for k in range(A.indptr[i], A.indptr[i + 1]):
-            j, value = 3 * A.indices[k], A.data[k]
+            j = 3 * A.indices[k]
+            value = A.data[k]
             first += value * x[j]
             second += value * x[j + 1]
             third += value * x[j + 2]
@@ -187,7 +207,8 @@ def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
 @jit
 def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
     """y (n,) += A x, of a constant matrix A (n, n) in any of its storages and x (n,)."""
-    # the form was chosen once, when the system was compiled; empty operators fall through loops of no length
+    # the form was chosen once, when the system was compiled; empty operators fall through loops of
+    # no length
     if A.full:
         add_combination(A.store, x, y)
         return
@@ -200,12 +221,14 @@ def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
             add_product(A.rows, 1.0, x, y)
         return
     n = len(x)
-    # by diagonals: every one is a vector loop over all unknowns, where rows of a band are a dozen numbers
+    # by diagonals: every one is a vector loop over all unknowns, where rows of a band are a dozen
+    # numbers
     for k in range(len(A.offsets)):
         shift = A.offsets[k]
         first = max(0, -shift)
         size = n - abs(shift)
-        row, source = A.diagonals[k, first : first + size], x[first + shift : first + shift + size]
+        row = A.diagonals[k, first : first + size]
+        source = x[first + shift : first + shift + size]
         target = y[first : first + size]
         for i in range(size):
             target[i] += row[i] * source[i]
@@ -215,12 +238,15 @@ def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
 def add_transposed(A: Csr, factor: float, y: np.ndarray, x: np.ndarray) -> None:
     """x (n,) += factor A^T y, of a sparse A (m, n) and y (m,)."""
     for i in range(len(A.indptr) - 1):
-        value, start, stop = factor * y[i], A.indptr[i], A.indptr[i + 1]
+        value = factor * y[i]
+        start = A.indptr[i]
+        stop = A.indptr[i + 1]
         # forces of contacts that are open, and rows that are off
         if value == 0.0:
             continue
         if unbroken(A, start, stop):
-            row, part = A.data[start:stop], x[A.indices[start] :]
+            row = A.data[start:stop]
+            part = x[A.indices[start] :]
             for k in range(len(row)):
                 part[k] += row[k] * value
         else:
@@ -251,7 +277,9 @@ def distances(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 @jit
 def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> None:
-    """y (i,) += sum_r factors[r] rows[r, i]; four rows at a time, for sizes where a library call costs more than the sum."""
+    """y (i,) += sum_r factors[r] rows[r, i]; four rows at a time, for sizes where a library call
+    costs more than the sum.
+    """
     # y is read and written once for four rows
     full = len(factors) // 4 * 4
     for r in range(0, full, 4):
@@ -260,7 +288,8 @@ def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> Non
         for i in range(len(y)):
             y[i] += row_a[i] * a + row_b[i] * b + row_c[i] * c + row_d[i] * d
     for r in range(full, len(factors)):
-        row_a, a = rows[r], factors[r]
+        row_a = rows[r]
+        a = factors[r]
         for i in range(len(y)):
             y[i] += row_a[i] * a
 
@@ -283,7 +312,8 @@ def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
         y[r + 2] += c
         y[r + 3] += d
     for r in range(full, len(y)):
-        row_a, a = rows[r], 0.0
+        row_a = rows[r]
+        a = 0.0
         for i in range(len(x)):
             a += row_a[i] * x[i]
         y[r] += a
@@ -298,19 +328,27 @@ def factor(signals: np.ndarray, number: int) -> float:
 
 @jit
 def derivative(signals: np.ndarray, number: int, first: int) -> float:
-    """A derivative of a signal of this number, which stand from `first` on in signals (4 s,); 0 for the number -1."""
-    # derivatives stand behind the values of all signals, where velocities on driven joints need them
+    """A derivative of a signal of this number, which stand from `first` on in signals (4 s,); 0 for
+    the number -1.
+    """
+    # derivatives stand behind the values of all signals, where velocities on driven joints need
+    # them
     return signals[first + number] if number >= 0 else 0.0
 
 
 @jit
-def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray) -> None:
-    """gap (m,) = Phi and jacobian (m, j) = dPhi/dy of the terms A at probe rows y (j,), with signals (s,); both are overwritten."""
+def constrain(
+    A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray
+) -> None:
+    """gap (m,) = Phi and jacobian (m, j) = dPhi/dy of the terms A at probe rows y (j,), with
+    signals (s,); both are overwritten.
+    """
     clear(gap)
     clear_rows(jacobian)
     for k in range(len(A.row)):
         a, b = add_term(A, k, y, signals, gap)
-        # -1 for a factor that a term does not have; sums, as several terms of a row may read one probe
+        # -1 for a factor that a term does not have; sums, as several terms of a row may read one
+        # probe
         if A.i[k] >= 0:
             jacobian[A.row[k], A.i[k]] += a
         if A.j[k] >= 0:
@@ -318,11 +356,15 @@ def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jac
 
 
 @jit
-def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarray) -> tuple[float, float]:
+def add_term(
+    A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarray
+) -> tuple[float, float]:
     """gap (m,) += term k at probe rows y (j,), with signals (s,); its derivatives by y_i and y_j."""
     # value and both derivatives at once: they share their products
     value = A.value[k] * factor(signals, A.signal[k])
-    m, i, j = A.row[k], A.i[k], A.j[k]
+    m = A.row[k]
+    i = A.i[k]
+    j = A.j[k]
     if i < 0:
         gap[m] += value
         return 0.0, 0.0
@@ -334,45 +376,84 @@ def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
 
 
 @jit
-def drift(A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third: float, out: np.ndarray) -> None:
-    """out (m,) = Phi_y z + D1 + second D2 + third D3, D_k the part of d^k Phi/dt^k without Phi_y times the k-th derivative of y.
+def drift(
+    A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third: float, out: np.ndarray
+) -> None:
+    """out (m,) = Phi_y z + D1 + second D2 + third D3, D_k the part of d^k Phi/dt^k without Phi_y
+    times the k-th derivative of y.
 
-    `paths` (4, j) are y, z, v = dy/dt and a = dv/dt of the probe rows; `signals` holds the values of all signals, then their first,
-    second and third derivatives, where a constraint reads one. A term s(t) p(y), p = y_i y_j, with the derivatives s1, s2, s3 and
-    p1, p2 by time has
+    `paths` (4, j) are y, z, v = dy/dt and a = dv/dt of the probe rows; `signals` holds the values
+    of all signals, then their first, second and third derivatives, where a constraint reads one. A
+    term s(t) p(y), p = y_i y_j, with the derivatives s1, s2, s3 and p1, p2 by time has
 
         D1 = s1 p,   D2 = s2 p + 2 s1 p1 + 2 s v_i v_j,   D3 = s3 p + 3 s2 p1 + 3 s1 p2 + 3 s (v_i a_j + a_i v_j)
     """
     clear(out)
-    y, z, v, a, many = paths[0], paths[1], paths[2], paths[3], len(signals) // 4
+    y = paths[0]
+    z = paths[1]
+    v = paths[2]
+    a = paths[3]
+    many = len(signals) // 4
     for k in range(len(A.row)):
-        m, i, j, signal = A.row[k], A.i[k], A.j[k], A.signal[k]
-        # derivatives of signals are read where there are some: systems without drives have no columns for them
-        s, s1, s2, s3 = A.value[k], 0.0, 0.0, 0.0
+        m = A.row[k]
+        i = A.i[k]
+        j = A.j[k]
+        signal = A.signal[k]
+        # derivatives of signals are read where there are some: systems without drives have no
+        # columns for them
+        s = A.value[k]
+        s1 = 0.0
+        s2 = 0.0
+        s3 = 0.0
         if signal >= 0:
-            s1, s2, s3 = s * signals[many + signal], s * signals[2 * many + signal], s * signals[3 * many + signal]
+            s1, s2, s3 = (
+                s * signals[many + signal],
+                s * signals[2 * many + signal],
+                s * signals[3 * many + signal],
+            )
             s *= signals[signal]
         # p = 1 of a term without probes, a history by itself
         p, pz, p1, p2, twice, mixed = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if j >= 0:
-            p, pz, p1 = y[i] * y[j], y[i] * z[j] + z[i] * y[j], y[i] * v[j] + v[i] * y[j]
+            p = y[i] * y[j]
+            pz = y[i] * z[j] + z[i] * y[j]
+            p1 = y[i] * v[j] + v[i] * y[j]
             twice, mixed = 2.0 * v[i] * v[j], 3.0 * (v[i] * a[j] + a[i] * v[j])
             p2 = y[i] * a[j] + a[i] * y[j] + twice
         elif i >= 0:
-            p, pz, p1, p2 = y[i], z[i], v[i], a[i]
+            p = y[i]
+            pz = z[i]
+            p1 = v[i]
+            p2 = a[i]
         out[m] += s * (pz + second * twice + third * mixed)
         if signal >= 0:
-            out[m] += s1 * p + second * (s2 * p + 2.0 * s1 * p1) + third * (s3 * p + 3.0 * (s2 * p1 + s1 * p2))
+            out[m] += (
+                s1 * p
+                + second * (s2 * p + 2.0 * s1 * p1)
+                + third * (s3 * p + 3.0 * (s2 * p1 + s1 * p2))
+            )
 
 
 @summing
-def probe_paths(A: Csr, offset: np.ndarray, x: np.ndarray, z: np.ndarray, v: np.ndarray, a: np.ndarray, paths: np.ndarray) -> None:
+def probe_paths(
+    A: Csr,
+    offset: np.ndarray,
+    x: np.ndarray,
+    z: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    paths: np.ndarray,
+) -> None:
     """paths (4, j) = A x + offset, A z, A v, A a; a row of A is read once."""
     for i in range(len(offset)):
         # only the first is a place: rates have no offset
-        p, q, r, s = offset[i], 0.0, 0.0, 0.0
+        p = offset[i]
+        q = 0.0
+        r = 0.0
+        s = 0.0
         for k in range(A.indptr[i], A.indptr[i + 1]):
-            value, n = A.data[k], A.indices[k]
+            value = A.data[k]
+            n = A.indices[k]
             p += value * x[n]
             q += value * z[n]
             r += value * v[n]
@@ -381,8 +462,11 @@ def probe_paths(A: Csr, offset: np.ndarray, x: np.ndarray, z: np.ndarray, v: np.
 
 
 @jit
-def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray) -> None:
-    """H[pair] += d(Phi_y^T lambda)/dy of the terms A at probe rows y (j,), with signals (s,) and multipliers lambda (m,).
+def constraint_slopes(
+    A: Terms, y: np.ndarray, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray
+) -> None:
+    """H[pair] += d(Phi_y^T lambda)/dy of the terms A at probe rows y (j,), with signals (s,) and
+    multipliers lambda (m,).
 
     A term lambda c s y_i y_j has c s lambda in its pairs (i, j) and (j, i).
     """
@@ -398,7 +482,8 @@ def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers:
 def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, blocks: Csr, W: np.ndarray) -> None:
     """W += P^T H P for the probe pairs. Most contacts are open: their H is zero.
 
-    A lower band takes the symmetric part, and so does W (1, k) by the rows of its upper triangle with the columns of `blocks`.
+    A lower band takes the symmetric part, and so does W (1, k) by the rows of its upper triangle
+    with the columns of `blocks`.
     """
     for k in range(len(A.rows)):
         # of all pairs only those of joints and of what touches now
@@ -406,18 +491,27 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, blocks: Csr, W: np.n
             continue
         a, b = A.rows[k, 0], A.rows[k, 1]
         for p in range(P.indptr[a], P.indptr[a + 1]):
-            i, value = P.indices[p], H[k] * P.data[p]
+            i = P.indices[p]
+            value = H[k] * P.data[p]
             for q in range(P.indptr[b], P.indptr[b + 1]):
                 j = P.indices[q]
                 if dense:
                     W[i, j] += value * P.data[q]
                     continue
                 # pairs come both ways, so that each gives half of an entry off the diagonal
-                low, part = min(i, j), (1.0 if i == j else 0.5) * value * P.data[q]
+                low = min(i, j)
+                part = (1.0 if i == j else 0.5) * value * P.data[q]
                 if len(blocks.indptr) > 1:
                     start = blocks.indptr[low]
-                    # a search in one short row in place of a table of places for all pairs, most of which are open
-                    W[0, start + np.searchsorted(blocks.indices[start : blocks.indptr[low + 1]], max(i, j))] += part
+                    # a search in one short row in place of a table of places for all pairs, most of
+                    # which are open
+                    W[
+                        0,
+                        start
+                        + np.searchsorted(
+                            blocks.indices[start : blocks.indptr[low + 1]], max(i, j)
+                        ),
+                    ] += part
                 else:
                     W[low, abs(i - j)] += part
 
@@ -434,7 +528,9 @@ def any_of(x: np.ndarray) -> bool:
 
 @jit
 def add_skew_pairs(A: Pairs, P: Csr, H: np.ndarray, general: np.ndarray) -> None:
-    """The skew part of P^T H P, of pairs with H (h,) and the probe rows P (j, n), to a general band (n, 3d+1) as LAPACK has it."""
+    """The skew part of P^T H P, of pairs with H (h,) and the probe rows P (j, n), to a general band
+    (n, 3d+1) as LAPACK has it.
+    """
     middle = 2 * ((general.shape[1] - 1) // 3)
     for k in range(len(A.rows)):
         if H[k] == 0.0:
@@ -442,7 +538,8 @@ def add_skew_pairs(A: Pairs, P: Csr, H: np.ndarray, general: np.ndarray) -> None
         a, b = A.rows[k, 0], A.rows[k, 1]
         for p in range(P.indptr[a], P.indptr[a + 1]):
             # the symmetric half is in the band already
-            i, value = P.indices[p], 0.5 * H[k] * P.data[p]
+            i = P.indices[p]
+            value = 0.5 * H[k] * P.data[p]
             for q in range(P.indptr[b], P.indptr[b + 1]):
                 j = P.indices[q]
                 general[j, middle + i - j] += value * P.data[q]

@@ -1,4 +1,6 @@
-"""Matrices of a system in the storage that compiled code reads, in an order of the unknowns of small bandwidth."""
+"""Matrices of a system in the storage that compiled code reads, in an order of the unknowns of
+small bandwidth.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +15,25 @@ from .kernels import Csr, Operator
 def constant(A: Array, store: np.ndarray, dense: bool, by_rows: bool, dim: int) -> Operator:
     """A constant matrix A (n, n) in the storage of its product.
 
-    `store` is A in the storage of the iteration matrix. The product reads rows where `by_rows`, or where the storage is `dense` and
-    A = B (x) I over vectors of `dim` components; `store` of other dense ones that are not diagonal; else diagonals.
+    `store` is A in the storage of the iteration matrix. The product reads rows where `by_rows`, or
+    where the storage is `dense` and A = B (x) I over vectors of `dim` components; `store` of other
+    dense ones that are not diagonal; else diagonals.
     """
     i, j, values = nonzeros(A)
     none = Csr(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0))
-    alone, used = bool((i == j).all()), len(values) > 0
+    alone = bool((i == j).all())
+    used = len(values) > 0
     if by_rows or (dense and not alone) or not used:
         rows, components = vectorwise(A, dim) if used else (none, 1)
         full = bool(dense and used and components == 1)
-        return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), none if full else rows, components, store, full)
+        return Operator(
+            np.zeros(0, np.int64),
+            np.zeros((0, len(store))),
+            none if full else rows,
+            components,
+            store,
+            full,
+        )
     offsets, k = np.unique(j.astype(np.int64) - i, return_inverse=True)
     data = np.zeros((len(offsets), A.shape[0]))
     np.add.at(data, (k, i), values)
@@ -50,7 +61,9 @@ def vectorwise(A: Array, dim: int) -> tuple[Csr, int]:
         i, j, values = nonzeros(A)  # row by row, each from its first column on
         axis = i % dim
         found = [(i[axis == c] // dim, j[axis == c] // dim, values[axis == c]) for c in range(dim)]
-        if (j % dim == axis).all() and all(np.array_equal(a, b) for one in found[1:] for a, b in zip(found[0], one, strict=True)):
+        if (j % dim == axis).all() and all(
+            np.array_equal(a, b) for one in found[1:] for a, b in zip(found[0], one, strict=True)
+        ):
             row, column, values = found[0]
             indptr = np.append(0, np.cumsum(np.bincount(row, minlength=A.shape[0] // dim)))
             return Csr(indptr, column.astype(np.int64), values), dim
@@ -77,14 +90,19 @@ def permuted(A: Array, order: np.ndarray, rows: bool = False) -> Array:
     if isinstance(A, np.ndarray):
         A = A[:, order]
         return A[order] if rows else A
-    place, A = np.argsort(order), as_csr(A)
+    place = np.argsort(order)
+    A = as_csr(A)
     # numbers of its own: its rows are sorted in place later
-    A = csr_array((A.data.copy(), place[A.indices], A.indptr.copy()), shape=(A.shape[0], len(order)))
+    A = csr_array(
+        (A.data.copy(), place[A.indices], A.indptr.copy()), shape=(A.shape[0], len(order))
+    )
     return rows_at(A, order) if rows else A
 
 
 def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
-    """The better of the natural and the reverse Cuthill-McKee order (n,) of a symmetric pattern (n, n), and its half bandwidth."""
+    """The better of the natural and the reverse Cuthill-McKee order (n,) of a symmetric pattern (n,
+    n), and its half bandwidth.
+    """
 
     def width(order: np.ndarray) -> int:
         place = np.argsort(order)
@@ -93,7 +111,9 @@ def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
     row, column, _ = entries(pattern)
 
     natural = np.arange(pattern.shape[0])
-    packed = np.ascontiguousarray(reverse_cuthill_mckee(pattern, symmetric_mode=True), np.int64)  # for compiled routines
+    packed = np.ascontiguousarray(
+        reverse_cuthill_mckee(pattern, symmetric_mode=True), np.int64
+    )  # for compiled routines
     return (natural, width(natural)) if width(natural) <= width(packed) else (packed, width(packed))
 
 
@@ -106,18 +126,24 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
     """
     row, column, values = entries(A)
     i, j = place[row], place[column]
-    band, low = np.zeros((len(place), width + 1)), (i >= j) & (values != 0.0)
+    band = np.zeros((len(place), width + 1))
+    low = (i >= j) & (values != 0.0)
     np.add.at(band, (j[low], (i - j)[low]), values[low])
     return band
 
 
 def from_lower_band(band: np.ndarray, order: np.ndarray) -> csr_array:
-    """The symmetric sparse array (n, n) of a lower band (n, d + 1), band[j, i - j] = A[i, j], whose place k is unknown order[k]."""
+    """The symmetric sparse array (n, n) of a lower band (n, d + 1), band[j, i - j] = A[i, j], whose
+    place k is unknown order[k].
+    """
     n = len(band)
     j, below = np.nonzero(band)
     on = j + below < n
-    j, below = j[on], below[on]
-    i, values, off = order[j + below], band[j, below], below > 0
+    j = j[on]
+    below = below[on]
+    i = order[j + below]
+    values = band[j, below]
+    off = below > 0
     j = order[j]
     places = np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
     return csr_array((np.concatenate([values, values[off]]), places), shape=(n, n))

@@ -1,9 +1,11 @@
-r"""The operators of a system as numbers, in the order of its unknowns, for analyses and reductions of one's own.
+r"""The operators of a system as numbers, in the order of its unknowns, for analyses and reductions
+of one's own.
 
     M x'' + f(x, x', t) + Phi_x^T lambda = 0,    Phi(x, t) = 0        M = system.mass,  q = system.lift(x)
 
-Full, reduced and hyper-reduced systems alike. What is compiled of a system is kept with it. Forces that remember, such as torsion
-springs that count turns, are those of the start: angles have turned by less than half a turn.
+Full, reduced and hyper-reduced systems alike. What is compiled of a system is kept with it. Forces
+that remember, such as torsion springs that count turns, are those of the start: angles have turned
+by less than half a turn.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ from .system import System
 
 @checked
 def force(system: System, x: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> np.ndarray:
-    """f (n,) [N]: elastic and damping forces minus loads at unknowns x (n,) and rates v (n,), zero by default, at time t [s].
+    """f (n,) [N]: elastic and damping forces minus loads at unknowns x (n,) and rates v (n,), zero
+    by default, at time t [s].
 
     InputError for arrays of another shape.
     """
@@ -37,19 +40,25 @@ def tangent(
     multipliers: ArrayLike | None = None,
     rate: float = 0.0,
 ) -> csr_array:
-    """d/dx (f + Phi_x^T lambda) + rate df/dv, (n, n) [N/m], exact; lambda (m,), zero by default, `rate` [1/s].
+    """d/dx (f + Phi_x^T lambda) + rate df/dv, (n, n) [N/m], exact; lambda (m,), zero by default,
+    `rate` [1/s].
 
     InputError for arrays of another shape.
     """
     model = compiled.compile_system(system)
-    given = np.zeros(model.constraints) if multipliers is None else read_multipliers(model.constraints, multipliers)
+    given = (
+        np.zeros(model.constraints)
+        if multipliers is None
+        else read_multipliers(model.constraints, multipliers)
+    )
     v = None if v is None else read(system, "v", v)
     return compiled.tangent(model, read(system, "x", x), given, t, rate, v=v)
 
 
 @checked
 def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (m,) and Phi_x (m, n) at unknowns x (n,) and time t [s], in the order of `system.constraints.names`.
+    """Phi (m,) and Phi_x (m, n) at unknowns x (n,) and time t [s], in the order of
+    `system.constraints.names`.
 
     InputError for an array of another shape.
     """
@@ -68,9 +77,13 @@ def strain_energy(system: System, x: ArrayLike) -> float:
 def read(system: System, name: str, values: ArrayLike) -> np.ndarray:
     """Values (n,) of the unknowns; InputError for another shape."""
     wanted = f"one finite number an unknown, ({system.size},)"
-    return np.ascontiguousarray(arrays.finite(values, name, wanted, system.size, remedy="as system.x0"))
+    return np.ascontiguousarray(
+        arrays.finite(values, name, wanted, system.size, remedy="as system.x0")
+    )
 
 
 def read_multipliers(count: int, values: ArrayLike) -> np.ndarray:
     """Values (m,) of the multipliers of as many constraints; InputError for another shape."""
-    return arrays.finite(values, "multipliers", f"one finite number a constraint, ({count},)", count)
+    return arrays.finite(
+        values, "multipliers", f"one finite number a constraint, ({count},)", count
+    )

@@ -1,7 +1,9 @@
-"""What forces and joints of one's own in symbols are given: their fields as places, numbers and histories.
+"""What forces and joints of one's own in symbols are given: their fields as places, numbers and
+histories.
 
-A class of such a family is a declaration (`core.declared`) whose functions name fields as their arguments, and `t`. A field that is
-a place comes as `PlaceSymbols`, a number as a symbol, a vector as a matrix of symbols, a history as its value.
+A class of such a family is a declaration (`core.declared`) whose functions name fields as their
+arguments, and `t`. A field that is a place comes as `PlaceSymbols`, a number as a symbol, a vector
+as a matrix of symbols, a history as its value.
 """
 
 from __future__ import annotations
@@ -34,18 +36,27 @@ class PlaceSymbols:
 
     position: Any  #: from the origin of the scene [m]
     velocity: Any
-    axes: tuple[Any, ...] = ()  #: vectors that it carries: axes of a frame, tangents of a surface, slope of a line [and its normal]
+    axes: tuple[
+        Any, ...
+    ] = ()  #: vectors that it carries: axes of a frame, tangents of a surface, slope of a line [and its normal]
     rates: tuple[Any, ...] = ()  #: their rates
 
     def turn(self, moment: Any) -> list[tuple[Any, Any]]:
-        """Forces on the axes that are a moment [N m], a vector in space and a number in the plane; in symbols or numbers.
+        """Forces on the axes that are a moment [N m], a vector in space and a number in the plane;
+        in symbols or numbers.
 
-        On k axes e at right angles they do the work sum_e f (m x e) . (w x e) / |e|^2 = m . w, f = 1 / k in the plane and 1/2 of
-        a frame in space. Of a slope alone, which has no turn about itself, f = 1 and m counts across it.
+        On k axes e at right angles they do the work sum_e f (m x e) . (w x e) / |e|^2 = m . w, f =
+        1 / k in the plane and 1/2 of a frame in space. Of a slope alone, which has no turn about
+        itself, f = 1 and m counts across it.
         """
-        dim, count = len(self.axes[0]) if self.axes else 0, len(self.axes)
+        dim = len(self.axes[0]) if self.axes else 0
+        count = len(self.axes)
         if not count or (dim, count) == (3, 2):
-            got, remedy = ("a surface in space", "name a rim of the plate") if count else ("a point", "name another place")
+            got, remedy = (
+                ("a surface in space", "name a rim of the plate")
+                if count
+                else ("a point", "name another place")
+            )
             raise InputError(say("turn", "a place with a slope or a frame", got, remedy))
         share = 1 if count == 1 else 2
         return [(e, _like(e, _across(moment, e)) / (share * e.dot(e))) for e in self.axes]
@@ -68,7 +79,9 @@ def _like(vector: Any, values: list[Any]) -> Any:
 
 
 def norm(vector: Any) -> Any:
-    """|vector| of an array (c,) or of a matrix of symbols, in symbols one whose derivatives are numbers where it is zero, too."""
+    """|vector| of an array (c,) or of a matrix of symbols, in symbols one whose derivatives are
+    numbers where it is zero, too.
+    """
     if isinstance(vector, np.ndarray):
         return float(np.linalg.norm(vector))
     import sympy
@@ -81,7 +94,8 @@ def norm(vector: Any) -> Any:
 
 
 def turned(angle: Any) -> Any:
-    """An angle in symbols [rad], as of atan2, that counts its turns: of less than half a turn a step.
+    """An angle in symbols [rad], as of atan2, that counts its turns: of less than half a turn a
+    step.
 
     InputError for a number: functions of Python have to count turns themselves.
     """
@@ -104,16 +118,28 @@ class Read(NamedTuple):
 
 @cache
 def arguments_of(kind: type[Any], functions: tuple[Callable[..., Any], ...]) -> dict[str, str]:
-    """Names of what functions of a class read, each a place, a number or a history, in the order in which they first come.
+    """Names of what functions of a class read, each a place, a number or a history, in the order in
+    which they first come.
 
     InputError where an argument is neither a field of the class nor `t`.
     """
-    hints, found = get_type_hints(kind, include_extras=True), dict[str, str]()
-    for name in dict.fromkeys(name for function in functions for name in inspect.signature(function).parameters):
+    hints = get_type_hints(kind, include_extras=True)
+    found = dict[str, str]()
+    for name in dict.fromkeys(
+        name for function in functions for name in inspect.signature(function).parameters
+    ):
         if name != TIME and name not in hints:
-            raise InputError(say(f"class {kind.__qualname__}", "arguments that are fields, or t", f"'{name}'"))
+            raise InputError(
+                say(f"class {kind.__qualname__}", "arguments that are fields, or t", f"'{name}'")
+            )
         notes = set(notes_of(hints.get(name, HISTORY)))
-        found[name] = "place" if notes & set(PLACES) else "history" if HISTORY in notes or name == TIME else "number"
+        found[name] = (
+            "place"
+            if notes & set(PLACES)
+            else "history"
+            if HISTORY in notes or name == TIME
+            else "number"
+        )
     return found
 
 
@@ -126,14 +152,18 @@ def notes_of(hint: Any) -> Iterator[Any]:
 
 
 def read(name: str, item: Any, draft: Draft, arguments: Mapping[str, str]) -> Read:
-    """Probe rows, numbers and histories of a declaration called `name` in messages, for the `arguments` of `arguments_of`.
+    """Probe rows, numbers and histories of a declaration called `name` in messages, for the
+    `arguments` of `arguments_of`.
 
-    They are added to the draft; the origin (c,) of the coordinates comes first among the numbers. InputError where none of the
-    places is one of a body, and where a place does not exist.
+    They are added to the draft; the origin (c,) of the coordinates comes first among the numbers.
+    InputError where none of the places is one of a body, and where a place does not exist.
     """
     values = {argument: getattr(item, argument) for argument in arguments if argument != TIME}
     anchor = next((value for value in values.values() if isinstance(value, At)), None)
-    rows, sizes, numbers, signals = list[int](), list[int](), [draft.layout.origin], list[int]()
+    rows = list[int]()
+    sizes = list[int]()
+    numbers = [draft.layout.origin]
+    signals = list[int]()
     for argument, kind in arguments.items():
         size = 0
         if kind == "place":
@@ -146,21 +176,31 @@ def read(name: str, item: Any, draft: Draft, arguments: Mapping[str, str]) -> Re
             numbers.append(np.ravel(values[argument]))
             size = np.size(values[argument]) if np.ndim(values[argument]) else 0
         sizes.append(size)
-    return Read(f"{draft.layout.dim}|{','.join(map(str, sizes))}", rows, np.concatenate(numbers), signals)
+    return Read(
+        f"{draft.layout.dim}|{','.join(map(str, sizes))}", rows, np.concatenate(numbers), signals
+    )
 
 
 def place_rows(name: str, draft: Draft, end: Any, anchor: At | None) -> list[int]:
-    """Probe rows of the position and of the vectors of a place; a fixed point has its position alone.
+    """Probe rows of the position and of the vectors of a place; a fixed point has its position
+    alone.
 
     The ground is the point where the first place is in the reference.
     """
     layout = draft.layout
     if isinstance(end, At):
-        first = [draft.probes.add(block) for block in (layout.read(name, end), *layout.vectors(name, end))]
+        first = [
+            draft.probes.add(block)
+            for block in (layout.read(name, end), *layout.vectors(name, end))
+        ]
     elif end is None and anchor is None:
         raise InputError(say(name, "one place of a body at least", "none"))
     else:
-        point = layout.reference(name, anchor) if end is None and anchor is not None else layout.fixed(name, end)
+        point = (
+            layout.reference(name, anchor)
+            if end is None and anchor is not None
+            else layout.fixed(name, end)
+        )
         first = [draft.probes.add(csr_array((layout.dim, layout.size)), point)]
     return [row + c for row in first for c in range(layout.dim)]
 
@@ -175,21 +215,38 @@ class Known(NamedTuple):
 
     def call(self, function: Callable[..., Any]) -> Any:
         """A function of the arguments that it names."""
-        return function(**{name: self.values[name] for name in inspect.signature(function).parameters if name in self.values})
+        return function(
+            **{
+                name: self.values[name]
+                for name in inspect.signature(function).parameters
+                if name in self.values
+            }
+        )
 
 
 def symbols_of(arguments: Mapping[str, str], sizes: str) -> Known:
     """Arguments of `sizes` (those of `read`) in symbols.
 
-    Coordinates count from an origin, whose numbers come first: it cancels where places are subtracted.
+    Coordinates count from an origin, whose numbers come first: it cancels where places are
+    subtracted.
     """
     from .forces import force_symbols as written
 
-    dim, rows, histories = int(sizes.partition("|")[0]), 0, 0
-    found, vectors, numbers, origin = dict[str, Any](), list[Any](), dim, written.numbers(dim)
-    for (argument, kind), size in zip(arguments.items(), map(int, sizes.partition("|")[2].split(",")), strict=True):
+    dim = int(sizes.partition("|")[0])
+    rows = 0
+    histories = 0
+    found = dict[str, Any]()
+    vectors = list[Any]()
+    numbers = dim
+    origin = written.numbers(dim)
+    for (argument, kind), size in zip(
+        arguments.items(), map(int, sizes.partition("|")[2].split(",")), strict=True
+    ):
         if kind == "place":
-            y, v = ([part(dim, rows + dim * k) for k in range(size + 1)] for part in (written.rows, written.rates))
+            y, v = (
+                [part(dim, rows + dim * k) for k in range(size + 1)]
+                for part in (written.rows, written.rates)
+            )
             found[argument] = PlaceSymbols(y[0] + origin, v[0], tuple(y[1:]), tuple(v[1:]))
             vectors += [*found[argument].position, *(part for axis in y[1:] for part in axis)]
             rows += dim * (size + 1)

@@ -1,11 +1,14 @@
-"""What systems of one structure share: what follows from parts that they have in common is found once.
+"""What systems of one structure share: what follows from parts that they have in common is found
+once.
 
     prepare(system).find("probes", (system.probes.matrix,), make)      what `make` gives, or gave for the same parts before
 
-A member of a family is a system with other numbers in some arrays; all its other parts are the same objects (`alike`). A part is
-known by its identity, as arrays of a system never change: nothing is compared, no structure is guessed, and whatever a number may
-change is found anew where the part that holds it is another one. There is one entry a name, which keeps its parts alive: the
-memory goes with the systems, and calls do not let it grow. What is found is read by many threads, and written by none.
+A member of a family is a system with other numbers in some arrays; all its other parts are the same
+objects (`alike`). A part is known by its identity, as arrays of a system never change: nothing is
+compared, no structure is guessed, and whatever a number may change is found anew where the part
+that holds it is another one. There is one entry a name, which keeps its parts alive: the memory
+goes with the systems, and calls do not let it grow. What is found is read by many threads, and
+written by none.
 """
 
 from __future__ import annotations
@@ -23,16 +26,19 @@ VALUES = (bool, int, float, str, bytes)  #: parts that are known by their value
 
 
 class Prepared:
-    """What was found of parts of systems, by name: one entry a name, for the parts of the last time."""
+    """What was found of parts of systems, by name: one entry a name, for the parts of the last
+    time.
+    """
 
     def __init__(self) -> None:
         self.known: dict[str, tuple[tuple[Any, ...], Any]] = {}
 
     def find(self, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
-        """What is made of some parts, the same as the last time where these are the same; numbers count by value.
+        """What is made of some parts, the same as the last time where these are the same; numbers
+        count by value.
 
-        Parts are compared by identity, as arrays of a system never change; numbers and texts by value. `make` is called without
-        arguments.
+        Parts are compared by identity, as arrays of a system never change; numbers and texts by
+        value. `make` is called without arguments.
         """
         known = self.known.get(name)
         if known is None or len(known[0]) != len(parts) or not all(map(same, known[0], parts)):
@@ -47,7 +53,8 @@ def same(a: object, b: object) -> bool:
 
 
 def remembered(system: object, key: Hashable, find: Callable[[], Found]) -> Found:
-    """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it.
+    """What is found of a system, by a key, the first time; it goes with the system, and copies
+    begin without it.
 
     `find` is called without arguments where nothing is known under the key.
     """
@@ -67,7 +74,8 @@ def prepare(system: object) -> Prepared:
 
 @checked
 def alike(known: Prepared, system: S) -> S:
-    """A system that shares what is known of the parts of another one, as `replace(other, ...)` has them: `prepare(other)`.
+    """A system that shares what is known of the parts of another one, as `replace(other, ...)` has
+    them: `prepare(other)`.
 
     The system itself is given back; it forgets what it knew of its parts.
     """

@@ -2,8 +2,8 @@ r"""Laws of probe rows by programs: what a program reads of a state, and where i
 
     room <- y, y', numbers, histories, memory ... of group k,     run,     g, H, energy, Phi, dPhi/dy ... of group k <- room
 
-A law has up to four programs, each behind a routine of its own (`ROUTINES`); all of them run in one routine,
-which is compiled once.
+A law has up to four programs, each behind a routine of its own (`ROUTINES`); all of them run in one
+routine, which is compiled once.
 """
 
 from __future__ import annotations
@@ -16,28 +16,59 @@ import numpy as np
 from ..core.compiling import programs
 from ..core.compiling.graphs import GraphProgram
 from ..core.compiling.jit import jit
-from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Routine, Vector, invoke, opener, place_of, routine
+from ..core.compiling.structs import (
+    IntegerMatrix,
+    Integers,
+    Matrix,
+    Routine,
+    Vector,
+    invoke,
+    opener,
+    place_of,
+    routine,
+)
 from .evaluation import Space, evaluation
 from .kernels import copy, derivative, factor
 
-#: what is read: a probe row of the group, its vector z, rate, second derivative (rows of `Space.paths`); a number, a history, its
-#: derivatives, a number that is kept; gh, the factors of D2 and D3 of `kernels.drift`
-ROW, RATE, PATH, STEP, VELOCITY, ACCELERATION, NUMBER, HISTORY, FIRST, SECOND, THIRD, MEMORY, DAMPING, LEAD = range(14)
+#: what is read: a probe row of the group, its vector z, rate, second derivative (rows of
+#: `Space.paths`); a number, a history, its derivatives, a number that is kept; gh, the factors of
+#: D2 and D3 of `kernels.drift`
+(
+    ROW,
+    RATE,
+    PATH,
+    STEP,
+    VELOCITY,
+    ACCELERATION,
+    NUMBER,
+    HISTORY,
+    FIRST,
+    SECOND,
+    THIRD,
+    MEMORY,
+    DAMPING,
+    LEAD,
+) = range(14)
 
-#: where results go: a force on a row, - c times its derivative on a pair, what is kept, the largest of what is kept, a potential, a
-#: constraint function, its derivative by a row, multiplier times its second derivative on a pair
+#: where results go: a force on a row, - c times its derivative on a pair, what is kept, the largest
+#: of what is kept, a potential, a constraint function, its derivative by a row, multiplier times
+#: its second derivative on a pair
 PUSH, SLOPE, KEEP, FURTHEST, ENERGY, GAP, JACOBIAN, CURVATURE = range(8)
 
 
 class Action(NamedTuple):
-    """A program with what it reads and where its results go, each a kind with a number: one of a row, of a pair, ..."""
+    """A program with what it reads and where its results go, each a kind with a number: one of a
+    row, of a pair, ...
+    """
 
     program: GraphProgram  #: whose symbols are what it reads: a kind and a number
     targets: tuple[tuple[int, int], ...]
 
 
 class ActionRecord(NamedTuple):
-    """An action on t groups for compiled code: rows (t, r), numbers (t, p), signals (t, h), row (t,) of a constraint."""
+    """An action on t groups for compiled code: rows (t, r), numbers (t, p), signals (t, h), row
+    (t,) of a constraint.
+    """
 
     rows: IntegerMatrix
     numbers: Matrix
@@ -114,7 +145,8 @@ def write(s: Space, P: ActionRecord, k: int, kind: int, number: int, value: floa
 @routine
 def act(table: Any, record: Any) -> int:
     """Run a program for all groups of rows."""
-    s, P = evaluation(table).space, action_of(record)
+    s = evaluation(table).space
+    P = action_of(record)
     first = len(P.constants) + len(P.reads)
     # of a call: threads share the records of joints
     room = np.empty(first + len(P.operations))
@@ -128,7 +160,9 @@ def act(table: Any, record: Any) -> int:
     return 0
 
 
-AT = {name: 8 * place_of(ActionRecords, name) for name in ("first", "second", "third", "fourth")}  #: bytes
+AT = {
+    name: 8 * place_of(ActionRecords, name) for name in ("first", "second", "third", "fourth")
+}  #: bytes
 FIRST_AT, SECOND_AT, THIRD_AT, FOURTH_AT = AT.values()
 
 
@@ -160,8 +194,12 @@ ROUTINES: Sequence[Routine] = (first, second, third, fourth)
 NOTHING = Action(GraphProgram((), (), (), ()), ())
 
 
-def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs: int, kept: int) -> ActionRecords:
-    """The actions of a law for compiled code, on `groups`: the fields of `ActionRecord` from `rows` to `memory`."""
+def compile_actions(
+    actions: Sequence[Action], groups: Mapping[str, Any], pairs: int, kept: int
+) -> ActionRecords:
+    """The actions of a law for compiled code, on `groups`: the fields of `ActionRecord` from `rows`
+    to `memory`.
+    """
 
     def matrix(rows: Sequence[Sequence[int]], columns: int) -> np.ndarray:
         return np.array(rows, dtype=np.int64).reshape(-1, columns)
@@ -170,7 +208,9 @@ def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs:
         program = action.program
         constants = len(program.constants)
         reads = [(kind, number, constants + k) for k, (kind, number) in enumerate(program.symbols)]
-        targets = [(*target, place) for target, place in zip(action.targets, program.results, strict=True)]
+        targets = [
+            (*target, place) for target, place in zip(action.targets, program.results, strict=True)
+        ]
         return ActionRecord(
             **groups,
             pairs=pairs,
@@ -181,4 +221,7 @@ def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs:
             constants=np.array(program.constants, dtype=float),
         )
 
-    return ActionRecords(act.address, *(part(action) for action in (*actions, *[NOTHING] * len(ROUTINES))[: len(ROUTINES)]))
+    return ActionRecords(
+        act.address,
+        *(part(action) for action in (*actions, *[NOTHING] * len(ROUTINES))[: len(ROUTINES)]),
+    )

@@ -27,7 +27,9 @@ from .system import Signal, System, driving
 @storable
 @dataclass(frozen=True)
 class Cosine:
-    """The function of time cos(angle(t)), (s,) at times (s,) [s], of an angle [rad]; files can hold it where `angle` is data."""
+    """The function of time cos(angle(t)), (s,) at times (s,) [s], of an angle [rad]; files can hold
+    it where `angle` is data.
+    """
 
     angle: Callable[[np.ndarray], np.ndarray]
 
@@ -38,7 +40,9 @@ class Cosine:
 @storable
 @dataclass(frozen=True)
 class Sine:
-    """The function of time sin(angle(t)), (s,) at times (s,) [s], of an angle [rad]; files can hold it where `angle` is data."""
+    """The function of time sin(angle(t)), (s,) at times (s,) [s], of an angle [rad]; files can hold
+    it where `angle` is data.
+    """
 
     angle: Callable[[np.ndarray], np.ndarray]
 
@@ -59,7 +63,8 @@ class BoundExpression:
 
 @singledispatch
 def as_drive(signal: Any) -> Signal:
-    """The function of time as joints are driven by it: with continuous second derivatives, as far as it has a choice.
+    """The function of time as joints are driven by it: with continuous second derivatives, as far
+    as it has a choice.
 
     Types that read tables register; others stay.
     """
@@ -69,7 +74,9 @@ def as_drive(signal: Any) -> Signal:
 
 @singledispatch
 def read_inputs(signal: Any) -> Sequence[Input]:
-    """The inputs that a function of time reads; none of most functions. Types that read some register."""
+    """The inputs that a function of time reads; none of most functions. Types that read some
+    register.
+    """
     return ()
 
 
@@ -118,7 +125,10 @@ def of_drive(signal: Table) -> Table:
 def _(signal: Expression) -> Signal:
     if not any(isinstance(one, Table) for one in signal.inputs):
         return signal
-    return replace(signal, inputs=tuple(of_drive(one) if isinstance(one, Table) else one for one in signal.inputs))
+    return replace(
+        signal,
+        inputs=tuple(of_drive(one) if isinstance(one, Table) else one for one in signal.inputs),
+    )
 
 
 @as_drive.register
@@ -128,20 +138,21 @@ def _(signal: Cosine | Sine) -> Signal:
 
 def warn_of_spline(table: Table) -> None:
     """Warnings of a spline that drives a joint: where it leaves its points, and of noise in them."""
-    name, per = f"table '{table.call[:-2]}', whose curve drives a joint", f"{table.of}^2"
+    name = f"table '{table.call[:-2]}', whose curve drives a joint"
+    per = f"{table.of}^2"
     beyond, place = tables.overshoot(table)
     span = float(np.ptp(table.values))
     if beyond > tables.OVERSHOT * span:
         size = f"{beyond:.3g} {table.unit}".rstrip()
-        text = (
-            f"{name}: at {place:.4g} {table.of} it goes beyond the points beside it by {size}, {beyond / span:.2g} of their range"
-        )
+        text = f"{name}: at {place:.4g} {table.of} it goes beyond the points beside it by {size}, {beyond / span:.2g} of their range"
         notify(f"{text}; give it more points where it bends, or other `ends`")
     rough, smooth = tables.noise(table)
     if rough:
         unit = f"{table.unit or '1'}/{per}"
         text = f"{name}: its points are noisy, its second derivative reaches {rough:.3g} {unit} by their noise"
-        notify(f"{text}, {smooth:.3g} through every {tables.EIGHTH}th point: smooth them before, forces follow it")
+        notify(
+            f"{text}, {smooth:.3g} through every {tables.EIGHTH}th point: smooth them before, forces follow it"
+        )
 
 
 @read_inputs.register
@@ -155,12 +166,16 @@ def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
 
 
 def given_by_name(system: System) -> dict[str, Input]:
-    """All that a system is given by name: inputs, those of controllers at the end of its signals, and numbers of locks."""
+    """All that a system is given by name: inputs, those of controllers at the end of its signals,
+    and numbers of locks.
+    """
     return {one.name: one for signal in system.signals for one in read_inputs(signal)}
 
 
 def inputs_of(system: System) -> dict[str, Input]:
-    """The inputs of a system by name, those of controllers among them, without the numbers that locks hold."""
+    """The inputs of a system by name, those of controllers among them, without the numbers that
+    locks hold.
+    """
     return {name: one for name, one in given_by_name(system).items() if not isinstance(one, Held)}
 
 
@@ -171,10 +186,11 @@ def driving_inputs(system: System) -> set[str]:
 
 
 def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
-    """The system with functions of time in place of inputs, by name, in `full` and in its finer one as well; other inputs stay.
+    """The system with functions of time in place of inputs, by name, in `full` and in its finer one
+    as well; other inputs stay.
 
-    A function takes times (s,) [s] and gives values (s,). InputError for an input that the system does not have, with the nearest
-    one.
+    A function takes times (s,) [s] and gives values (s,). InputError for an input that the system
+    does not have, with the nearest one.
     """
     known = given_by_name(system)
     for name in told:
@@ -186,9 +202,14 @@ def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
 
 def with_signals(system: System, told: Mapping[str, Signal], full: System | None) -> System:
     """The same with a form `full`, and in the finer system of one with parts."""
-    driven, drives = {k for _, k in driving(system.constraints)}, driving_inputs(system)
-    smooth = {name: as_drive(function) if name in drives else function for name, function in told.items()}
-    signals = (bound(signal, smooth if k in driven else told) for k, signal in enumerate(system.signals))
+    driven = {k for _, k in driving(system.constraints)}
+    drives = driving_inputs(system)
+    smooth = {
+        name: as_drive(function) if name in drives else function for name, function in told.items()
+    }
+    signals = (
+        bound(signal, smooth if k in driven else told) for k, signal in enumerate(system.signals)
+    )
     found = replace(system, signals=tuple(signals), full=full)
     return finer_systems.carry(system, found, lambda finer: with_inputs(finer, told))
 

@@ -2,11 +2,13 @@ r"""System: the equations of motion as arrays.
 
     M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0               (2)
 
-All laws act on linear images of the unknowns: strain energy on gradients, joints and loads on probe rows y = P x + y0. A change of
-coordinates x = V z + d therefore changes arrays only; elimination of constraints (V sparse) and Galerkin reduction (V dense) are
-the same function, and the result is again a System.
+All laws act on linear images of the unknowns: strain energy on gradients, joints and loads on probe
+rows y = P x + y0. A change of coordinates x = V z + d therefore changes arrays only; elimination of
+constraints (V sparse) and Galerkin reduction (V dense) are the same function, and the result is
+again a System.
 
-Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, eqs. (2), (21).
+Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, eqs.
+(2), (21).
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ from .forces.on_rows import is_force
 from .prepared import COMPILED
 from .terms import elastic as terms
 
-# 1e-16 of a penalty times lengths squared is more than the strain energy of a shell that bends by micrometres
+# 1e-16 of a penalty times lengths squared is more than the strain energy of a shell that bends by
+# micrometres
 SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
 
 MAKING = RLock()
@@ -44,14 +47,17 @@ Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of 
 @storable
 @dataclass(frozen=True)
 class Elastic:
-    """Strain energy of one body or component, of a storage of any type that registers with `terms.elastic`.
+    """Strain energy of one body or component, of a storage of any type that registers with
+    `terms.elastic`.
 
-    `name` is that of the body or component; loads that follow a surface are such terms as well, with their own names.
+    `name` is that of the body or component; loads that follow a surface are such terms as well,
+    with their own names.
     """
 
     name: str
     beta: Annotated[float, Number()]  #: stiffness-proportional damping time [s]
-    #: storage, see `terms`: cells act on the body coordinates q = lift(x), points and polynomials on x
+    #: storage, see `terms`: cells act on the body coordinates q = lift(x), points and polynomials
+    #: on x
     gather: Annotated[Any, Inside("c n q", terms.is_storage)]
 
 
@@ -65,24 +71,39 @@ class Constraints:
     Every row m has a name, the joint and its coordinate.
     """
 
-    names: Annotated[tuple[tuple[str, str], ...], Attributes("m")] = ()  #: (joint, coordinate) of every row
-    row: Annotated[np.ndarray, Indices("t", end="m")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    names: Annotated[
+        tuple[tuple[str, str], ...], Attributes("m")
+    ] = ()  #: (joint, coordinate) of every row
+    row: Annotated[np.ndarray, Indices("t", end="m")] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
     coefficient: Annotated[np.ndarray, Reals("t")] = field(default_factory=lambda: np.zeros(0))
-    signal: Annotated[np.ndarray, Indices("t", end="k", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    i: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    signal: Annotated[np.ndarray, Indices("t", end="k", low=-1)] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
+    i: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
+    j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
     laws: Annotated[tuple[LawRows, ...], Inside("m y k")] = ()
-    loose: tuple[str, ...] = ()  #: joints that events release or lock: none of their rows is eliminated or follows from others
-    edges: tuple[str, ...] = ()  #: joints that hold edges: where these meet, rows of one follow from those of others
+    loose: tuple[
+        str, ...
+    ] = ()  #: joints that events release or lock: none of their rows is eliminated or follows from others
+    edges: tuple[
+        str, ...
+    ] = ()  #: joints that hold edges: where these meet, rows of one follow from those of others
 
 
 @storable
 @dataclass(frozen=True)
 class Lock:
-    """Rows that hold two places together from an event on, and the numbers s of them that are read of the state then.
+    """Rows that hold two places together from an event on, and the numbers s of them that are read
+    of the state then.
 
-    `numbers` are polynomials in probe rows, one a number, as constraints are; each is the value of one of the `signals`. So are
-    those of the `gap` between the places, see `events.gap_of`.
+    `numbers` are polynomials in probe rows, one a number, as constraints are; each is the value of
+    one of the `signals`. So are those of the `gap` between the places, see `events.gap_of`.
     """
 
     joint: str
@@ -90,7 +111,9 @@ class Lock:
     numbers: Annotated[Constraints, Inside("y k m=l")]
     signals: Annotated[np.ndarray, Indices("l", end="k")]
     gap: Annotated[Constraints, Inside("y k")] = field(default_factory=Constraints)
-    parks: str = ""  #: a joint: where it is released, this lock holds what nothing else determines then
+    parks: str = (
+        ""  #: a joint: where it is released, this lock holds what nothing else determines then
+    )
 
 
 @storable
@@ -98,7 +121,8 @@ class Lock:
 class Trigger:
     """An event: the value that crosses zero, and what happens then.
 
-    The value is one of those that expressions of outputs give in accepted states; `control.events` acts on it.
+    The value is one of those that expressions of outputs give in accepted states; `control.events`
+    acts on it.
     """
 
     name: str
@@ -108,25 +132,31 @@ class Trigger:
     release: tuple[str, ...]  #: joints
     lock: tuple[str, ...]
     once: bool = False  #: whether it happens the first time alone
-    margin: int | None = None  #: number of the value that is positive where a condition holds, see `core.values.conditions`
+    margin: int | None = (
+        None  #: number of the value that is positive where a condition holds, see `core.values.conditions`
+    )
     alone: bool = False  #: whether that condition is one comparison, which nothing guards where it is no number
 
 
 @storable
 @dataclass(frozen=True)
 class Loads:
-    """Constant generalised force (n,) [N], and forces on probe rows, which register with `forces.on_rows`."""
+    """Constant generalised force (n,) [N], and forces on probe rows, which register with
+    `forces.on_rows`.
+    """
 
     constant: Annotated[np.ndarray, Reals("n")]
     forces: Annotated[tuple[Any, ...], Inside("y k", is_force)] = ()
-    #: (n,) what a change of coordinates has made of linear springs in `constant`, no load; empty where it has met none
+    #: (n,) what a change of coordinates has made of linear springs in `constant`, no load; empty
+    #: where it has met none
     springs: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
 
 
 @storable
 @dataclass(frozen=True)
 class LineSamples:
-    """What a picture needs of a line or rigid body: samples of its centre line as affine functions of the body coordinates q.
+    """What a picture needs of a line or rigid body: samples of its centre line as affine functions
+    of the body coordinates q.
 
     With x points, samples @ q is (3 c x,): positions [m], then dr/dS [-], then d2r/dS2 [1/m].
     """
@@ -135,9 +165,12 @@ class LineSamples:
     samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
     radius: float  #: [m]
     law: Law
-    EA: float | np.ndarray = 0.0  #: axial stiffness [N], one or (x,); 0 where it is not known, as of own laws and rigid bodies
+    EA: float | np.ndarray = (
+        0.0  #: axial stiffness [N], one or (x,); 0 where it is not known, as of own laws and rigid bodies
+    )
     EI: float | np.ndarray = 0.0  #: bending stiffness [N m2]
-    #: what a body with sections of its own adds, see `measures.beam_sections`; no default of the class, so that it is made later
+    #: what a body with sections of its own adds, see `measures.beam_sections`; no default of the
+    #: class, so that it is made later
     swept: Annotated[Any, Inside("q")] = field(default_factory=lambda: None)
 
     @classmethod
@@ -151,7 +184,9 @@ class LineSamples:
         EI: float | np.ndarray,
         swept: Callable[[], Any],
     ) -> LineSamples:
-        """A line whose samples and sections are made when they are first read: most runs draw no picture."""
+        """A line whose samples and sections are made when they are first read: most runs draw no
+        picture.
+        """
         line = object.__new__(cls)
         made = {"make samples": samples, "make swept": swept}
         line.__dict__.update(name=name, radius=radius, law=law, EA=EA, EI=EI, **made)
@@ -173,13 +208,17 @@ class LineSamples:
 @storable
 @dataclass(frozen=True)
 class Skin:
-    """What a picture needs of a plate or shell: samples of its middle surface, samples @ q[columns].reshape(b, c).
+    """What a picture needs of a plate or shell: samples of its middle surface, samples @
+    q[columns].reshape(b, c).
 
-    Of x points the first x rows are positions [m], the next ones the k vectors that the law reads, x rows each.
+    Of x points the first x rows are positions [m], the next ones the k vectors that the law reads,
+    x rows each.
     """
 
     name: str
-    samples: Annotated[csr_array, Reals("x+kx b")]  #: positions, then the vectors of the law in local coordinates
+    samples: Annotated[
+        csr_array, Reals("x+kx b")
+    ]  #: positions, then the vectors of the law in local coordinates
     columns: Annotated[slice, Range("bc", end="q")]  #: of the body in q
     cells: Annotated[np.ndarray, Indices("f 4", end="x")]  #: quadrilaterals of samples
     thickness: Annotated[np.ndarray, Reals("x")]  #: [m]
@@ -192,8 +231,8 @@ class Skin:
 class Output:
     """A named output: `kind` and the sensor rows it reads.
 
-    `kind` is the word of the class that evaluates it (`measures.probes.kind_of`), `parameters` are the numbers that this class
-    needs.
+    `kind` is the word of the class that evaluates it (`measures.probes.kind_of`), `parameters` are
+    the numbers that this class needs.
     """
 
     kind: str
@@ -213,8 +252,9 @@ class System:
 
         M x'' + C x' + K x + sum_j L_j^T phi_j(L_j x) - Q(x, x', t) + Phi_x^T lambda = 0,     Phi(x, t) = 0
 
-    Full, reduced and hyper-reduced systems are of this one type. It is immutable: `dataclasses.replace`, `change_coordinates` and
-    `keep_constraints` make others of it. `check_system` tests one.
+    Full, reduced and hyper-reduced systems are of this one type. It is immutable:
+    `dataclasses.replace`, `change_coordinates` and `keep_constraints` make others of it.
+    `check_system` tests one.
     """
 
     dim: Annotated[int, Attributes("c", among=(2, 3))]
@@ -231,22 +271,35 @@ class System:
     outputs: Annotated[dict[str, Output], Inside("c s")]
     lines: Annotated[tuple[LineSamples, ...], Inside("c q")]
     skins: Annotated[tuple[Skin, ...], Inside("c q")]
-    markers: tuple[tuple[str, str, tuple[int, ...]], ...]  #: joints in pictures: name, kind, sensor rows
+    markers: tuple[
+        tuple[str, str, tuple[int, ...]], ...
+    ]  #: joints in pictures: name, kind, sensor rows
     coordinates: tuple[tuple[str, int, int], ...]  #: (body, first, last + 1) in q
-    components: tuple[tuple[str, int, int], ...]  #: (component, first, last + 1) in x; empty for full models
+    components: tuple[
+        tuple[str, int, int], ...
+    ]  #: (component, first, last + 1) in x; empty for full models
     x0: Annotated[np.ndarray, Reals("n")]
     v0: Annotated[np.ndarray, Reals("n")]
     unit: Annotated[np.ndarray, Reals("u")]  #: (q / c,) coordinates of the field 1 in q
-    metric: Annotated[Matrix, Reals("n n")]  #: mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
-    weight: Annotated[float, Number(0.0)]  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
-    scale: Annotated[float, Number(0.0)]  #: size of the mechanism, to which Newton's tolerance refers [m]
-    origin: Annotated[np.ndarray, Reals("c")]  #: of q and of fixed points; sensors and pictures count from that of the scene [m]
+    metric: Annotated[
+        Matrix, Reals("n n")
+    ]  #: mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
+    weight: Annotated[
+        float, Number(0.0)
+    ]  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
+    scale: Annotated[
+        float, Number(0.0)
+    ]  #: size of the mechanism, to which Newton's tolerance refers [m]
+    origin: Annotated[
+        np.ndarray, Reals("c")
+    ]  #: of q and of fixed points; sensors and pictures count from that of the scene [m]
     locks: Annotated[tuple[Lock, ...], Inside("y k")] = ()
     triggers: tuple[Trigger, ...] = ()
     readings: tuple[Any, ...] = ()  #: what controllers and events read of outputs, see `readings`
     monitors: tuple[Any, ...] = ()  #: what looks at runs, see `monitors`
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
-    #: (n,) a state near the equilibrium of the loads at t = 0, of reduced systems whose motions start there; empty elsewhere
+    #: (n,) a state near the equilibrium of the loads at t = 0, of reduced systems whose motions
+    #: start there; empty elsewhere
     near: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -268,7 +321,8 @@ class System:
         return {key: value for key, value in self.__dict__.items() if key != COMPILED}
 
 
-#: in files of version 1 the tolerance refers to the norm of all coordinates, from the origin of the scene
+#: in files of version 1 the tolerance refers to the norm of all coordinates, from the origin of the
+#: scene
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:
@@ -287,7 +341,9 @@ def sizes(system: System, displacements: np.ndarray) -> np.ndarray:
     W (n, n) is `system.metric`, w `system.weight` [kg]; of velocities it gives [m/s].
     """
     u = np.ascontiguousarray(np.atleast_2d(displacements).T)
-    return np.sqrt(np.maximum(np.einsum("ns,ns->s", u, np.asarray(system.metric @ u)), 0.0) / system.weight)
+    return np.sqrt(
+        np.maximum(np.einsum("ns,ns->s", u, np.asarray(system.metric @ u)), 0.0) / system.weight
+    )
 
 
 def is_linear(constraints: Constraints) -> np.ndarray:
@@ -308,10 +364,17 @@ def loose_rows(constraints: Constraints) -> np.ndarray:
 
 
 def driving(constraints: Constraints) -> list[tuple[int, int]]:
-    """Pairs of a row and a signal that it reads, in its terms or by a law; a row may come more than once."""
+    """Pairs of a row and a signal that it reads, in its terms or by a law; a row may come more than
+    once.
+    """
     pairs = [(constraints.row, constraints.signal)]
     pairs += [(own.row, signals) for own in constraints.laws for signals in own.signals.T]
-    return [(int(row), int(k)) for rows, signals in pairs for row, k in zip(rows, signals, strict=True) if k >= 0]
+    return [
+        (int(row), int(k))
+        for rows, signals in pairs
+        for row, k in zip(rows, signals, strict=True)
+        if k >= 0
+    ]
 
 
 def driven_rows(constraints: Constraints) -> np.ndarray:
@@ -322,12 +385,16 @@ def driven_rows(constraints: Constraints) -> np.ndarray:
 
 
 def reads(constraints: Constraints, count: int) -> csr_array:
-    """Which of `count` probe rows every row reads, in any position: ones (m, y), whatever their coefficients are."""
+    """Which of `count` probe rows every row reads, in any position: ones (m, y), whatever their
+    coefficients are.
+    """
     pairs = [(constraints.row, part) for part in (constraints.i, constraints.j)]
     pairs += [(own.row, part) for own in constraints.laws for part in own.rows.T]
     row, column = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
     on = column >= 0
-    found = csr_array((np.ones(int(on.sum())), (row[on], column[on])), shape=(len(constraints.names), count))
+    found = csr_array(
+        (np.ones(int(on.sum())), (row[on], column[on])), shape=(len(constraints.names), count)
+    )
     found.data[:] = 1.0
     return found
 
@@ -342,14 +409,19 @@ def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
 
 
 def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
-    """As `linear_part`, with A (i, n) dense where the matrix of the probes is, as in reduced systems."""
+    """As `linear_part`, with A (i, n) dense where the matrix of the probes is, as in reduced
+    systems.
+    """
     terms = system.constraints
     rows = np.flatnonzero(is_linear(terms))
     place = np.full(len(terms.names), -1)
     place[rows] = np.arange(len(rows))
     mine = place[terms.row] >= 0
     on = mine & (terms.i >= 0)
-    row, i, value, P = place[terms.row[on]], terms.i[on], terms.coefficient[on], system.probes.matrix
+    row = place[terms.row[on]]
+    i = terms.i[on]
+    value = terms.coefficient[on]
+    P = system.probes.matrix
     a = np.zeros(len(rows))
     np.add.at(a, place[terms.row[mine & ~on]], terms.coefficient[mine & ~on])
     np.add.at(a, row, value * system.probes.offset[i])
@@ -361,36 +433,48 @@ def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
 
 
 def keep_constraints(system: System, rows: np.ndarray) -> System:
-    """The system with the given constraint rows (i,) only, in their order; everything else stays, and so does `full`."""
+    """The system with the given constraint rows (i,) only, in their order; everything else stays,
+    and so does `full`.
+    """
     terms = system.constraints
     place = np.full(len(terms.names), -1)
     place[rows] = np.arange(len(rows))
     mine = place[terms.row] >= 0
     names = tuple(terms.names[k] for k in rows)
     laws = tuple(part for own in terms.laws if len(part := own.kept(place)))
-    value, signal, i, j = (part[mine] for part in (terms.coefficient, terms.signal, terms.i, terms.j))
-    kept = Constraints(names, place[terms.row[mine]], value, signal, i, j, laws, terms.loose, terms.edges)
+    value, signal, i, j = (
+        part[mine] for part in (terms.coefficient, terms.signal, terms.i, terms.j)
+    )
+    kept = Constraints(
+        names, place[terms.row[mine]], value, signal, i, j, laws, terms.loose, terms.edges
+    )
     return replace(system, constraints=kept)
 
 
 @checked
 def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
-    """The same system in unknowns z (r,) with x = V z + d, equations projected by V^T: V (n, r) sparse or dense, d (n,).
+    """The same system in unknowns z (r,) with x = V z + d, equations projected by V^T: V (n, r)
+    sparse or dense, d (n,).
 
         M <- V^T M V,   C <- V^T C V,   K <- V^T K V,   Q <- V^T (Q - K d),   P <- P V,   y0 <- P d + y0
 
-    Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are projected orthogonally; they are
-    exact when they lie in the range of V. InputError where an elastic term is a polynomial of the unknowns, which stays in them.
+    Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are
+    projected orthogonally; they are exact when they lie in the range of V. InputError where an
+    elastic term is a polynomial of the unknowns, which stays in them.
     """
 
     if V.ndim != 2 or V.shape[0] != system.size or np.shape(d) != (system.size,):
         got = f"V {V.shape}, d {np.shape(d)}"
-        raise InputError(say("change_coordinates", f"V ({system.size}, r) and d ({system.size},)", got))
+        raise InputError(
+            say("change_coordinates", f"V ({system.size}, r) and d ({system.size},)", got)
+        )
     kept = chosen(V)
     across = V.T if isinstance(V, np.ndarray) else as_csr(V.T)
 
     def square(A: Matrix) -> Matrix:
-        if is_sparse(A) and is_zero(A) and is_sparse(V):  # of damping and springs that most systems do not have
+        if (
+            is_sparse(A) and is_zero(A) and is_sparse(V)
+        ):  # of damping and springs that most systems do not have
             return csr_array((V.shape[1], V.shape[1]))
         if kept is not None and is_sparse(A):
             return as_csr(as_csr(A[kept])[:, kept])
@@ -408,7 +492,9 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     def carry(elastic: Elastic) -> Elastic:
         return replace(elastic, gather=terms.carry(elastic.gather, elastic.name, lift, V, d))
 
-    lift, mass, pull = compose(system.lift), square(system.mass), system.stiffness @ d
+    lift = compose(system.lift)
+    mass = square(system.mass)
+    pull = system.stiffness @ d
     return replace(
         system,
         lift=lift,
@@ -419,7 +505,11 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         elastic=tuple(carry(e) for e in system.elastic),
         probes=compose(system.probes),
         sensors=compose(system.sensors),
-        loads=replace(system.loads, constant=across @ (system.loads.constant - pull), springs=moved_springs(system, V, d, pull)),
+        loads=replace(
+            system.loads,
+            constant=across @ (system.loads.constant - pull),
+            springs=moved_springs(system, V, d, pull),
+        ),
         x0=project(V, system.x0 - d),
         v0=project(V, system.v0),
         near=project(V, system.near - d) if len(system.near) else system.near,
@@ -427,9 +517,11 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
 
 
 def project(V: Matrix, x: np.ndarray) -> np.ndarray:
-    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i): min |V z - x|, V (n, r) of full rank.
+    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i): min |V z - x|, V
+    (n, r) of full rank.
 
-    Sparse V by the normal equations, dense V by least squares; a V that only chooses unknowns takes them as they are.
+    Sparse V by the normal equations, dense V by least squares; a V that only chooses unknowns takes
+    them as they are.
     """
     if not x.any():
         return np.zeros((V.shape[1], *x.shape[1:]))
@@ -441,7 +533,9 @@ def project(V: Matrix, x: np.ndarray) -> np.ndarray:
 
 
 def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Constant part (r,) of the force of linear springs in unknowns z of x = V z + d, pull = K d without its round-off."""
+    """Constant part (r,) of the force of linear springs in unknowns z of x = V z + d, pull = K d
+    without its round-off.
+    """
     size = np.zeros(0) if is_zero(system.stiffness) else abs(system.stiffness) @ np.abs(d)
     if not size.any():
         return V.T @ system.loads.springs if len(system.loads.springs) else system.loads.springs
@@ -450,16 +544,29 @@ def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) ->
 
 
 def multiply_out(system: System) -> System:
-    """The same reduced system with the cells of its bodies as points in the unknowns, to choose among; a full one stays.
+    """The same reduced system with the cells of its bodies as points in the unknowns, to choose
+    among; a full one stays.
 
-    Its energy, forces and tangents are the same, its arrays larger: a row of modes for every gradient at every point.
+    Its energy, forces and tangents are the same, its arrays larger: a row of modes for every
+    gradient at every point.
     """
-    return replace(system, elastic=tuple(replace(e, gather=terms.multiply_out(e.gather, system.lift)) for e in system.elastic))
+    return replace(
+        system,
+        elastic=tuple(
+            replace(e, gather=terms.multiply_out(e.gather, system.lift)) for e in system.elastic
+        ),
+    )
 
 
 def chosen(V: Matrix) -> np.ndarray | None:
-    """The rows (r,) that a sparse V takes as they are, one a column, where it does nothing else: held edges, fixed points."""
+    """The rows (r,) that a sparse V takes as they are, one a column, where it does nothing else:
+    held edges, fixed points.
+    """
     if isinstance(V, np.ndarray) or V.nnz != V.shape[1] or np.any(V.data != 1.0):
         return None
     across = as_csr(V.T)
-    return across.indices if (np.diff(as_csr(V).indptr) <= 1).all() and (np.diff(across.indptr) == 1).all() else None
+    return (
+        across.indices
+        if (np.diff(as_csr(V).indptr) <= 1).all() and (np.diff(across.indptr) == 1).all()
+        else None
+    )

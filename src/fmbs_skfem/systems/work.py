@@ -1,19 +1,22 @@
-r"""The work of all that has no potential: forces and damping on their way, and what histories do at a standstill.
+r"""The work of all that has no potential: forces and damping on their way, and what histories do at
+a standstill.
 
     d(T + V)/dt = F . v + dG/dt|_(y, lambda),    F = P^T g + f_p - f_d,    G(y, lambda, s) = E(y, s) + lambda . Phi(y, s)
 
-g are forces on probe rows without those of potentials E, f_p pressures that follow, f_d damping, s histories: a drive works by
-lambda . Phi_t, a history in a potential by what it changes of the energy that is stored. In a step, and over all of them,
+g are forces on probe rows without those of potentials E, f_p pressures that follow, f_d damping, s
+histories: a drive works by lambda . Phi_t, a history in a potential by what it changes of the
+energy that is stored. In a step, and over all of them,
 
     W += (F0 + F1) . (x1 - x0) / 2 + (G(y0, l0, s1) - G(y0, l0, s0) + G(y1, l1, s1) - G(y1, l1, s0)) / 2
 
-The way that the step has gone, not its speeds, keeps this right where damping is stiffer than the step resolves: what it takes of a
-motion m v0^2 / 2 in one step is F0 . (x1 - x0) / 2, and h F0 . v0 / 2 would be any multiple of that. Damping of elastic terms takes
+The way that the step has gone, not its speeds, keeps this right where damping is stiffer than the
+step resolves: what it takes of a motion m v0^2 / 2 in one step is F0 . (x1 - x0) / 2, and h F0 . v0
+/ 2 would be any multiple of that. Damping of elastic terms takes
 
     W -= h sum w u'. C(u) u',    C the damping modulus,
 
-with the means of the gradients u and of their rates where forces were evaluated last in this step and in the one before: that costs
-no evaluation of forces, and no rotation makes heat.
+with the means of the gradients u and of their rates where forces were evaluated last in this step
+and in the one before: that costs no evaluation of forces, and no rotation makes heat.
 """
 
 from __future__ import annotations
@@ -42,7 +45,9 @@ from .evaluation import (
 
 @jit
 def idle(table: Any) -> bool:
-    """Whether F = 0 in all states: no forces on probe rows, no loads that follow, no damping but that of elastic terms."""
+    """Whether F = 0 in all states: no forces on probe rows, no loads that follow, no damping but
+    that of elastic terms.
+    """
     A = evaluation(table).arrays
     # of the storages of a matrix the one in use has numbers
     undamped = not A.damping.full and len(A.damping.rows.indptr) < 2 and len(A.damping.offsets) == 0
@@ -51,7 +56,8 @@ def idle(table: Any) -> bool:
 
 @jit
 def find_forces(table: Any) -> None:
-    """f = F (n,) [N] in the state of the space but for damping of elastic terms; potentials of forces are added to its energy.
+    """f = F (n,) [N] in the state of the space but for damping of elastic terms; potentials of
+    forces are added to its energy.
 
         F = P^T g + f_p - C v
 
@@ -65,7 +71,8 @@ def find_forces(table: Any) -> None:
     for i in range(len(s.f)):
         s.f[i] = -s.f[i]
     if len(A.forces.records) > 0:
-        # forces with a potential come into g, and go out again by dE/dy: each is asked once, and no list says which they are
+        # forces with a potential come into g, and go out again by dE/dy: each is asked once, and no
+        # list says which they are
         read_loads(table)
         store_energies(table)
         kernels.add_transposed(A.probes, 1.0, s.g, s.f)
@@ -88,7 +95,8 @@ def find_damping(table: Any) -> None:
 
 @jit
 def find_heat(table: Any, h: float) -> float:
-    """What elastic terms have dissipated in the last step, of h [s], that has led to the state of the space [J].
+    """What elastic terms have dissipated in the last step, of h [s], that has led to the state of
+    the space [J].
 
         h sum w u'. C(u) u'
 
@@ -104,7 +112,9 @@ def find_heat(table: Any, h: float) -> float:
 
 @jit
 def held(table: Any, signals: np.ndarray) -> float:
-    """G [J] of other values of the signals (s,), which the space takes over, with current y and c times the multipliers."""
+    """G [J] of other values of the signals (s,), which the space takes over, with current y and c
+    times the multipliers.
+    """
     s = evaluation(table).space
     for k in range(len(signals)):
         s.signals[k] = signals[k]
@@ -117,7 +127,8 @@ def held(table: Any, signals: np.ndarray) -> float:
 
 @jit
 def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
-    """What a change of the signals (s,) from `before` to `after` changes of G(y, lambda, s) = E + lambda . Phi [J].
+    """What a change of the signals (s,) from `before` to `after` changes of G(y, lambda, s) = E +
+    lambda . Phi [J].
 
     It is that in the state of the space, which keeps the signals `after`.
     """
@@ -129,7 +140,8 @@ def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
 
 @routine
 def forces(table: Any, _: Any) -> int:
-    """f = F (n,) [N] in the state of the space but for damping of elastic terms, of which the gradients become current.
+    """f = F (n,) [N] in the state of the space but for damping of elastic terms, of which the
+    gradients become current.
 
     A routine for the table of an evaluation: as `find_forces`.
     """
@@ -142,9 +154,11 @@ def forces(table: Any, _: Any) -> int:
 
 @routine
 def survey(table: Any, _: Any) -> int:
-    """out (s, 3) = kinetic energy, that of strains [J], and the power of drives, other loads and damping [W].
+    """out (s, 3) = kinetic energy, that of strains [J], and the power of drives, other loads and
+    damping [W].
 
-    The potential E(y, h) of a force counts as stored; what its histories h change of it is power, too.
+    The potential E(y, h) of a force counts as stored; what its histories h change of it is power,
+    too.
     """
     S = samples_of(table)
     A, s = S.arrays, S.space

@@ -1,12 +1,14 @@
-r"""Beams with torsion and shear: a centre line r(S) and three directors d_i(S) as splines, see `strain_law`.
+r"""Beams with torsion and shear: a centre line r(S) and three directors d_i(S) as splines, see
+`strain_law`.
 
     r = sum_b N_b r_b,   d_i = sum_b N_b d_ib,   i = 1 (along the line), 2, 3 (in the section)
 
     T = 1/2 int (v, w_2, w_3) m (v, w_2, w_3)^T dS,     m = int rho (1, y, z)^T (1, y, z) dA
 
-with v and w_i the rates of r and d_i: the mass is constant, and d_1 has none unless m is given so. Splines are quartics that are
-as smooth as they can be; a cell has three Gauss points, and stretch, shear and section those that do not lock (`shapes.locking`).
-Functions of a body are r, d_1, d_2, d_3 of the first spline, then those of the next.
+with v and w_i the rates of r and d_i: the mass is constant, and d_1 has none unless m is given so.
+Splines are quartics that are as smooth as they can be; a cell has three Gauss points, and stretch,
+shear and section those that do not lock (`shapes.locking`). Functions of a body are r, d_1, d_2,
+d_3 of the first spline, then those of the next.
 """
 
 from __future__ import annotations
@@ -38,18 +40,21 @@ from .profiles import Profile, profile
 DEGREE = 4
 FIELDS = 4  #: r, d_1, d_2, d_3
 FEWEST = 3  #: cells: fewer leave motions without energy
-# tip of a 45 degree bend 53.4858 with 1, 53.4771 with 10, 53.4762 with 100 and 10 000; the third frequency of a free shaft with
-# L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's iteration of equilibria takes half as many corrections more
+# tip of a 45 degree bend 53.4858 with 1, 53.4771 with 10, 53.4762 with 100 and 10 000; the third
+# frequency of a free shaft with L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's
+# iteration of equilibria takes half as many corrections more
 RIGID = 1000.0  #: stiffness R that holds the section, over the largest of EA and GA
 SQUARE = 1e-3  #: error of d_i . d_j: 55 degrees a cell have it, 90 degrees 1.8e-2, 120 degrees 0.12
 TWISTED = 0.1  #: error of d_i . d_j that is refused
 FAR = np.radians(55.0)  #: turn in a cell that has an error of SQUARE [rad]
-# a slender helical spring is 1.7 % too stiff where axes are off by 0.13 % (60 degrees a cell), 7.8 % by 0.4 %, 32 % by 1.6 % (90
-# degrees); 0.2 % at 45 degrees
+# a slender helical spring is 1.7 % too stiff where axes are off by 0.13 % (60 degrees a cell), 7.8
+# % by 0.4 %, 32 % by 1.6 % (90 degrees); 0.2 % at 45 degrees
 STIFFER = 20.0  #: error of stiffnesses of what is curved, over that of d_i . d_j, at most
 UPPER = np.triu_indices(6)
 
-Place: TypeAlias = tuple[np.ndarray | None, np.ndarray]  #: origin (3,) [m] and rotation (3, 3) of a mesh
+Place: TypeAlias = tuple[
+    np.ndarray | None, np.ndarray
+]  #: origin (3,) [m] and rotation (3, 3) of a mesh
 
 
 def beam(
@@ -66,23 +71,35 @@ def beam(
     origin: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
 ) -> Body:
-    """Beam along the polyline of a mesh file, one cell a mesh cell, or along a line, free of stress in the reference.
+    """Beam along the polyline of a mesh file, one cell a mesh cell, or along a line, free of stress
+    in the reference.
 
-    `offset` says where the line passes through a section that has a material, see `Section.of_beam`. d_2 is the part of
-    `direction` (3,) across the line, or points `towards` a point (3,) [m]; `twist` [rad] turns it about the line, see
-    `orientation`. `group` picks a named group of lines. `origin` (3,) [m] and `rotation` (3, 3) place the mesh with all that is
-    given in it, x -> origin + rotation x: the section turns with its line, and so do `direction` and the point `towards`.
-    Where the axes turn by more in a cell than splines follow, a notice says how many cells do.
+    `offset` says where the line passes through a section that has a material, see
+    `Section.of_beam`. d_2 is the part of `direction` (3,) across the line, or points `towards` a
+    point (3,) [m]; `twist` [rad] turns it about the line, see `orientation`. `group` picks a named
+    group of lines. `origin` (3,) [m] and `rotation` (3, 3) place the mesh with all that is given in
+    it, x -> origin + rotation x: the section turns with its line, and so do `direction` and the
+    point `towards`. Where the axes turn by more in a cell than splines follow, a notice says how
+    many cells do.
     """
     curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
     if len(breaks) <= FEWEST:
-        raise InputError(say(f"body '{name}'", f"at least {FEWEST} cells", len(breaks) - 1, "give it more `cells`"))
+        raise InputError(
+            say(
+                f"body '{name}'",
+                f"at least {FEWEST} cells",
+                len(breaks) - 1,
+                "give it more `cells`",
+            )
+        )
     space = line.uniform(breaks, DEGREE, DEGREE - 1)
     centre = line.fit(space, curve)
     lengths = along_curve(curve, breaks)
     orientation = Orientation(direction, towards, twist)
     turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-    axes = line.fit(space, partial(directors, name, curve, orientation, lengths, (origin, turn))).reshape(-1, 3, 3)
+    axes = line.fit(
+        space, partial(directors, name, curve, orientation, lengths, (origin, turn))
+    ).reshape(-1, 3, 3)
     check_axes(name, space, axes, orientation.turns)
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, 3)
     fractions, sections, degree = along(section, material, offset)
@@ -109,7 +126,9 @@ def beam(
 def along(
     section: BeamSection | Section, material: Material | None, offset: Offset
 ) -> tuple[np.ndarray, Sequence[BeamSection], int]:
-    """Fractions (k,) of the length, what the beam has there, and the degree in between, see `stations`."""
+    """Fractions (k,) of the length, what the beam has there, and the degree in between, see
+    `stations`.
+    """
     if isinstance(section, BeamSection):
         return np.zeros(1), [section], 0
 
@@ -124,11 +143,19 @@ def along(
 
 
 def directors(
-    name: str, curve: Curve, orientation: Orientation, lengths: np.ndarray, place: Place, xi: np.ndarray, derivative: int = 0
+    name: str,
+    curve: Curve,
+    orientation: Orientation,
+    lengths: np.ndarray,
+    place: Place,
+    xi: np.ndarray,
+    derivative: int = 0,
 ) -> np.ndarray:
-    """d_1, d_2, d_3 of the reference at parameters xi (x,), in one row (x, 9); `lengths` as of `along_curve`.
+    """d_1, d_2, d_3 of the reference at parameters xi (x,), in one row (x, 9); `lengths` as of
+    `along_curve`.
 
-    The orientation is given where the mesh is: its axes are turned with the mesh to the `place` of the curve.
+    The orientation is given where the mesh is: its axes are turned with the mesh to the `place` of
+    the curve.
     """
     origin, turn = place
     tangent = curve(xi, 1)
@@ -139,52 +166,79 @@ def directors(
 
 
 def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -> None:
-    """A notice where the axes (n, 3, 3) over the functions of a beam are not orthonormal in its cells, and InputError where by far.
+    """A notice where the axes (n, 3, 3) over the functions of a beam are not orthonormal in its
+    cells, and InputError where by far.
 
-    Their error falls with the fifth power of the cells, unless cells are so long that a pre-twist of `turns` [rad] is not seen.
+    Their error falls with the fifth power of the cells, unless cells are so long that a pre-twist
+    of `turns` [rad] is not seen.
     """
-    d = np.asarray(line.sample(space, line.gauss_table(space, locking.POINTS, 0).points.ravel()) @ axes.reshape(-1, 9))
+    d = np.asarray(
+        line.sample(space, line.gauss_table(space, locking.POINTS, 0).points.ravel())
+        @ axes.reshape(-1, 9)
+    )
     d = d.reshape(-1, 3, 3)
     error = float(np.abs(np.einsum("xic,xjc->xij", d, d) - np.eye(3)).max())
     cells = len(line.breaks(space)) - 1
-    unseen = turns > 2.0 * FAR * cells  # whole turns between points where axes are taken would be none
+    unseen = (
+        turns > 2.0 * FAR * cells
+    )  # whole turns between points where axes are taken would be none
     if error > SQUARE or unseen:
         wanted = max(int(np.ceil(cells * (error / SQUARE) ** 0.2)), int(np.ceil(turns / FAR)))
         text = f"its axes turn so far in a cell that they are off by {100.0 * error:.2g} %"
         if error > TWISTED or unseen:
             raise InputError(say(f"body '{name}'", f"{wanted} cells or more", cells, text))
-        notify(f"body '{name}': {text}, and its stiffnesses by up to {STIFFER:.0f} times as much; take {wanted} cells")
+        notify(
+            f"body '{name}': {text}, and its stiffnesses by up to {STIFFER:.0f} times as much; take {wanted} cells"
+        )
 
 
-def beam_mass(space: line.BSpline, centre: np.ndarray, section: Profile, masses: Sequence[np.ndarray]) -> csr_array:
-    """M (b, b) of all functions, of masses m, (3, 3) or (4, 4), at the stations; `centre` (n, c) are the line [m]."""
+def beam_mass(
+    space: line.BSpline, centre: np.ndarray, section: Profile, masses: Sequence[np.ndarray]
+) -> csr_array:
+    """M (b, b) of all functions, of masses m, (3, 3) or (4, 4), at the stations; `centre` (n, c)
+    are the line [m].
+    """
     found = []
     for k, mass in enumerate(masses):
-        wide, fields = np.zeros((FIELDS, FIELDS)), [k for k in range(FIELDS) if k != 1 or len(mass) == FIELDS]
+        wide = np.zeros((FIELDS, FIELDS))
+        fields = [k for k in range(FIELDS) if k != 1 or len(mass) == FIELDS]
         wide[np.ix_(fields, fields)] = mass
         share = lambda xi, k=k: section.shares(xi)[..., k]  # noqa: E731
-        found.append(kron(mass_matrix(space, centre, share if section.degree else 1.0), csr_array(wide)))
+        found.append(
+            kron(mass_matrix(space, centre, share if section.degree else 1.0), csr_array(wide))
+        )
     return csr_array(sum(found[1:], found[0]))
 
 
-def beam_numbers(space: line.BSpline, reference: np.ndarray, section: Profile) -> tuple[np.ndarray, np.ndarray]:
+def beam_numbers(
+    space: line.BSpline, reference: np.ndarray, section: Profile
+) -> tuple[np.ndarray, np.ndarray]:
     """Table (2, p, b, e) and section (i, p, e) of the cells of a beam.
 
-    Directors yield by 1/R to an axial force and by 1/(2 R) to a shear force, in series with the section: its compliance is less
-    by that, so that both together have the given one. The shares of points that do not lock act on Gamma and E; where Gamma and
-    kappa are coupled, C = (A, B; B^T, D), on all of C but D - B^T A^-1 B of kappa: what both leave has no negative directions.
+    Directors yield by 1/R to an axial force and by 1/(2 R) to a shear force, in series with the
+    section: its compliance is less by that, so that both together have the given one. The shares of
+    points that do not lock act on Gamma and E; where Gamma and kappa are coupled, C = (A, B; B^T,
+    D), on all of C but D - B^T A^-1 B of kappa: what both leave has no negative directions.
     """
     fields = reference.reshape(-1, FIELDS, 3)
     table, values, weights = arc_length_table(space, fields[:, 0], locking.POINTS)
     C = np.tensordot(section.shares(table.points), section.stiffness, 1)
     rigid = RIGID * np.linalg.eigvalsh(C[..., :3, :3])[..., -1]
-    C = np.linalg.inv(np.linalg.inv(C) - np.diag([1.0, 0.5, 0.5, 0.0, 0.0, 0.0]) / rigid[..., None, None])
+    C = np.linalg.inv(
+        np.linalg.inv(C) - np.diag([1.0, 0.5, 0.5, 0.0, 0.0, 0.0]) / rigid[..., None, None]
+    )
     alone = np.zeros_like(C)
     A, B, D = C[..., :3, :3], C[..., :3, 3:], C[..., 3:, 3:]
     alone[..., 3:, 3:] = D - np.swapaxes(B, 2, 3) @ np.linalg.solve(A, B)
     softest = np.linalg.eigvalsh(alone[..., 3:, 3:])[..., 0]
-    shares = locking.shares(space, table, float((C[..., 0, 0] * weights.sum(axis=1).max() ** 2 / softest).max()))
-    u = np.einsum("epkb,ebfc->kfcep", values[:, :, :2], fields[table.nodes]).reshape(2 * FIELDS, 3, *weights.shape)
+    shares = locking.shares(
+        space, table, float((C[..., 0, 0] * weights.sum(axis=1).max() ** 2 / softest).max())
+    )
+    u = np.einsum("epkb,ebfc->kfcep", values[:, :, :2], fields[table.nodes]).reshape(
+        2 * FIELDS, 3, *weights.shape
+    )
     numbers = np.moveaxis((C - alone) * shares[..., None, None] + alone, (0, 1), (-2, -1))[UPPER]
     rows = np.concatenate([numbers, (rigid * shares)[None], strains(u), weights[None]])
-    return np.ascontiguousarray(values[:, :, :2].transpose(2, 1, 3, 0)), np.ascontiguousarray(rows.transpose(0, 2, 1))
+    return np.ascontiguousarray(values[:, :, :2].transpose(2, 1, 3, 0)), np.ascontiguousarray(
+        rows.transpose(0, 2, 1)
+    )

@@ -1,6 +1,8 @@
-"""Sections that are drawn by their outline, see `section_shapes` for the axes and the origin of each drawing.
+"""Sections that are drawn by their outline, see `section_shapes` for the axes and the origin of
+each drawing.
 
-A cable in the plane bends about the y axis of its section, z in the plane of bending: EI = E int z^2 dA about the centroid.
+A cable in the plane bends about the y axis of its section, z in the plane of bending: EI = E int
+z^2 dA about the centroid.
 """
 
 from __future__ import annotations
@@ -31,7 +33,9 @@ def read_point(value: object, context: Context) -> Point:
     return y, z
 
 
-_POINT = array_schema(number_schema(units.LENGTH), 2, 2) | {"description": "a point [y, z] of the section"}
+_POINT = array_schema(number_schema(units.LENGTH), 2, 2) | {
+    "description": "a point [y, z] of the section"
+}
 POINT = Takes(read_point, _POINT)
 LOOP = list_of(POINT, tuple)
 
@@ -49,8 +53,14 @@ class Drawn(Section, ABC):
     def of_cable(self, material: Material | None) -> Given:
         outline = self.outline()
         area, centroid, inertia = section_shapes.moments(outline)
-        points = outline.radii[1] * section_shapes.unit_circle() if isinstance(outline, section_shapes.Ring) else outline.loops[0]
-        return solid(area, float(inertia[1, 1]), float(np.abs(points[:, 1] - centroid[1]).max()), material)
+        points = (
+            outline.radii[1] * section_shapes.unit_circle()
+            if isinstance(outline, section_shapes.Ring)
+            else outline.loops[0]
+        )
+        return solid(
+            area, float(inertia[1, 1]), float(np.abs(points[:, 1] - centroid[1]).max()), material
+        )
 
     @property
     def bends_alike(self) -> bool:
@@ -76,7 +86,8 @@ class Tube(Drawn):
 @dataclass(frozen=True)
 @checked
 class ISection(Drawn, word="i_section"):
-    """An I (H, i_beam, double tee, IPE, HEA, W): two flanges of a `width` along y at the ends of a web along z, centred.
+    """An I (H, i_beam, double tee, IPE, HEA, W): two flanges of a `width` along y at the ends of a
+    web along z, centred.
 
     {shape: i_section, width: 100 mm, height: 200 mm, web: 6 mm, flange: 9 mm}
     """
@@ -93,7 +104,8 @@ class ISection(Drawn, word="i_section"):
 @dataclass(frozen=True)
 @checked
 class CSection(Drawn, word="c_section"):
-    """A C (channel, U, UPN): a web along z with its back at y = 0, two flanges of a `width` along y, z = 0 midway.
+    """A C (channel, U, UPN): a web along z with its back at y = 0, two flanges of a `width` along
+    y, z = 0 midway.
 
     {shape: c_section, width: 50 mm, height: 100 mm, web: 5 mm, flange: 8 mm}
     """
@@ -110,7 +122,8 @@ class CSection(Drawn, word="c_section"):
 @dataclass(frozen=True)
 @checked
 class LSection(Drawn, word="l_section"):
-    """An L (angle): a leg of a `width` along y, `flange` thick, and one of a `height` along z, `web` thick, from the origin.
+    """An L (angle): a leg of a `width` along y, `flange` thick, and one of a `height` along z,
+    `web` thick, from the origin.
 
     {shape: l_section, width: 40 mm, height: 60 mm, web: 5 mm, flange: 5 mm}
     """
@@ -133,7 +146,9 @@ class PolygonSection(Drawn, word="polygon"):
     """
 
     points: Annotated[tuple[Point, ...], LOOP, "three or more points [y, z]"]
-    holes: Annotated[tuple[tuple[Point, ...], ...], list_of(LOOP, tuple), "each a list of points"] = ()
+    holes: Annotated[
+        tuple[tuple[Point, ...], ...], list_of(LOOP, tuple), "each a list of points"
+    ] = ()
 
     def outline(self) -> Outline:
         return section_shapes.Polygon(self.points, self.holes)

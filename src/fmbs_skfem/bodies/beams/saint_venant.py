@@ -1,7 +1,8 @@
-r"""Saint-Venant's torsion and flexure of a prismatic bar: Neumann problems on its cross-section, for all Poisson's ratios at once.
+r"""Saint-Venant's torsion and flexure of a prismatic bar: Neumann problems on its cross-section,
+for all Poisson's ratios at once.
 
-Section axes y, z, beam axis x; rho = (y, z) from the centroid, I = int rho rho^T dA, a = y, z. With the warping w and the flexure
-functions f_a, g_a,
+Section axes y, z, beam axis x; rho = (y, z) from the centroid, I = int rho rho^T dA, a = y, z. With
+the warping w and the flexure functions f_a, g_a,
 
     lap w = 0,          dw/dn = (z, -y).n           torsion:    tau = T/J (grad w + (-z, y)),   J = int |grad w + (-z, y)|^2
     lap f_a = -2 a,     df_a/dn = 0                 flexure:    tau = sum_a (I^-1 V)_a (1/2 grad f_a + mu/2 (grad g_a - h_a))
@@ -9,12 +10,13 @@ functions f_a, g_a,
 
 where h_a are the displacements by Poisson's ratio that go with bending.
 
-Circles and tubes have closed forms; polygons are solved by scikit-fem on the mesh of `section_shapes`. All integrals are quadratic
-in gradients, which doubles the order of their errors; the degree of the polynomials rises until they are right to 1e-5.
+Circles and tubes have closed forms; polygons are solved by scikit-fem on the mesh of
+`section_shapes`. All integrals are quadratic in gradients, which doubles the order of their errors;
+the degree of the polynomials rises until they are right to 1e-5.
 
-A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed. 1927, ch. XIV-XV; S. P. Timoshenko, J. N. Goodier,
-Theory of Elasticity, 3rd ed. 1970, ch. 10-11; T. Gustafsson, G. D. McBain, J. Open Source Softw. 5 (2020) 2369,
-doi:10.21105/joss.02369.
+A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed. 1927, ch. XIV-XV; S. P.
+Timoshenko, J. N. Goodier, Theory of Elasticity, 3rd ed. 1970, ch. 10-11; T. Gustafsson, G. D.
+McBain, J. Open Source Softw. 5 (2020) 2369, doi:10.21105/joss.02369.
 """
 
 from __future__ import annotations
@@ -56,7 +58,9 @@ class Solution:
     """Torsion and flexure of one outline."""
 
     over: Integrals
-    loops: tuple[Floats, ...]  #: (n, 2) outline in the drawing, the outer loop first, with the material on the left [m]
+    loops: tuple[
+        Floats, ...
+    ]  #: (n, 2) outline in the drawing, the outer loop first, with the material on the left [m]
     twisted: Floats  #: (2, n) grad w + (-z, y) at all points of the outline [m]
     flexed: Floats  #: (2, a, 2, n) grad f_a and grad g_a - h_a there [m2]
     error: float  #: the last change of the integrals, relative
@@ -75,7 +79,13 @@ class Fields:
 def solve(outline: Outline) -> Solution:
     """Torsion and flexure of an outline; nobody may write into the arrays."""
     found = _solve(outline)
-    shared = (found.over.centroid, found.over.inertia, found.over.torque, found.over.energy, found.over.bulge)
+    shared = (
+        found.over.centroid,
+        found.over.inertia,
+        found.over.torque,
+        found.over.energy,
+        found.over.bulge,
+    )
     for array in (*shared, found.twisted, found.flexed, *found.loops):
         array.setflags(write=False)
     return found
@@ -83,7 +93,9 @@ def solve(outline: Outline) -> Solution:
 
 @singledispatch
 def _solve(outline: Any) -> Solution:
-    raise InputError(say("section", "an outline of section_shapes, a Ring or a Polygon", type(outline).__name__))
+    raise InputError(
+        say("section", "an outline of section_shapes, a Ring or a Polygon", type(outline).__name__)
+    )
 
 
 # ------------------------------------------------------------------------------------------------------ circles and tubes
@@ -96,17 +108,32 @@ def _(ring: Ring) -> Solution:
     and cos t for y.
     """
     inner, outer = ring.radii
-    m, n = outer**2 + inner**2, outer**2 * inner**2
+    m = outer**2 + inner**2
+    n = outer**2 * inner**2
 
     def integral(powers: dict[int, float]) -> float:
         """Sum of c s^k from r to R."""
         return sum(c * (outer**k - inner**k) for k, c in powers.items())
 
     energy = math.pi * integral({2: 3 / 4 * n, 4: 3 / 8 * m, 6: -1 / 12})  # 2 int z f_z
-    border = math.pi * integral({2: 3 / 8 * n, 4: 3 / 8 * m, 6: -1 / 8})  # int f_z h_z.n along both circles
-    area, second, one = math.pi * integral({2: 1.0}), math.pi * integral({4: 0.25}), np.eye(2)
-    over = Integrals(area, np.zeros(2), second * one, 2.0 * second, np.zeros((2, 2)), energy * one, (border - energy) * one)
-    loops = [outer * section_shapes.unit_circle()] + ([inner * section_shapes.unit_circle()[::-1]] if inner else [])
+    border = math.pi * integral(
+        {2: 3 / 8 * n, 4: 3 / 8 * m, 6: -1 / 8}
+    )  # int f_z h_z.n along both circles
+    area = math.pi * integral({2: 1.0})
+    second = math.pi * integral({4: 0.25})
+    one = np.eye(2)
+    over = Integrals(
+        area,
+        np.zeros(2),
+        second * one,
+        2.0 * second,
+        np.zeros((2, 2)),
+        energy * one,
+        (border - energy) * one,
+    )
+    loops = [outer * section_shapes.unit_circle()] + (
+        [inner * section_shapes.unit_circle()[::-1]] if inner else []
+    )
     y, z = place = np.concatenate(loops).T
     s2 = y**2 + z**2
     radial = place[:, None] * place / s2
@@ -117,7 +144,9 @@ def _(ring: Ring) -> Solution:
 
     f = gradients(3 / 4 * (m + n / s2) - s2 / 4, 3 / 4 * (m - n / s2) - 3 / 4 * s2)
     g = gradients((s2 - m - n / s2) / 4, (3 * s2 - m + n / s2) / 4)
-    return Solution(over, tuple(loops), np.stack([-z, y]), np.stack([f, g - anticlastic(y, z)]), 0.0)
+    return Solution(
+        over, tuple(loops), np.stack([-z, y]), np.stack([f, g - anticlastic(y, z)]), 0.0
+    )
 
 
 def anticlastic(y: Floats, z: Floats) -> Floats:
@@ -130,11 +159,13 @@ def anticlastic(y: Floats, z: Floats) -> Floats:
 @_solve.register
 def _(shape: Polygon) -> Solution:
     points, quads = section_shapes.mesh(shape)
-    found, error = fields(points, quads, DEGREES[0]), math.inf
+    found = fields(points, quads, DEGREES[0])
+    error = math.inf
     for degree in DEGREES[1:]:
         if error < ERROR:
             break
-        last, found = found, fields(points, quads, degree)
+        last = found
+        found = fields(points, quads, degree)
         error = _change(last.over, found.over)
     return _with_outline(found, shape, error)
 
@@ -144,17 +175,26 @@ def fields(points: Floats, quads: Ints, degree: int) -> Fields:
     import skfem
 
     grid = skfem.MeshQuad1(np.ascontiguousarray(points.T), np.ascontiguousarray(quads.T))
-    basis = skfem.CellBasis(grid, skfem.ElementQuadP(degree), intorder=2 * degree + 1, disable_doflocs=True)
-    dx, place = basis.dx, np.asarray(basis.global_coordinates())
+    basis = skfem.CellBasis(
+        grid, skfem.ElementQuadP(degree), intorder=2 * degree + 1, disable_doflocs=True
+    )
+    dx = basis.dx
+    place = np.asarray(basis.global_coordinates())
     area = float(dx.sum())
     centroid = np.einsum("cep,ep->c", place, dx) / area
     y, z = rho = place - centroid[:, None, None]
-    arm, h, none = np.stack([-z, y]), anticlastic(y, z), np.zeros((2, *rho.shape))
+    arm = np.stack([-z, y])
+    h = anticlastic(y, z)
+    none = np.zeros((2, *rho.shape))
     gradients = np.stack([one[0].grad for one in basis.basis])
     sources = np.concatenate([none[0, :1], 2.0 * rho, none[0]])
     coefficients = _potentials(basis, gradients, sources, np.concatenate([-arm[None], none, h]))
-    flows = np.einsum("bcep,ebf->fcep", gradients, coefficients[basis.element_dofs.T], optimize=True)
-    twist, f, g = flows[:1] + arm, flows[1:3], flows[3:] - h
+    flows = np.einsum(
+        "bcep,ebf->fcep", gradients, coefficients[basis.element_dofs.T], optimize=True
+    )
+    twist = flows[:1] + arm
+    f = flows[1:3]
+    g = flows[3:] - h
 
     def product(one: Floats, two: Floats) -> Floats:
         """Integrals (i, j) of the products of vector fields (i, 2, e, p) and (j, 2, e, p)."""
@@ -163,39 +203,63 @@ def fields(points: Floats, quads: Ints, degree: int) -> Fields:
     torque = np.concatenate([product(arm[None], f), product(arm[None], g)])
     bulge = product(f, h - np.einsum("acep,ep->ac", h, dx)[..., None, None] / area)
     over = Integrals(
-        area, centroid, product(rho[:, None], rho[:, None]), float(product(twist, twist)[0, 0]), torque, product(f, f), bulge
+        area,
+        centroid,
+        product(rho[:, None], rho[:, None]),
+        float(product(twist, twist)[0, 0]),
+        torque,
+        product(f, f),
+        bulge,
     )
     return Fields(over, basis, coefficients)
 
 
 def _potentials(basis: Any, gradients: Floats, sources: Floats, fluxes: Floats) -> Floats:
-    """Coefficients (n, f) of u with int grad u . grad v dA = int (s v + q . grad v) dA for all v, where u = 0 at one point.
+    """Coefficients (n, f) of u with int grad u . grad v dA = int (s v + q . grad v) dA for all v,
+    where u = 0 at one point.
 
     Of the gradients (b, 2, e, p) of the functions, sources s (f, e, p) and fluxes q (f, 2, e, p).
     """
-    dx, dofs, many = basis.dx, basis.element_dofs.T, len(gradients)
+    dx = basis.dx
+    dofs = basis.element_dofs.T
+    many = len(gradients)
     values = np.stack([np.broadcast_to(one[0], dx.shape) for one in basis.basis])
     by_cell = gradients.transpose(2, 0, 1, 3).reshape(len(dx), many, -1)
-    # one product a cell; forms of scikit-fem pair the functions one after the other, here 36^2 or more times
+    # one product a cell; forms of scikit-fem pair the functions one after the other, here 36^2 or
+    # more times
     entries = by_cell * np.tile(dx, 2)[:, None] @ by_cell.transpose(0, 2, 1)
-    rows, columns = np.repeat(dofs, many, axis=1).ravel(), np.tile(dofs, (1, many)).ravel()
+    rows = np.repeat(dofs, many, axis=1).ravel()
+    columns = np.tile(dofs, (1, many)).ravel()
     matrix = csc_array((entries.ravel(), (rows, columns)), shape=(basis.N, basis.N))[1:, 1:]
-    loads = np.einsum("fep,bep->feb", sources * dx, values) + np.einsum("fcep,bcep->feb", fluxes * dx, gradients)
-    right = np.stack([np.bincount(dofs.ravel(), one.ravel(), minlength=basis.N) for one in loads], axis=1)
-    solver = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    loads = np.einsum("fep,bep->feb", sources * dx, values) + np.einsum(
+        "fcep,bcep->feb", fluxes * dx, gradients
+    )
+    right = np.stack(
+        [np.bincount(dofs.ravel(), one.ravel(), minlength=basis.N) for one in loads], axis=1
+    )
+    solver = splu(
+        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
     return np.concatenate([np.zeros((1, len(loads))), solver.solve(right[1:])])
 
 
 def _change(one: Integrals, two: Integrals) -> float:
-    """Largest relative change of J, of both parts of the flexibility, and of the shear centre over the radius of gyration."""
+    """Largest relative change of J, of both parts of the flexibility, and of the shear centre over
+    the radius of gyration.
+    """
     size, polar = float(np.abs(two.energy).max()), float(np.trace(two.inertia))
-    pairs = [(one.torsion, two.torsion, two.torsion), (one.torque, two.torque, polar * math.sqrt(polar / two.area))]
+    pairs = [
+        (one.torsion, two.torsion, two.torsion),
+        (one.torque, two.torque, polar * math.sqrt(polar / two.area)),
+    ]
     pairs += [(one.energy, two.energy, size), (one.bulge, two.bulge, size)]
     return max(float(np.max(np.abs(np.asarray(b) - a))) / scale for a, b, scale in pairs)
 
 
 def _with_outline(found: Fields, shape: Polygon, error: float) -> Solution:
-    """Solutions with their gradients along the outline; at corners without one the mean of those at both neighbours."""
+    """Solutions with their gradients along the outline; at corners without one the mean of those at
+    both neighbours.
+    """
     many = map(np.array, shape.pieces) if shape.pieces else map(section_shapes.pieces, shape.loops)
     traced, corners = zip(*map(section_shapes.drawn, shape.loops, many), strict=True)
     points = np.concatenate(traced)
@@ -203,7 +267,11 @@ def _with_outline(found: Fields, shape: Polygon, error: float) -> Solution:
     flows = _gradients_at(found, points)
     flows[0] += np.stack([-z, y])
     flows[3:] -= anticlastic(y, z)
-    for part, at in zip(np.split(flows, np.cumsum([len(loop) for loop in traced[:-1]]), axis=-1), corners, strict=True):
+    for part, at in zip(
+        np.split(flows, np.cumsum([len(loop) for loop in traced[:-1]]), axis=-1),
+        corners,
+        strict=True,
+    ):
         part[..., at] = 0.5 * (np.roll(part, 1, axis=-1) + np.roll(part, -1, axis=-1))[..., at]
     return Solution(found.over, traced, flows[0], flows[1:].reshape(2, 2, 2, -1), error)
 
@@ -215,9 +283,24 @@ def _gradients_at(found: Fields, points: Floats) -> Floats:
     ends = grid.facets[:, facets]
     start, end = grid.p[:, ends].transpose(1, 2, 0)
     nearest = section_shapes.distances(points, start, end).argmin(axis=1)
-    cells, along = grid.f2t[0, facets[nearest]], (end - start)[nearest]
+    cells = grid.f2t[0, facets[nearest]]
+    along = (end - start)[nearest]
     part = np.sum((points - start[nearest]) * along, axis=1) / np.sum(along**2, axis=1)
-    first, second = (VERTICES[Parent.SQUARE][np.argmax(grid.t[:, cells] == ends[k, nearest], axis=0)] for k in (0, 1))
+    first, second = (
+        VERTICES[Parent.SQUARE][np.argmax(grid.t[:, cells] == ends[k, nearest], axis=0)]
+        for k in (0, 1)
+    )
     xi = (first + part.clip(0.0, 1.0)[:, None] * (second - first)).T[..., None]
-    gradients = np.stack([element.gbasis(found.basis.mapping, xi, b, tind=cells)[0].grad for b in range(found.basis.Nbfun)])
-    return np.asarray(np.einsum("bcn,nbf->fcn", gradients[..., 0], found.coefficients[found.basis.element_dofs[:, cells].T]))
+    gradients = np.stack(
+        [
+            element.gbasis(found.basis.mapping, xi, b, tind=cells)[0].grad
+            for b in range(found.basis.Nbfun)
+        ]
+    )
+    return np.asarray(
+        np.einsum(
+            "bcn,nbf->fcn",
+            gradients[..., 0],
+            found.coefficients[found.basis.element_dofs[:, cells].T],
+        )
+    )

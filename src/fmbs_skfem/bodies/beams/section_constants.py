@@ -1,26 +1,31 @@
-r"""What a beam with torsion and shear needs of its cross-section: Saint-Venant's torsion and flexure on a mesh of it.
+r"""What a beam with torsion and shear needs of its cross-section: Saint-Venant's torsion and
+flexure on a mesh of it.
 
     area, centroid, I = int rho rho^T dA,    J,    shear centre c,    shear area k A
 
-With the functions f_a, h_a of `saint_venant`, the shear centre is Trefftz's: c x V = int rho x tau at nu = 0, so that torsion and
-shear do no work on each other. The shear flexibility F = (k A)^-1 in G gamma = F V is, by the choice of `Shear`,
+With the functions f_a, h_a of `saint_venant`, the shear centre is Trefftz's: c x V = int rho x tau
+at nu = 0, so that torsion and shear do no work on each other. The shear flexibility F = (k A)^-1 in
+G gamma = F V is, by the choice of `Shear`,
 
     ENERGY    4 F = I^-1 [int grad f_a . grad f_b] I^-1
     COWPER    4 F = I^-1 [int grad f_a . grad f_b + nu/(1 + nu) int grad f_a . (h_b - mean h_b)] I^-1
 
-COWPER is of the mean deflection and the mean rotation of a section: k = (6 + 6 nu)/(7 + 6 nu) of circles and (10 + 10 nu)/(12 +
-11 nu) of all rectangles. ENERGY is of the deflection weighted by the shear stress of nu = 0, whose energy is V.F V / (2 G): k = 6/7
-of circles, 5/6 of rectangles, and F is symmetric and positive for all sections. Cowper's is neither: it is no symmetric matrix
-without an axis of symmetry, and negative on tall I-sections, whose webs bulge between the flanges. What nu adds to the energy, that
-of the self-equilibrated stresses of g_a, is in stresses, but in neither F: at nu = 0.3 it would make a strip 100 times as wide as
-thick 436 times softer in shear, by an anticlastic bending whose change along the beam most ends and neighbours prevent.
+COWPER is of the mean deflection and the mean rotation of a section: k = (6 + 6 nu)/(7 + 6 nu) of
+circles and (10 + 10 nu)/(12 + 11 nu) of all rectangles. ENERGY is of the deflection weighted by the
+shear stress of nu = 0, whose energy is V.F V / (2 G): k = 6/7 of circles, 5/6 of rectangles, and F
+is symmetric and positive for all sections. Cowper's is neither: it is no symmetric matrix without
+an axis of symmetry, and negative on tall I-sections, whose webs bulge between the flanges. What nu
+adds to the energy, that of the self-equilibrated stresses of g_a, is in stresses, but in neither F:
+at nu = 0.3 it would make a strip 100 times as wide as thick 436 times softer in shear, by an
+anticlastic bending whose change along the beam most ends and neighbours prevent.
 
-Forces S = (N, V_y, V_z, T, M_y, M_z) at the origin, where the beam's line passes, and strains (gamma_x, gamma_y, gamma_z, kappa_x,
-kappa_y, kappa_z) with the axial strain gamma_x + z kappa_y - y kappa_z at a point and gamma_y - z kappa_x, gamma_z + y kappa_x.
+Forces S = (N, V_y, V_z, T, M_y, M_z) at the origin, where the beam's line passes, and strains
+(gamma_x, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) with the axial strain gamma_x + z kappa_y - y
+kappa_z at a point and gamma_y - z kappa_x, gamma_z + y kappa_x.
 
-G. R. Cowper, J. Appl. Mech. 33 (1966) 335-340, doi:10.1115/1.3625046; E. Trefftz, Z. angew. Math. Mech. 15 (1935) 220-225,
-doi:10.1002/zamm.19350150405; F. Gruttmann, W. Wagner, Comput. Mech. 27 (2001) 199-207, doi:10.1007/s004660100239 (the energy,
-with its part of nu).
+G. R. Cowper, J. Appl. Mech. 33 (1966) 335-340, doi:10.1115/1.3625046; E. Trefftz, Z. angew. Math.
+Mech. 15 (1935) 220-225, doi:10.1002/zamm.19350150405; F. Gruttmann, W. Wagner, Comput. Mech. 27
+(2001) 199-207, doi:10.1007/s004660100239 (the energy, with its part of nu).
 """
 
 from __future__ import annotations
@@ -37,7 +42,8 @@ from .saint_venant import Integrals, Solution
 from .section_shapes import Outline, Shear
 
 SYMMETRIC = 1e-3  #: relative asymmetry of Cowper's matrix that is an error of the mesh
-AXIAL, SHEAR = [0, 4, 5], [1, 2, 3]  #: places of N, M_y, M_z and of V_y, V_z, T in S
+AXIAL = [0, 4, 5]
+SHEAR = [1, 2, 3]  #: places of N, M_y, M_z and of V_y, V_z, T in S
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +56,12 @@ class SectionConstants:
     inertia: Floats  #: (2, 2) int rho rho^T dA about the centroid: Izz, Iyz; Iyz, Iyy [m4]
     torsion: float  #: J [m4]
     shear_centre: Floats  #: (2,) y, z [m]
-    shear_area: Floats  #: (2, 2) F^-1 = kA [m2]: forces G kA (gamma_y, gamma_z) through the shear centre
-    outline: tuple[Floats, ...]  #: (n, 2) loops, the outer one first, with the material on the left [m]
+    shear_area: (
+        Floats  #: (2, 2) F^-1 = kA [m2]: forces G kA (gamma_y, gamma_z) through the shear centre
+    )
+    outline: tuple[
+        Floats, ...
+    ]  #: (n, 2) loops, the outer one first, with the material on the left [m]
     unit_stresses: Floats  #: (3, 6, n) sigma_x, tau_xy, tau_xz of each of S = 1 at all points of the outline [1/m2, 1/m3]
     error: float  #: estimated relative error of J, the shear centre and the shear area
 
@@ -71,11 +81,13 @@ class SectionConstants:
         return float(self.inertia[0, 1])
 
 
-def constants(outline: Outline, poisson_ratio: float, origin: ArrayLike | None = None) -> SectionConstants:
+def constants(
+    outline: Outline, poisson_ratio: float, origin: ArrayLike | None = None
+) -> SectionConstants:
     """The constants of a section about a point (2,) of its drawing [m], by default its centroid.
 
-    An outline is solved once in a process. InputError: a ratio outside -1 to 0.5, and Cowper's definition on an outline that it
-    does not fit.
+    An outline is solved once in a process. InputError: a ratio outside -1 to 0.5, and Cowper's
+    definition on an outline that it does not fit.
     """
     nu = float(poisson_ratio)
     if not -1.0 < nu <= 0.5:
@@ -104,15 +116,20 @@ def constants(outline: Outline, poisson_ratio: float, origin: ArrayLike | None =
 def stiffness(section: SectionConstants, young_modulus: float) -> Floats:
     """The matrix (6, 6) that takes strains to forces S, of a Young's modulus E [Pa].
 
-    N, M_y, M_z = E int g g^T dA (gamma_x, kappa_y, kappa_z) with g = (1, z, -y); V and T by the shear strains at the shear centre,
-    gamma_y - z_c kappa_x and gamma_z + y_c kappa_x.
+    N, M_y, M_z = E int g g^T dA (gamma_x, kappa_y, kappa_z) with g = (1, z, -y); V and T by the
+    shear strains at the shear centre, gamma_y - z_c kappa_x and gamma_z + y_c kappa_x.
     """
     y, z = section.shear_centre
-    at_centre, own = np.array([[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]]), np.zeros((3, 3))
+    at_centre = np.array([[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
+    own = np.zeros((3, 3))
     own[:2, :2], own[2, 2] = section.shear_area, section.torsion
     found = np.zeros((6, 6))
-    found[np.ix_(AXIAL, AXIAL)] = young_modulus * _bending(section.area, section.centroid, section.inertia)
-    found[np.ix_(SHEAR, SHEAR)] = young_modulus / (2.0 * (1.0 + section.poisson_ratio)) * at_centre.T @ own @ at_centre
+    found[np.ix_(AXIAL, AXIAL)] = young_modulus * _bending(
+        section.area, section.centroid, section.inertia
+    )
+    found[np.ix_(SHEAR, SHEAR)] = (
+        young_modulus / (2.0 * (1.0 + section.poisson_ratio)) * at_centre.T @ own @ at_centre
+    )
     return found
 
 
@@ -122,17 +139,23 @@ def mass(section: SectionConstants, density: float) -> Floats:
 
 
 def stresses(section: SectionConstants, forces: ArrayLike) -> Floats:
-    """sigma_x, tau_xy, tau_xz (3, n, ...) [Pa] at all points of the outline, of forces S (6, ...) [N, N m] at the origin.
+    """sigma_x, tau_xy, tau_xz (3, n, ...) [Pa] at all points of the outline, of forces S (6, ...)
+    [N, N m] at the origin.
 
-    Shear stresses have no bound at corners that point inwards, which real sections round off: there they are the mean of those at
-    both neighbours, as at the corners of a polygon that stands for a curve. Warping is free: no bimoments.
+    Shear stresses have no bound at corners that point inwards, which real sections round off: there
+    they are the mean of those at both neighbours, as at the corners of a polygon that stands for a
+    curve. Warping is free: no bimoments.
     """
-    return np.asarray(np.einsum("xfn,f...->xn...", section.unit_stresses, np.asarray(forces, dtype=float)))
+    return np.asarray(
+        np.einsum("xfn,f...->xn...", section.unit_stresses, np.asarray(forces, dtype=float))
+    )
 
 
 def von_mises(stress: Floats) -> Floats:
     """Von Mises stress (...) [Pa], sqrt(sigma^2 + 3 tau^2), of sigma_x, tau_xy, tau_xz (3, ...)."""
-    return stress_recovery.von_mises(np.stack([stress[0], np.zeros_like(stress[0]), np.hypot(stress[1], stress[2])]))
+    return stress_recovery.von_mises(
+        np.stack([stress[0], np.zeros_like(stress[0]), np.hypot(stress[1], stress[2])])
+    )
 
 
 # ------------------------------------------------------------------------------------------- what follows from the solutions
@@ -158,7 +181,14 @@ def _flexibility(over: Integrals, nu: float, choice: Shear) -> Floats:
     cowper = 0.25 * inverse @ (over.energy + nu / (1.0 + nu) * over.bulge) @ inverse
     remedy = "take Shear.ENERGY"
     if abs(cowper[0, 1] - cowper[1, 0]) > SYMMETRIC * np.abs(cowper).max():
-        raise InputError(say("section.shear", "an axis of symmetry for Cowper's shear coefficients", "a section without", remedy))
+        raise InputError(
+            say(
+                "section.shear",
+                "an axis of symmetry for Cowper's shear coefficients",
+                "a section without",
+                remedy,
+            )
+        )
     cowper = 0.5 * (cowper + cowper.T)
     least = np.linalg.eigvalsh(cowper)[0]
     if least <= 0.0:
@@ -168,16 +198,20 @@ def _flexibility(over: Integrals, nu: float, choice: Shear) -> Floats:
 
 
 def _unit_stresses(solved: Solution, nu: float, centroid: Floats) -> Floats:
-    """sigma_x, tau_xy, tau_xz of each of S = 1 at the points of the outline (3, 6, n), with the centroid (2,) from the origin."""
+    """sigma_x, tau_xy, tau_xz of each of S = 1 at the points of the outline (3, 6, n), with the
+    centroid (2,) from the origin.
+    """
     over = solved.over
     rho = np.concatenate(solved.loops).T - over.centroid[:, None]
     y, z = rho + centroid[:, None]
     found = np.zeros((3, 6, rho.shape[1]))
     bending = _bending(over.area, centroid, over.inertia)
     found[0, AXIAL] = np.linalg.solve(bending, np.stack([np.ones_like(y), z, -y]))
-    parts, inverse = 0.5 * np.array([1.0, nu / (1.0 + nu)]), np.linalg.inv(over.inertia)
+    parts = 0.5 * np.array([1.0, nu / (1.0 + nu)])
+    inverse = np.linalg.inv(over.inertia)
     flow = np.einsum("k,kacn,ab->cbn", parts, solved.flexed, inverse)
-    # a force through the origin has the torque -(centroid x V) about the centroid, of which the flexure has its own part
+    # a force through the origin has the torque -(centroid x V) about the centroid, of which the
+    # flexure has its own part
     missing = np.array([centroid[1], -centroid[0]]) - parts @ over.torque @ inverse
     twist = solved.twisted / over.torsion
     found[1:, 1:3] = flow + twist[:, None] * missing[:, None]

@@ -1,17 +1,20 @@
 r"""Outlines of cross-sections, and meshes of them that are finest where stresses are singular.
 
-Axes y (first of the section, width) and z (second, height), in the coordinates of a drawing that each shape names. A polygon is cut
-into triangles between points of its sides (Delaunay), and every triangle into three quads, each at one of its corners v:
+Axes y (first of the section, width) and z (second, height), in the coordinates of a drawing that
+each shape names. A polygon is cut into triangles between points of its sides (Delaunay), and every
+triangle into three quads, each at one of its corners v:
 
     a piece of a side of length l:           l <= min_v (room_v + distance from v),   room_v = distance of v from sides not its own
     quads at v with the interior angle beta: layers v + q^j (quad - v),  j = 0..n,    q = 0.15
 
-Gradients at v grow as r^(alpha - 1) with alpha = pi/beta, the energy that a quad at v misses falls by q^(2 alpha) a layer, and n is
-as many layers as make that small. The error of polynomials of degree p then falls exponentially with p until the innermost quads
-count. Every side of a quad leads from a corner to a middle of a side or from there to a centre, so that both of its quads agree.
+Gradients at v grow as r^(alpha - 1) with alpha = pi/beta, the energy that a quad at v misses falls
+by q^(2 alpha) a layer, and n is as many layers as make that small. The error of polynomials of
+degree p then falls exponentially with p until the innermost quads count. Every side of a quad leads
+from a corner to a middle of a side or from there to a centre, so that both of its quads agree.
 
-J. R. Shewchuk, Comput. Geom. 22 (2002) 21-74, doi:10.1016/S0925-7721(01)00047-5 (Delaunay triangles along given sides);
-C. Schwab, p- and hp-Finite Element Methods, Oxford 1998, section 4.5 (geometric meshes).
+J. R. Shewchuk, Comput. Geom. 22 (2002) 21-74, doi:10.1016/S0925-7721(01)00047-5 (Delaunay triangles
+along given sides); C. Schwab, p- and hp-Finite Element Methods, Oxford 1998, section 4.5 (geometric
+meshes).
 """
 
 from __future__ import annotations
@@ -35,7 +38,9 @@ PIECES = 4000  #: of all sides; a mesh of them has some 10^5 quads
 SHRINK = 0.15  #: q; the optimum of one-dimensional theory, 0.17 (Schwab): from 0.15 to 0.2 errors stay of one size
 MISSED = 3e-4  #: energy that the innermost quads may miss, relative to what they hold; their polynomials leave a hundredth of that
 SIDES_DRAWN = 8  #: pairs of pieces of a side as long as the section, in the outline that is drawn
-SMOOTH = math.radians(20.0)  #: turn of a corner of a polygon that stands for a curve, of 18 sides or more a circle
+SMOOTH = math.radians(
+    20.0
+)  #: turn of a corner of a polygon that stands for a curve, of 18 sides or more a circle
 ROUND_DRAWN = 64  #: points of a circle that is drawn; between them bending stresses exceed theirs by up to 0.1 %
 
 Point = tuple[float, float]
@@ -51,7 +56,9 @@ class Shear(Enum):
 
 @dataclass(frozen=True)
 class Ring:
-    """A circle of an outer diameter with a wall [m], solid where that is the radius; its centre is the origin of the drawing."""
+    """A circle of an outer diameter with a wall [m], solid where that is the radius; its centre is
+    the origin of the drawing.
+    """
 
     diameter: float
     wall: float
@@ -60,7 +67,13 @@ class Ring:
     def __post_init__(self) -> None:
         positive("section", diameter=self.diameter, wall=self.wall)
         if self.wall > self.diameter / 2:
-            raise InputError(say("section.wall", f"at most the radius, {self.diameter / 2:g} m", f"{self.wall:g} m"))
+            raise InputError(
+                say(
+                    "section.wall",
+                    f"at most the radius, {self.diameter / 2:g} m",
+                    f"{self.wall:g} m",
+                )
+            )
 
     @property
     def radii(self) -> tuple[float, float]:
@@ -77,33 +90,53 @@ class Ring:
 class Polygon:
     """A simple polygon with holes, each a loop of points (y, z) [m] in either direction.
 
-    InputError names loops of fewer than three points, more than 1000 points, sides that cross or touch, and holes outside.
+    InputError names loops of fewer than three points, more than 1000 points, sides that cross or
+    touch, and holes outside.
     """
 
     points: Loop
     holes: tuple[Loop, ...] = ()
     shear: Shear = Shear.ENERGY
-    pieces: tuple[tuple[int, ...], ...] = ()  #: of the sides of `loops` in the contour that is drawn; by default by their lengths
+    pieces: tuple[
+        tuple[int, ...], ...
+    ] = ()  #: of the sides of `loops` in the contour that is drawn; by default by their lengths
 
     def __post_init__(self) -> None:
         for loop in (self.points, *self.holes):
             if np.shape(loop) != (max(len(loop), 3), 2) or not np.isfinite(loop).all():
-                raise InputError(say("section.points", "three or more points (y, z) of finite numbers", loop))
+                raise InputError(
+                    say("section.points", "three or more points (y, z) of finite numbers", loop)
+                )
         if (count := sum(map(len, (self.points, *self.holes)))) > POINTS:
-            raise InputError(say("section.points", f"at most {POINTS} points", count, "leave some out where the outline is smooth"))
+            raise InputError(
+                say(
+                    "section.points",
+                    f"at most {POINTS} points",
+                    count,
+                    "leave some out where the outline is smooth",
+                )
+            )
         _check_simple(self)
         start, end, _ = sides((self.points,))
         for loop in self.holes:
             others = sides([one for one in self.holes if one is not loop])
             first = np.array(loop[:1], dtype=float)
             if not inside(first, start, end)[0] or inside(first, *others[:2])[0]:
-                raise InputError(say("section.holes", "holes within the polygon, none within another", f"one at {loop[0]}"))
+                raise InputError(
+                    say(
+                        "section.holes",
+                        "holes within the polygon, none within another",
+                        f"one at {loop[0]}",
+                    )
+                )
 
     @property
     def loops(self) -> list[Floats]:
         """The polygon and its holes (n, 2) [m], with the material on the left."""
         found = [np.array(loop, dtype=float) for loop in (self.points, *self.holes)]
-        return [loop if (_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(found)]
+        return [
+            loop if (_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(found)
+        ]
 
     @property
     def round_as(self) -> float:
@@ -135,24 +168,38 @@ def rectangle(width: float, height: float) -> Polygon:
 
 
 def i_shape(width: float, height: float, web: float, flange: float) -> Polygon:
-    """Two flanges of a width along y, `flange` thick, at the ends of a web along z, `web` thick [m]; the origin is the centre."""
+    """Two flanges of a width along y, `flange` thick, at the ends of a web along z, `web` thick
+    [m]; the origin is the centre.
+    """
     _check_walls(width, height, web, flange, 2)
-    y, z, t, s = width / 2, height / 2, web / 2, height / 2 - flange
+    y = width / 2
+    z = height / 2
+    t = web / 2
+    s = height / 2 - flange
     right = ((y, -z), (y, -s), (t, -s), (t, s), (y, s), (y, z))
     return Polygon(right + tuple((-a, b) for a, b in reversed(right)))
 
 
 def c_shape(width: float, height: float, web: float, flange: float) -> Polygon:
-    """A web along z, `web` thick, its back on y = 0, and two flanges of a width along y, `flange` thick [m]; z = 0 is midway."""
+    """A web along z, `web` thick, its back on y = 0, and two flanges of a width along y, `flange`
+    thick [m]; z = 0 is midway.
+    """
     _check_walls(width, height, web, flange, 2)
-    z, s = height / 2, height / 2 - flange
-    return Polygon(((0.0, -z), (width, -z), (width, -s), (web, -s), (web, s), (width, s), (width, z), (0.0, z)))
+    z = height / 2
+    s = height / 2 - flange
+    return Polygon(
+        ((0.0, -z), (width, -z), (width, -s), (web, -s), (web, s), (width, s), (width, z), (0.0, z))
+    )
 
 
 def l_shape(width: float, height: float, web: float, flange: float) -> Polygon:
-    """A leg of a width along y, `flange` thick, and one of a height along z, `web` thick [m], from the origin, their corner."""
+    """A leg of a width along y, `flange` thick, and one of a height along z, `web` thick [m], from
+    the origin, their corner.
+    """
     _check_walls(width, height, web, flange, 1)
-    return Polygon(((0.0, 0.0), (width, 0.0), (width, flange), (web, flange), (web, height), (0.0, height)))
+    return Polygon(
+        ((0.0, 0.0), (width, 0.0), (width, flange), (web, flange), (web, height), (0.0, height))
+    )
 
 
 def polygon(points: ArrayLike, *holes: ArrayLike) -> Polygon:
@@ -170,7 +217,11 @@ def moments(outline: Outline) -> tuple[float, Floats, Floats]:
     """
     if isinstance(outline, Ring):
         inner, outer = outline.radii
-        return math.pi * (outer**2 - inner**2), np.zeros(2), 0.25 * math.pi * (outer**4 - inner**4) * np.eye(2)
+        return (
+            math.pi * (outer**2 - inner**2),
+            np.zeros(2),
+            0.25 * math.pi * (outer**4 - inner**4) * np.eye(2),
+        )
     loops = outline.loops
     middle = loops[0].mean(axis=0)
     a = np.concatenate(loops) - middle
@@ -185,9 +236,17 @@ def moments(outline: Outline) -> tuple[float, Floats, Floats]:
 def _check_walls(width: float, height: float, web: float, flange: float, flanges: int) -> None:
     positive("section", width=width, height=height, web=web, flange=flange)
     if web >= width:
-        raise InputError(say("section.web", f"a wall thinner than the width, {width:g} m", f"{web:g} m"))
+        raise InputError(
+            say("section.web", f"a wall thinner than the width, {width:g} m", f"{web:g} m")
+        )
     if flanges * flange >= height:
-        raise InputError(say("section.flange", f"{flanges} of it less than the height, {height:g} m", f"{flange:g} m"))
+        raise InputError(
+            say(
+                "section.flange",
+                f"{flanges} of it less than the height, {height:g} m",
+                f"{flange:g} m",
+            )
+        )
 
 
 # ------------------------------------------------------------------------------------------------------------------ sides
@@ -204,8 +263,12 @@ def sides(loops: list[Floats] | tuple[Loop, ...] | list[Loop]) -> tuple[Floats, 
 def distances(points: Floats, start: Floats, end: Floats) -> Floats:
     """Distances (n, s) of points (n, 2) from sides."""
     along = end - start
-    place = np.einsum("nsc,sc->ns", points[:, None] - start, along) / np.sum(along**2, axis=1).clip(np.finfo(float).tiny)
-    return np.asarray(np.linalg.norm(points[:, None] - start - place.clip(0.0, 1.0)[..., None] * along, axis=2))
+    place = np.einsum("nsc,sc->ns", points[:, None] - start, along) / np.sum(along**2, axis=1).clip(
+        np.finfo(float).tiny
+    )
+    return np.asarray(
+        np.linalg.norm(points[:, None] - start - place.clip(0.0, 1.0)[..., None] * along, axis=2)
+    )
 
 
 def inside(points: Floats, start: Floats, end: Floats) -> np.ndarray:
@@ -218,8 +281,11 @@ def inside(points: Floats, start: Floats, end: Floats) -> np.ndarray:
 
 
 def room(start: Floats, end: Floats, following: Ints) -> Floats:
-    """Distances (n, s) of the starts of sides from all sides, infinite from the two that they belong to."""
-    found, own = distances(start, start, end), np.arange(len(start))
+    """Distances (n, s) of the starts of sides from all sides, infinite from the two that they
+    belong to.
+    """
+    found = distances(start, start, end)
+    own = np.arange(len(start))
     found[own, own] = found[following, own] = np.inf
     return found
 
@@ -231,15 +297,25 @@ def _check_simple(shape: Polygon) -> None:
 
     def turns(points: Floats) -> Floats:
         """On which side (s, n) of each side points are."""
-        along, to = (end - start)[:, None], points - start[:, None]
+        along = (end - start)[:, None]
+        to = points - start[:, None]
         return np.asarray(np.sign(along[..., 0] * to[..., 1] - along[..., 1] * to[..., 0]))
 
     parted = turns(start) * turns(end) < 0.0
     found = np.argwhere(near | (parted & parted.T))
     if len(found):
-        first, second = (f"{tuple(start[k].tolist())} to {tuple(end[k].tolist())}" for k in found[0])
+        first, second = (
+            f"{tuple(start[k].tolist())} to {tuple(end[k].tolist())}" for k in found[0]
+        )
         remedy = "leave out points that repeat one, and give holes as holes"
-        raise InputError(say("section.points", "an outline whose sides meet at their ends alone", f"{first} and {second}", remedy))
+        raise InputError(
+            say(
+                "section.points",
+                "an outline whose sides meet at their ends alone",
+                f"{first} and {second}",
+                remedy,
+            )
+        )
 
 
 def _area(loop: Floats) -> float:
@@ -261,23 +337,33 @@ def pieces(loop: Floats) -> Ints:
 
 
 def alike(outlines: Sequence[Outline | None]) -> tuple[tuple[int, ...], ...]:
-    """Pieces of the sides of polygons with the same points that resolve all of them; none of other outlines."""
+    """Pieces of the sides of polygons with the same points that resolve all of them; none of other
+    outlines.
+    """
     loops = [one.loops for one in outlines if isinstance(one, Polygon)]
     if len(loops) < len(outlines):
         return ()
-    return tuple(tuple(np.max([pieces(loop) for loop in same], axis=0).tolist()) for same in zip(*loops, strict=True))
+    return tuple(
+        tuple(np.max([pieces(loop) for loop in same], axis=0).tolist())
+        for same in zip(*loops, strict=True)
+    )
 
 
 def drawn(loop: Floats, many: Ints) -> tuple[Floats, np.ndarray]:
-    """Points (n, 2) along a loop with so many pieces a side, and the corners (n,) without a stress of their own.
+    """Points (n, 2) along a loop with so many pieces a side, and the corners (n,) without a stress
+    of their own.
 
-    Those point inwards, where shear stresses have no bound, or turn so little that they stand for a curve: they vanish there in the
-    corner alone.
+    Those point inwards, where shear stresses have no bound, or turn so little that they stand for a
+    curve: they vanish there in the corner alone.
     """
     along = np.roll(loop, -1, axis=0) - loop
-    points = [p + np.arange(n)[:, None] / n * step for p, n, step in zip(loop, many, along, strict=True)]
+    points = [
+        p + np.arange(n)[:, None] / n * step for p, n, step in zip(loop, many, along, strict=True)
+    ]
     before = np.roll(along, 1, axis=0)
-    turn = np.arctan2(before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0], np.sum(before * along, axis=1))
+    turn = np.arctan2(
+        before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0], np.sum(before * along, axis=1)
+    )
     corner = np.zeros(many.sum(), dtype=bool)
     corner[np.cumsum(many) - many] = turn < SMOOTH
     return np.concatenate(points), corner
@@ -291,24 +377,39 @@ def mesh(shape: Polygon) -> tuple[Floats, Ints]:
 
 
 def triangulated(start: Floats, end: Floats, following: Ints) -> tuple[Floats, Ints]:
-    """Points (n, 2) of the sides and anticlockwise triangles (e, 3) between them; sides are halved as often as that takes."""
+    """Points (n, 2) of the sides and anticlockwise triangles (e, 3) between them; sides are halved
+    as often as that takes.
+    """
     from scipy.spatial import Delaunay
 
     free = room(start, end, following).min(axis=1)
     pieces = np.stack([start, end], axis=1)
     while True:
-        middle, length = pieces.mean(axis=1), np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
+        middle = pieces.mean(axis=1)
+        length = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
         long = length > SPLIT * (free + np.linalg.norm(middle[:, None] - start, axis=2)).min(axis=1)
         if not long.any():
             points, ends = _merged(pieces)
             triangles = Delaunay(points).simplices
-            long = ~np.isin(_keys(ends, len(points)), _keys(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), len(points)))
+            long = ~np.isin(
+                _keys(ends, len(points)),
+                _keys(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), len(points)),
+            )
             if not long.any():
                 return points, _within(points, triangles, start, end)
         if len(pieces) > PIECES:
             got = f"one narrower than {free.min():g} m somewhere"
-            raise InputError(say("section.points", f"an outline that {PIECES} pieces of its sides resolve", got, "leave out slits"))
-        halves = np.stack([pieces[long, 0], middle[long], middle[long], pieces[long, 1]], axis=1).reshape(-1, 2, 2)
+            raise InputError(
+                say(
+                    "section.points",
+                    f"an outline that {PIECES} pieces of its sides resolve",
+                    got,
+                    "leave out slits",
+                )
+            )
+        halves = np.stack(
+            [pieces[long, 0], middle[long], middle[long], pieces[long, 1]], axis=1
+        ).reshape(-1, 2, 2)
         pieces = np.concatenate([pieces[~long], halves])
 
 
@@ -317,14 +418,17 @@ def _within(points: Floats, triangles: Ints, start: Floats, end: Floats) -> Ints
     corners = points[triangles]
     (a, b), (c, d) = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0).transpose(0, 2, 1)
     twice = a * d - b * c
-    kept = inside(corners.mean(axis=1), start, end) & (np.abs(twice) > 1e-14 * np.ptp(points, axis=0).max() ** 2)
+    kept = inside(corners.mean(axis=1), start, end) & (
+        np.abs(twice) > 1e-14 * np.ptp(points, axis=0).max() ** 2
+    )
     return np.where(twice[:, None] < 0.0, triangles[:, ::-1], triangles)[kept]
 
 
 def layers(points: Floats, triangles: Ints) -> Ints:
     """Layers (n,) at the corners of triangles: n = log(missed / a^2) / (2 alpha log q).
 
-    A corner of nearly straight sides has a small singular part, a = |beta - pi| / (pi/2) up to 1 of that of others.
+    A corner of nearly straight sides has a small singular part, a = |beta - pi| / (pi/2) up to 1 of
+    that of others.
     """
     corners = points[triangles]
     u, v = (np.roll(corners, -k, axis=1) - corners for k in (1, 2))
@@ -336,10 +440,13 @@ def layers(points: Floats, triangles: Ints) -> Ints:
 
 
 def _quads(corners: Floats, many: Ints) -> Floats:
-    """Corners (q, 4, 2) of the quads in triangles (e, 3, 2) with `many` layers (e, 3) at their corners."""
+    """Corners (q, 4, 2) of the quads in triangles (e, 3, 2) with `many` layers (e, 3) at their
+    corners.
+    """
     before, after = (0.5 * (corners + np.roll(corners, k, axis=1)) for k in (1, -1))
     centre = np.broadcast_to(corners.mean(axis=1, keepdims=True), corners.shape)
-    kite, many = np.stack([corners, after, centre, before], axis=2).reshape(-1, 4, 2), many.ravel()
+    kite = np.stack([corners, after, centre, before], axis=2).reshape(-1, 4, 2)
+    many = many.ravel()
     found = []
     for j in range(many.max() + 1):
         # as weighted means, in which neighbours find the same points to the last bit

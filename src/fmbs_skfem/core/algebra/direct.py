@@ -2,10 +2,11 @@ r"""Factors of large sparse symmetric matrices, made once and applied many times
 
     P A P^T = L D L^T,    x = P^T L^-T D^-1 L^-1 P b
 
-without pivoting: for positive definite matrices, and for indefinite ones whose leading minors stay away from zero. L has a unit
-diagonal and is kept in supernodes, sets of consecutive columns with one pattern, which the analysis finds (`supernodes`). A
-solution reads L twice and little else, so its time is the size of L divided by the bandwidth of the memory; in float32 it is half
-as long and good to about six digits.
+without pivoting: for positive definite matrices, and for indefinite ones whose leading minors stay
+away from zero. L has a unit diagonal and is kept in supernodes, sets of consecutive columns with
+one pattern, which the analysis finds (`supernodes`). A solution reads L twice and little else, so
+its time is the size of L divided by the bandwidth of the memory; in float32 it is half as long and
+good to about six digits.
 
     numbers                     multifrontal: a dense front a supernode, its remainder added into the front of the parent
     supernode, w columns        the columns below the diagonal one after the other: column c holds rows c+1..w-1, then `rows`
@@ -32,8 +33,13 @@ LANES = 16  #: rows of a column of a small front that are updated at once: it ha
 SMALL = 96  #: rows of a front that loops of its own update faster than dense products
 STRIP = 128  #: columns of a front that one dense product updates
 GONE, ABSENT = -1, -2  #: places of unknowns that are not in a front
-DONE, OUTSIDE = -1, -2  #: results of a factorisation: a matrix has an entry outside the pattern it was analysed for
-LOST = 8.0 * np.finfo(float).eps  #: a pivot smaller than this times its diagonal entry has no digit left
+DONE, OUTSIDE = (
+    -1,
+    -2,
+)  #: results of a factorisation: a matrix has an entry outside the pattern it was analysed for
+LOST = (
+    8.0 * np.finfo(float).eps
+)  #: a pivot smaller than this times its diagonal entry has no digit left
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,9 @@ class Factors:
     """L and D of P A P^T = L D L^T."""
 
     tree: Tree
-    lower: np.ndarray  #: (entries,) L below its diagonal, supernode after supernode, float64 or float32
+    lower: (
+        np.ndarray
+    )  #: (entries,) L below its diagonal, supernode after supernode, float64 or float32
     pivots: np.ndarray  #: (n,) D, float64
 
 
@@ -50,8 +58,11 @@ _add_product = deferred("fmbs_skfem.core.compiling.intrinsics", "add_product")
 
 @jit
 def _take_one(front: np.ndarray, c: int, j: int) -> None:
-    """Column j of a front, not yet divided by its pivot, is taken from column c; front[j, i] is row i >= j of column j."""
-    low, factor = c - c % LANES, front[j, c] / front[j, j]
+    """Column j of a front, not yet divided by its pivot, is taken from column c; front[j, i] is row
+    i >= j of column j.
+    """
+    low = c - c % LANES
+    factor = front[j, c] / front[j, j]
     target, source = front[c, low:], front[j, low:]
     if factor != 0.0:
         for i in range(target.size):
@@ -61,9 +72,17 @@ def _take_one(front: np.ndarray, c: int, j: int) -> None:
 @jit
 def _take_four(front: np.ndarray, c: int, j: int) -> None:
     """The same of the columns j..j+3."""
-    low, A, B, C, D = c - c % LANES, front[j], front[j + 1], front[j + 2], front[j + 3]
+    low = c - c % LANES
+    A = front[j]
+    B = front[j + 1]
+    C = front[j + 2]
+    D = front[j + 3]
     a, b, d, e = A[c] / A[j], B[c] / B[j + 1], C[c] / C[j + 2], D[c] / D[j + 3]
-    target, x, y, z, u = front[c, low:], A[low:], B[low:], C[low:], D[low:]
+    target = front[c, low:]
+    x = A[low:]
+    y = B[low:]
+    z = C[low:]
+    u = D[low:]
     for i in range(target.size):
         target[i] -= a * x[i] + b * y[i] + (d * z[i] + e * u[i])
 
@@ -78,7 +97,8 @@ def _divide(front: np.ndarray, j: int) -> None:
 
 @jit
 def _eliminate_panel(front: np.ndarray, begin: int, end: int, stop: int, least: np.ndarray) -> int:
-    """Columns begin..end-1 of a front become L, with D on the diagonal, and are taken from those before `stop`, four at a time.
+    """Columns begin..end-1 of a front become L, with D on the diagonal, and are taken from those
+    before `stop`, four at a time.
 
     Returns the first column without a pivot, or -1; `least` holds the smallest pivots allowed.
     """
@@ -107,16 +127,22 @@ def _update_rest(front: np.ndarray, begin: int, end: int) -> None:
         scaled[j - begin] *= front[j, j]
     for c in range(end, m, STRIP):
         stop = min(c + STRIP, m)
-        product = np.dot(np.ascontiguousarray(scaled[:, c - end : stop - end]).T, np.ascontiguousarray(panel[:, c - end :]))
+        product = np.dot(
+            np.ascontiguousarray(scaled[:, c - end : stop - end]).T,
+            np.ascontiguousarray(panel[:, c - end :]),
+        )
         for j in range(c, stop):
-            target, source = front[j, j:], product[j - c, j - c :]
+            target = front[j, j:]
+            source = product[j - c, j - c :]
             for i in range(target.size):
                 target[i] -= source[i]
 
 
 @jit
 def _eliminate(front: np.ndarray, width: int, least: np.ndarray) -> int:
-    """The first `width` columns of a front, panel by panel; returns the first column without a pivot, or -1."""
+    """The first `width` columns of a front, panel by panel; returns the first column without a
+    pivot, or -1.
+    """
     m = front.shape[0]
     for begin in range(0, width, PANEL):
         end = min(begin + PANEL, width)
@@ -131,7 +157,9 @@ def _eliminate(front: np.ndarray, width: int, least: np.ndarray) -> int:
 
 @jit
 def _room(tree: Tree) -> tuple[int, int]:
-    """Rows of the largest front, and numbers in the largest set of remainders that wait for their parents."""
+    """Rows of the largest front, and numbers in the largest set of remainders that wait for their
+    parents.
+    """
     largest, most, now, top = 0, 0, 0, 0
     waiting = np.zeros(tree.children.size + 1, np.int64)
     for s in range(tree.children.size):
@@ -150,11 +178,18 @@ def _room(tree: Tree) -> tuple[int, int]:
 
 @jit
 def _load(
-    front: np.ndarray, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, unknowns: np.ndarray, place: np.ndarray
+    front: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    data: np.ndarray,
+    unknowns: np.ndarray,
+    place: np.ndarray,
 ) -> bool:
-    """Rows `unknowns` of the matrix become the first columns of a front; False where an entry lies outside its pattern.
+    """Rows `unknowns` of the matrix become the first columns of a front; False where an entry lies
+    outside its pattern.
 
-    `place` is the row of an unknown in the front, GONE for one eliminated before and ABSENT for one that has none.
+    `place` is the row of an unknown in the front, GONE for one eliminated before and ABSENT for one
+    that has none.
     """
     front[:] = 0.0
     for j in range(unknowns.size):
@@ -169,7 +204,9 @@ def _load(
 
 @jit
 def _add_remainder(front: np.ndarray, at: np.ndarray, remainder: np.ndarray) -> None:
-    """The lower half of a child's remainder, column by column, into the rows and columns `at` of the front of its parent."""
+    """The lower half of a child's remainder, column by column, into the rows and columns `at` of
+    the front of its parent.
+    """
     put = 0
     for c in range(at.size):
         target = front[at[c]]
@@ -180,10 +217,13 @@ def _add_remainder(front: np.ndarray, at: np.ndarray, remainder: np.ndarray) -> 
 
 @jit
 def _pack(front: np.ndarray, begin: int, end: int, shift: int, target: np.ndarray) -> int:
-    """Columns begin..end-1 of a front from `shift` below the diagonal on, one after the other; returns their number."""
+    """Columns begin..end-1 of a front from `shift` below the diagonal on, one after the other;
+    returns their number.
+    """
     put = 0
     for j in range(begin, end):
-        column, room = front[j, j + shift :], target[put:]
+        column = front[j, j + shift :]
+        room = target[put:]
         for i in range(column.size):
             room[i] = column[i]
         put += column.size
@@ -191,15 +231,28 @@ def _pack(front: np.ndarray, begin: int, end: int, shift: int, target: np.ndarra
 
 
 @jit
-def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, lower: np.ndarray, pivots: np.ndarray) -> int:
+def eliminate(
+    tree: Tree,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    data: np.ndarray,
+    lower: np.ndarray,
+    pivots: np.ndarray,
+) -> int:
     """Fill `lower` and `pivots`; returns DONE, OUTSIDE, or the first position without a pivot."""
     largest, most = _room(tree)
-    room, waiting, place = np.empty(largest * (largest + LANES)), np.empty(most), np.full(tree.order.size, ABSENT)
+    room = np.empty(largest * (largest + LANES))
+    waiting = np.empty(most)
+    place = np.full(tree.order.size, ABSENT)
     least, places = np.empty(largest), np.empty(largest, np.int64)
-    stack, top, used, put = np.empty(tree.children.size + 1, np.int64), 0, 0, 0
+    stack = np.empty(tree.children.size + 1, np.int64)
+    top = 0
+    used = 0
+    put = 0
     for s in range(tree.children.size):
         j0, j1 = tree.first[s], tree.first[s + 1]
-        w, below = j1 - j0, tree.rows[tree.start[s] : tree.start[s + 1]]
+        w = j1 - j0
+        below = tree.rows[tree.start[s] : tree.start[s + 1]]
         m = w + below.size
         for j in range(w):
             place[tree.order[j0 + j]] = j
@@ -242,7 +295,9 @@ def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndar
 @jit
 def _down(lower: np.ndarray, y: np.ndarray, w: int) -> None:
     """y <- L^-1 y in one supernode of w columns."""
-    m, at, c = y.size, 0, 0
+    m = y.size
+    at = 0
+    c = 0
     while c + 4 <= w:
         t = m - c - 4
         a, b = lower[at : at + t + 3], lower[at + t + 3 : at + 2 * t + 5]
@@ -252,13 +307,18 @@ def _down(lower: np.ndarray, y: np.ndarray, w: int) -> None:
         y2 = y[c + 2] - a[1] * y0 - b[0] * y1
         y3 = y[c + 3] - a[2] * y0 - b[1] * y1 - d[0] * y2
         y[c + 1], y[c + 2], y[c + 3] = y1, y2, y3
-        a, b, d, rest = a[3:], b[2:], d[1:], y[c + 4 :]
+        a = a[3:]
+        b = b[2:]
+        d = d[1:]
+        rest = y[c + 4 :]
         for i in range(t):
             rest[i] -= a[i] * y0 + b[i] * y1 + (d[i] * y2 + e[i] * y3)
         at += 4 * t + 6
         c += 4
     for j in range(c, w):
-        rest, a, y0 = y[j + 1 :], lower[at : at + m - j - 1], y[j]
+        rest = y[j + 1 :]
+        a = lower[at : at + m - j - 1]
+        y0 = y[j]
         for i in range(a.size):
             rest[i] -= a[i] * y0
         at += a.size
@@ -267,9 +327,13 @@ def _down(lower: np.ndarray, y: np.ndarray, w: int) -> None:
 @jit
 def _up(lower: np.ndarray, y: np.ndarray, w: int) -> None:
     """y <- L^-T y in one supernode of w columns."""
-    m, at, zero = y.size, lower.size, lower.dtype.type(0.0)
+    m = y.size
+    at = lower.size
+    zero = lower.dtype.type(0.0)
     for j in range(w - 1, w - w % 4 - 1, -1):
-        rest, a, s0 = y[j + 1 :], lower[at - m + j + 1 : at], zero
+        rest = y[j + 1 :]
+        a = lower[at - m + j + 1 : at]
+        s0 = zero
         for i in range(a.size):
             s0 = _add_product(s0, a[i], rest[i])
         y[j] -= s0
@@ -279,7 +343,10 @@ def _up(lower: np.ndarray, y: np.ndarray, w: int) -> None:
         at -= 4 * t + 6
         a, b = lower[at : at + t + 3], lower[at + t + 3 : at + 2 * t + 5]
         d, e = lower[at + 2 * t + 5 : at + 3 * t + 6], lower[at + 3 * t + 6 : at + 4 * t + 6]
-        u, v, x, rest = a[3:], b[2:], d[1:], y[c + 4 :]
+        u = a[3:]
+        v = b[2:]
+        x = d[1:]
+        rest = y[c + 4 :]
         s0, s1, s2, s3 = zero, zero, zero, zero
         for i in range(t):
             s0 = _add_product(s0, u[i], rest[i])
@@ -298,8 +365,11 @@ def _forward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) -
     """x <- L^-1 x for every row of x (k, n)."""
     at = 0
     for s in range(tree.children.size):
-        begin, end, below = tree.first[s], tree.first[s + 1], tree.rows[tree.start[s] : tree.start[s + 1]]
-        w, y = end - begin, buffer[: end - begin + below.size]
+        begin = tree.first[s]
+        end = tree.first[s + 1]
+        below = tree.rows[tree.start[s] : tree.start[s + 1]]
+        w = end - begin
+        y = buffer[: end - begin + below.size]
         size = w * (w - 1) // 2 + w * below.size
         for q in range(x.shape[0]):
             z = x[q]
@@ -320,8 +390,11 @@ def _backward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) 
     """x <- L^-T x for every row of x (k, n)."""
     at = lower.size
     for s in range(tree.children.size - 1, -1, -1):
-        begin, end, below = tree.first[s], tree.first[s + 1], tree.rows[tree.start[s] : tree.start[s + 1]]
-        w, y = end - begin, buffer[: end - begin + below.size]
+        begin = tree.first[s]
+        end = tree.first[s + 1]
+        below = tree.rows[tree.start[s] : tree.start[s + 1]]
+        w = end - begin
+        y = buffer[: end - begin + below.size]
         size = w * (w - 1) // 2 + w * below.size
         for q in range(x.shape[0]):
             z = x[q]
@@ -336,13 +409,22 @@ def _backward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) 
 
 
 @jit
-def substitute(tree: Tree, lower: np.ndarray, pivots: np.ndarray, rhs: np.ndarray, x: np.ndarray, buffer: np.ndarray) -> None:
-    """Solve for every row of `rhs` (k, n) in place; `x` (k, n) or more rows, and `buffer` have the precision of `lower`.
+def substitute(
+    tree: Tree,
+    lower: np.ndarray,
+    pivots: np.ndarray,
+    rhs: np.ndarray,
+    x: np.ndarray,
+    buffer: np.ndarray,
+) -> None:
+    """Solve for every row of `rhs` (k, n) in place; `x` (k, n) or more rows, and `buffer` have the
+    precision of `lower`.
 
-    Rows are scaled to 1 on the way, and pivots by a power of two, which keeps both away from the ends of single precision: a
-    correction of zero would count as convergence.
+    Rows are scaled to 1 on the way, and pivots by a power of two, which keeps both away from the
+    ends of single precision: a correction of zero would count as convergence.
     """
-    n, many = tree.order.size, rhs.shape[0]
+    n = tree.order.size
+    many = rhs.shape[0]
     x = x[:many]
     size = 2.0 ** np.floor(np.log2(np.abs(pivots).max()))
     largest = np.ones(many)
@@ -367,40 +449,71 @@ def substitute(tree: Tree, lower: np.ndarray, pivots: np.ndarray, rhs: np.ndarra
 # --- what others call ----------------------------------------------------------------------------------------------------------
 
 
-def factor(matrix: csr_array, precision: type[np.floating[Any]] = np.float64, tree: Tree | None = None) -> Factors:
-    """Factors of a symmetric matrix, its L kept in `precision`; `tree` saves the analysis for a matrix of a known pattern.
+def factor(
+    matrix: csr_array, precision: type[np.floating[Any]] = np.float64, tree: Tree | None = None
+) -> Factors:
+    """Factors of a symmetric matrix, its L kept in `precision`; `tree` saves the analysis for a
+    matrix of a known pattern.
 
-    The factorisation itself is in float64 and reads one half of the matrix, P A P^T above its diagonal. A pivot without a digit
-    left raises SolverError (SINGULAR_TANGENT).
+    The factorisation itself is in float64 and reads one half of the matrix, P A P^T above its
+    diagonal. A pivot without a digit left raises SolverError (SINGULAR_TANGENT).
     """
     if np.dtype(precision) not in (np.dtype(np.float64), np.dtype(np.float32)):
         raise InputError(say("direct: precision", "float64 or float32", precision))
     tree = analyse(matrix) if tree is None else tree
     lower, pivots = np.empty(entries(tree), precision), np.empty(matrix.shape[0])
-    with libraries().limit(limits=1, user_api="blas"):  # the products of small fronts lose more by threads than they gain
+    with libraries().limit(
+        limits=1, user_api="blas"
+    ):  # the products of small fronts lose more by threads than they gain
         bad = eliminate(tree, matrix.indptr, matrix.indices, matrix.data, lower, pivots)
     if bad == OUTSIDE:
-        raise InputError(say("direct: tree", "the analysis of this pattern", "an entry outside of it", "analyse this matrix"))
+        raise InputError(
+            say(
+                "direct: tree",
+                "the analysis of this pattern",
+                "an entry outside of it",
+                "analyse this matrix",
+            )
+        )
     if bad >= 0:
         text = f"no pivot is left for unknown {tree.order[bad]}, place {bad + 1} of {pivots.size} in the order of elimination"
-        raise SolverError(f"direct: {text}", Reason.SINGULAR_TANGENT, worst=((f"unknown {tree.order[bad]}", 0.0),))
+        raise SolverError(
+            f"direct: {text}", Reason.SINGULAR_TANGENT, worst=((f"unknown {tree.order[bad]}", 0.0),)
+        )
     return Factors(tree, lower, pivots)
 
 
 @cache
 def libraries() -> ThreadpoolController:
-    """The libraries of threads that are loaded; to look for them takes as long as the factors of a thousand unknowns."""
+    """The libraries of threads that are loaded; to look for them takes as long as the factors of a
+    thousand unknowns.
+    """
     import scipy.linalg  # noqa: F401  (its own is among them)
 
     return ThreadpoolController()
 
 
 def solve(factors: Factors, b: np.ndarray) -> np.ndarray:
-    """Solve A x = b in place, for one b (n,) or for every row of b (k, n), C-contiguous float64; returns b."""
-    n, kind = factors.pivots.size, factors.lower.dtype
-    if b.dtype != np.float64 or not b.flags.c_contiguous or b.ndim not in (1, 2) or b.shape[-1] != n:
+    """Solve A x = b in place, for one b (n,) or for every row of b (k, n), C-contiguous float64;
+    returns b.
+    """
+    n = factors.pivots.size
+    kind = factors.lower.dtype
+    if (
+        b.dtype != np.float64
+        or not b.flags.c_contiguous
+        or b.ndim not in (1, 2)
+        or b.shape[-1] != n
+    ):
         expected = f"a C-contiguous array of float64, ({n},) or (k, {n})"
-        raise InputError(say("direct: right-hand side", expected, f"{b.dtype} {b.shape}", "copy it with np.ascontiguousarray"))
+        raise InputError(
+            say(
+                "direct: right-hand side",
+                expected,
+                f"{b.dtype} {b.shape}",
+                "copy it with np.ascontiguousarray",
+            )
+        )
     rows = b.reshape(-1, n)
     room = np.empty(rows.shape, kind), np.empty(height(factors.tree), kind)
     substitute(factors.tree, factors.lower, factors.pivots, rows, *room)

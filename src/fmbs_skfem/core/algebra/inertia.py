@@ -1,14 +1,17 @@
-r"""Negative pivots of a tangent on what its constraints leave: how many motions an equilibrium does not resist.
+r"""Negative pivots of a tangent on what its constraints leave: how many motions an equilibrium does
+not resist.
 
     negative(Z^T K Z) = negative([K J^T; J 0]) - m                   Z spans the null space of J (m, n), rows independent
                       = negative(K') - negative(J K'^-1 J^T),         K' = K + s J^T J
 
-The first form counts the pivots of factors that kept to the diagonal (law of inertia of Sylvester), as those of most equilibria do;
-the second one (Haynsworth) needs factors of K' alone, which has a pivot at every place. There are none in a stable equilibrium of
-forces with a potential, and one more or less where its path has passed a limit point or a branch point.
+The first form counts the pivots of factors that kept to the diagonal (law of inertia of Sylvester),
+as those of most equilibria do; the second one (Haynsworth) needs factors of K' alone, which has a
+pivot at every place. There are none in a stable equilibrium of forces with a potential, and one
+more or less where its path has passed a limit point or a branch point.
 
-Sources: J. R. Bunch and L. Kaufman, Math. Comp. 31 (1977) 163-179, doi 10.1090/S0025-5718-1977-0428694-0; E. V. Haynsworth, Linear
-Algebra Appl. 1 (1968) 73-81, doi 10.1016/0024-3795(68)90050-5.
+Sources: J. R. Bunch and L. Kaufman, Math. Comp. 31 (1977) 163-179, doi
+10.1090/S0025-5718-1977-0428694-0; E. V. Haynsworth, Linear Algebra Appl. 1 (1968) 73-81, doi
+10.1016/0024-3795(68)90050-5.
 """
 
 from __future__ import annotations
@@ -27,7 +30,8 @@ MANY = 400  #: rows beyond which the second form, whose J K'^-1 J^T is dense, co
 
 
 def count_negative(K: Array, J: np.ndarray, found: Saddle) -> int | None:
-    """Negative eigenvalues of K (n, n) on the null space of independent rows J (m, n), from factors of their saddle point.
+    """Negative eigenvalues of K (n, n) on the null space of independent rows J (m, n), from factors
+    of their saddle point.
 
     None where there is no such number: K is not symmetric, or singular there.
     """
@@ -42,7 +46,9 @@ def count_negative(K: Array, J: np.ndarray, found: Saddle) -> int | None:
 
 
 def negative_blocks(A: Array) -> int:
-    """Negative eigenvalues of a dense symmetric matrix (n, n): the blocks of two rows of Bunch and Kaufman have one each."""
+    """Negative eigenvalues of a dense symmetric matrix (n, n): the blocks of two rows of Bunch and
+    Kaufman have one each.
+    """
     D = ldl(np.asarray(A))[1]
     two = np.abs(np.diag(D, -1)) > 0.0
     alone = ~(np.append(two, False) | np.append(False, two))
@@ -64,7 +70,12 @@ def by_complement(K: csr_array, J: np.ndarray) -> int | None:
     scale = saddle.scales(A)
     try:
         factors = Sparse(
-            splu(csc_array(saddle.balance(A, scale)), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            splu(
+                csc_array(saddle.balance(A, scale)),
+                "MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
         )
     except RuntimeError:
         return None

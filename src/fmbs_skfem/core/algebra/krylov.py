@@ -1,13 +1,16 @@
-r"""Solutions with large sparse symmetric positive definite matrices whose factors do not fit into memory.
+r"""Solutions with large sparse symmetric positive definite matrices whose factors do not fit into
+memory.
 
     S A S y = S b,    x = S y,    S = diag(A)^-1/2
 
-by conjugate gradients with one W-cycle of smoothed aggregation as preconditioner. The columns of B span what costs (almost) no
-energy, A B = 0 but for supports: the rigid motions of a body. The coarse spaces reproduce S^-1 B exactly, and S makes unknowns of
-different units (positions, slopes) comparable, so that the iterations hardly grow with the mesh.
+by conjugate gradients with one W-cycle of smoothed aggregation as preconditioner. The columns of B
+span what costs (almost) no energy, A B = 0 but for supports: the rigid motions of a body. The
+coarse spaces reproduce S^-1 B exactly, and S makes unknowns of different units (positions, slopes)
+comparable, so that the iterations hardly grow with the mesh.
 
-Sources: P. Vanek, J. Mandel, M. Brezina, Computing 56, 1996, doi:10.1007/BF02238511 (smoothed aggregation); N. Bell, L. N. Olson,
-J. Schroder, B. Southworth, J. Open Source Softw. 8, 2023, doi:10.21105/joss.05495 (PyAMG).
+Sources: P. Vanek, J. Mandel, M. Brezina, Computing 56, 1996, doi:10.1007/BF02238511 (smoothed
+aggregation); N. Bell, L. N. Olson, J. Schroder, B. Southworth, J. Open Source Softw. 8, 2023,
+doi:10.21105/joss.05495 (PyAMG).
 """
 
 from __future__ import annotations
@@ -51,12 +54,17 @@ def _describe(hierarchy: Any) -> Report:
     """Levels, complexity and memory of a PyAMG hierarchy."""
     levels = hierarchy.levels
     parts = [
-        part for level in levels for part in (level.A, getattr(level, "P", None), getattr(level, "R", None)) if part is not None
+        part
+        for level in levels
+        for part in (level.A, getattr(level, "P", None), getattr(level, "R", None))
+        if part is not None
     ]
     return Report(
         unknowns=tuple(int(level.A.shape[0]) for level in levels),
         complexity=sum(level.A.nnz for level in levels) / levels[0].A.nnz,
-        memory=sum(int(part.data.nbytes + part.indices.nbytes + part.indptr.nbytes) for part in parts),
+        memory=sum(
+            int(part.data.nbytes + part.indices.nbytes + part.indptr.nbytes) for part in parts
+        ),
     )
 
 
@@ -66,18 +74,38 @@ def _check(matrix: csr_array, near_null: np.ndarray, block: int) -> None:
     if matrix.format != "csr" or matrix.shape != (n, n) or n == 0:
         raise InputError(say("krylov", "a square csr_array", f"{matrix.format} {matrix.shape}"))
     if near_null.ndim != 2 or near_null.shape[0] != n or not np.isfinite(near_null).all():
-        raise InputError(say("krylov: near null space", f"finite columns ({n}, k)", f"an array {near_null.shape}"))
+        raise InputError(
+            say(
+                "krylov: near null space", f"finite columns ({n}, k)", f"an array {near_null.shape}"
+            )
+        )
     if block < 1 or n % block:
-        raise InputError(say("krylov: block", f"a divisor of {n}", block, "use 1 where nodes differ in their unknowns"))
+        raise InputError(
+            say(
+                "krylov: block",
+                f"a divisor of {n}",
+                block,
+                "use 1 where nodes differ in their unknowns",
+            )
+        )
     diagonal = matrix.diagonal()
     if not (diagonal > 0.0).all():
         worst = int(np.argmin(diagonal))
         expected = "a positive definite matrix"
-        raise InputError(say("krylov", expected, f"{diagonal[worst]} on the diagonal, row {worst}", "use the direct solver"))
+        raise InputError(
+            say(
+                "krylov",
+                expected,
+                f"{diagonal[worst]} on the diagonal, row {worst}",
+                "use the direct solver",
+            )
+        )
 
 
 def multigrid(matrix: csr_array, near_null: np.ndarray, block: int = 1) -> Preconditioned:
-    """The hierarchy of a matrix (n, n) whose nodes carry `block` unknowns each, from `near_null` (n, k), the columns of B."""
+    """The hierarchy of a matrix (n, n) whose nodes carry `block` unknowns each, from `near_null`
+    (n, k), the columns of B.
+    """
     from pyamg import smoothed_aggregation_solver
 
     _check(matrix, near_null, block)
@@ -86,40 +114,66 @@ def multigrid(matrix: csr_array, near_null: np.ndarray, block: int = 1) -> Preco
     balanced = balanced if block == 1 else bsr_array(balanced, blocksize=(block, block))
     smoother = ("block_gauss_seidel", {"sweep": "symmetric"})
     candidates = np.linalg.qr(near_null / scale[:, None])[0]
-    with warnings.catch_warnings():  # PyAMG would have as many columns as unknowns a node; a plate has 6 motions and 9 unknowns
+    with (
+        warnings.catch_warnings()
+    ):  # PyAMG would have as many columns as unknowns a node; a plate has 6 motions and 9 unknowns
         warnings.filterwarnings("ignore", message="Having less target vectors")
         hierarchy = smoothed_aggregation_solver(
             balanced, B=candidates, strength=("symmetric", {"theta": 0.0}), smooth=("energy", {"degree": 1, "maxiter": 4}),
             max_coarse=COARSEST, coarse_solver="pinv", presmoother=smoother, postsmoother=smoother,
         )  # fmt: skip
-    return Preconditioned(balanced, scale, hierarchy.aspreconditioner(cycle="W"), _describe(hierarchy))
+    return Preconditioned(
+        balanced, scale, hierarchy.aspreconditioner(cycle="W"), _describe(hierarchy)
+    )
 
 
 def solve(
-    preconditioned: Preconditioned, b: np.ndarray, tolerance: float, start: np.ndarray | None = None, most: int = 500
+    preconditioned: Preconditioned,
+    b: np.ndarray,
+    tolerance: float,
+    start: np.ndarray | None = None,
+    most: int = 500,
 ) -> tuple[np.ndarray, int]:
-    """x (n,) of A x = b with |S (b - A x)| <= tolerance |S b|, from `start` where one is known, and the iterations it took."""
-    matrix, scale, taken = preconditioned.matrix, preconditioned.scale, 0
+    """x (n,) of A x = b with |S (b - A x)| <= tolerance |S b|, from `start` where one is known, and
+    the iterations it took.
+    """
+    matrix = preconditioned.matrix
+    scale = preconditioned.scale
+    taken = 0
     if b.shape != scale.shape or not np.isfinite(b).all():
-        raise InputError(say("krylov: right-hand side", f"finite numbers ({scale.size},)", f"{b.dtype} {b.shape}"))
+        raise InputError(
+            say(
+                "krylov: right-hand side", f"finite numbers ({scale.size},)", f"{b.dtype} {b.shape}"
+            )
+        )
 
     def count(_: np.ndarray) -> None:
         nonlocal taken
         taken += 1
 
-    rhs, guess = scale * b, None if start is None else start / scale
-    y, info = cg(matrix, rhs, guess, rtol=tolerance, maxiter=most, M=preconditioned.cycle, callback=count)
+    rhs = scale * b
+    guess = None if start is None else start / scale
+    y, info = cg(
+        matrix, rhs, guess, rtol=tolerance, maxiter=most, M=preconditioned.cycle, callback=count
+    )
     if info != 0:
         left = np.linalg.norm(rhs - matrix @ y) / np.linalg.norm(rhs)
         reason = Reason.NOT_CONVERGED if np.isfinite(left) else Reason.NOT_FINITE
-        raise SolverError(f"krylov: {left:.1e} of the residual are left after {taken} iterations, asked {tolerance:.1e}", reason)
+        raise SolverError(
+            f"krylov: {left:.1e} of the residual are left after {taken} iterations, asked {tolerance:.1e}",
+            reason,
+        )
     return scale * y, taken
 
 
-def choose(unknowns: int, fill: float, available: float, number: float = 8.0) -> Literal["direct", "krylov"]:
-    """The solver for a matrix whose factors have `fill` numbers of `number` bytes each, in `available` bytes of memory.
+def choose(
+    unknowns: int, fill: float, available: float, number: float = 8.0
+) -> Literal["direct", "krylov"]:
+    """The solver for a matrix whose factors have `fill` numbers of `number` bytes each, in
+    `available` bytes of memory.
 
-    The direct solver takes 1.3 times its factors (fronts and remainders that wait) and the arrays of its analysis.
+    The direct solver takes 1.3 times its factors (fronts and remainders that wait) and the arrays
+    of its analysis.
     """
     needed = 1.3 * number * fill + BYTES_PER_UNKNOWN * unknowns
     return "direct" if needed <= SPARE * available else "krylov"

@@ -20,17 +20,22 @@ def is_sparse(a: Any) -> bool:
 
 
 def as_csr(a: Any) -> csr_array:
-    """`a` (i, j), sparse or dense, as a csr_array: itself where it is one already, which saves 6 us a call."""
+    """`a` (i, j), sparse or dense, as a csr_array: itself where it is one already, which saves 6 us
+    a call.
+    """
     return a if isinstance(a, csr_array) else csr_array(a)
 
 
 def as_dense(a: Any) -> np.ndarray:
-    """`a` (i, j), sparse or dense, as a numpy array (i, j) of float64; no copy where it is one already."""
+    """`a` (i, j), sparse or dense, as a numpy array (i, j) of float64; no copy where it is one
+    already.
+    """
     return np.asarray(a.toarray() if is_sparse(a) else a, dtype=np.float64)
 
 
 def distinct(values: ArrayLike) -> np.ndarray:
-    """Numbers (i,) that occur in an array of any shape, ascending, as `np.unique` has them, which hashes integers since numpy 2.3.
+    """Numbers (i,) that occur in an array of any shape, ascending, as `np.unique` has them, which
+    hashes integers since numpy 2.3.
 
     Sorting 4e6 keys of matrix entries takes an eighth of the time, and arrays of any size less.
     """
@@ -47,7 +52,10 @@ def scaled(A: Array, rows: np.ndarray, columns: np.ndarray) -> Array:
     """A_ij rows_i columns_j of A (i, j), sparse or dense as it is."""
     if is_sparse(A):
         A = csr_array(A, copy=True)
-        return csr_array((np.repeat(rows, np.diff(A.indptr)) * A.data * columns[A.indices], A.indices, A.indptr), shape=A.shape)
+        return csr_array(
+            (np.repeat(rows, np.diff(A.indptr)) * A.data * columns[A.indices], A.indices, A.indptr),
+            shape=A.shape,
+        )
     return np.asarray(rows[:, None] * A * columns)
 
 
@@ -65,13 +73,17 @@ def is_zero(A: Array) -> bool:
 def narrowed(A: Array) -> tuple[Array, np.ndarray | slice]:
     """A (i, j) without its columns that have no entries, and the others (k,); all of a dense one.
 
-    A few rows that read a few numbers of long vectors (s, j) are the faster for it: a product with all of these turns them first.
+    A few rows that read a few numbers of long vectors (s, j) are the faster for it: a product with
+    all of these turns them first.
     """
     if not is_sparse(A):
         return A, slice(None)
     A = as_csr(A)
     used = distinct(A.indices)
-    return csr_array((A.data.copy(), np.searchsorted(used, A.indices), A.indptr.copy()), shape=(A.shape[0], len(used))), used
+    return csr_array(
+        (A.data.copy(), np.searchsorted(used, A.indices), A.indptr.copy()),
+        shape=(A.shape[0], len(used)),
+    ), used
 
 
 def is_identity(a: Any) -> bool:
@@ -85,8 +97,12 @@ def alike(a: csr_array, count: int) -> csr_array:
     a.sum_duplicates()
     long = np.diff(a.indptr)
     kind = np.int32 if count * max(a.nnz, a.shape[1]) < 2**31 else np.int64
-    first = np.arange(a.nnz, dtype=kind) + np.repeat(((count - 1) * a.indptr[:-1]).astype(kind), long)
-    step, data, indices = np.repeat(long.astype(kind), long), np.empty(count * a.nnz), np.empty(count * a.nnz, kind)
+    first = np.arange(a.nnz, dtype=kind) + np.repeat(
+        ((count - 1) * a.indptr[:-1]).astype(kind), long
+    )
+    step = np.repeat(long.astype(kind), long)
+    data = np.empty(count * a.nnz)
+    indices = np.empty(count * a.nnz, kind)
     for component in range(count):
         place = first + kind(component) * step
         data[place], indices[place] = a.data, kind(count) * a.indices.astype(kind) + kind(component)
@@ -102,28 +118,46 @@ def mirrored(low: csr_array) -> csr_array:
 
 
 def diagonal(blocks: Sequence[csr_array]) -> csr_array:
-    """Sparse blocks (i, j) along the diagonal, row by row, without a list of all rows and columns; a single one as it is."""
+    """Sparse blocks (i, j) along the diagonal, row by row, without a list of all rows and columns;
+    a single one as it is.
+    """
     if len(blocks) == 1:
         return blocks[0]
-    rows, columns = (np.concatenate([[0], np.cumsum([block.shape[k] for block in blocks])]) for k in range(2))
+    rows, columns = (
+        np.concatenate([[0], np.cumsum([block.shape[k] for block in blocks])]) for k in range(2)
+    )
     entries = np.concatenate([[0], np.cumsum([block.nnz for block in blocks])])
-    indices = np.concatenate([block.indices + first for block, first in zip(blocks, columns, strict=False)])
-    indptr = np.concatenate([[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))])
-    return csr_array((np.concatenate([block.data for block in blocks]), indices, indptr), shape=(int(rows[-1]), int(columns[-1])))
+    indices = np.concatenate(
+        [block.indices + first for block, first in zip(blocks, columns, strict=False)]
+    )
+    indptr = np.concatenate(
+        [[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))]
+    )
+    return csr_array(
+        (np.concatenate([block.data for block in blocks]), indices, indptr),
+        shape=(int(rows[-1]), int(columns[-1])),
+    )
 
 
 def stacked(blocks: Sequence[csr_array]) -> csr_array:
-    """Sparse blocks (i, j) of equal width one below the other, in a third of the time of `vstack`; a single one as it is."""
+    """Sparse blocks (i, j) of equal width one below the other, in a third of the time of `vstack`;
+    a single one as it is.
+    """
     if len(blocks) == 1:
         return blocks[0]
     entries = np.cumsum([0, *(len(block.indices) for block in blocks)])
-    indptr = np.concatenate([[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))])
-    data, indices = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("data", "indices"))
+    indptr = np.concatenate(
+        [[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))]
+    )
+    data, indices = (
+        np.concatenate([getattr(block, name) for block in blocks]) for name in ("data", "indices")
+    )
     return csr_array((data, indices, indptr), shape=(len(indptr) - 1, blocks[0].shape[1]))
 
 
 def entries(A: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows, columns and values (z,) of the entries of a sparse A (m, n), row by row, or of all numbers of a dense one.
+    """Rows, columns and values (z,) of the entries of a sparse A (m, n), row by row, or of all
+    numbers of a dense one.
 
     In a fifth of the time of `tocoo`; the arrays may be those of A.
     """
@@ -152,5 +186,7 @@ def others(count: int, some: np.ndarray) -> np.ndarray:
 
 
 def squares(v: np.ndarray, M: Array) -> np.ndarray:
-    """Squared norms v_i^H M v_i (i,) of columns v (n, i), which may be complex, in a symmetric matrix M (n, n)."""
+    """Squared norms v_i^H M v_i (i,) of columns v (n, i), which may be complex, in a symmetric
+    matrix M (n, n).
+    """
     return np.asarray(np.real(np.sum(np.conj(v) * (M @ v), axis=0)))

@@ -1,11 +1,14 @@
-r"""Factors of large sparse symmetric matrices by PARDISO of Intel's oneMKL, through the optional package pypardiso.
+r"""Factors of large sparse symmetric matrices by PARDISO of Intel's oneMKL, through the optional
+package pypardiso.
 
     A = P^T L D L^T P,  D with blocks of 1 and 2, in float64
 
-An alternative to `direct` for those who ask for it: it pivots, and it uses the threads that MKL is allowed (MKL_NUM_THREADS). The
-upper triangle is factored as real, symmetric and indefinite. A pivot that had to be replaced means a matrix without an inverse.
+An alternative to `direct` for those who ask for it: it pivots, and it uses the threads that MKL is
+allowed (MKL_NUM_THREADS). The upper triangle is factored as real, symmetric and indefinite. A pivot
+that had to be replaced means a matrix without an inverse.
 
-Source: O. Schenk, K. Gartner, Future Gener. Comput. Syst. 20, 2004, doi:10.1016/j.future.2003.07.011.
+Source: O. Schenk, K. Gartner, Future Gener. Comput. Syst. 20, 2004,
+doi:10.1016/j.future.2003.07.011.
 """
 
 from __future__ import annotations
@@ -21,7 +24,10 @@ from ..errors import MissingFeature, Reason, SolverError, say
 from ..storage.records import dataclass
 
 SYMMETRIC = -2  #: PARDISO's number of real, symmetric, indefinite matrices
-REPLACED, NUMBERS = 14, 18  #: PARDISO's parameters that count replaced pivots, and numbers in the factors
+REPLACED, NUMBERS = (
+    14,
+    18,
+)  #: PARDISO's parameters that count replaced pivots, and numbers in the factors
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,10 @@ def factor(matrix: csr_array) -> PardisoFactors:
     found = PardisoFactors(upper, solver, int(solver.get_iparm(NUMBERS)))
     weakref.finalize(found, solver.free_memory, everything=True)
     if solver.get_iparm(REPLACED) > 0:
-        raise SolverError(f"pardiso: {solver.get_iparm(REPLACED)} pivots without a digit left", Reason.SINGULAR_TANGENT)
+        raise SolverError(
+            f"pardiso: {solver.get_iparm(REPLACED)} pivots without a digit left",
+            Reason.SINGULAR_TANGENT,
+        )
     return found
 
 

@@ -2,11 +2,13 @@ r"""Which rows are independent: the one place where ranks are decided.
 
     A^T P = Q R,    |R[k, k]| distance of a row to the span of those before it    rank = number of |R[k, k]| > tolerance |R[0, 0]|
 
-by QR with column pivoting of the transpose (P. Businger, G. H. Golub, Numer. Math. 7, 1965, doi:10.1007/BF01436084). Rows count
-relative to their own length, so that neither the unit of an equation nor its number matters; columns in units of their own, where
-they have several (lengths beside slopes), are given by `units`, changes of the unknowns that count alike.
+by QR with column pivoting of the transpose (P. Businger, G. H. Golub, Numer. Math. 7, 1965,
+doi:10.1007/BF01436084). Rows count relative to their own length, so that neither the unit of an
+equation nor its number matters; columns in units of their own, where they have several (lengths
+beside slopes), are given by `units`, changes of the unknowns that count alike.
 
-A tolerance says how well rows are known, and is named by where they come from. Arrays: rows (m, n) of m equations, n unknowns.
+A tolerance says how well rows are known, and is named by where they come from. Arrays: rows (m, n)
+of m equations, n unknowns.
 """
 
 from __future__ import annotations
@@ -40,7 +42,9 @@ def unit_rows(a: np.ndarray) -> np.ndarray:
 
 
 def pivots(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The rows (min(m, n),) that pivoting takes first, and their distances to the span of those before, falling."""
+    """The rows (min(m, n),) that pivoting takes first, and their distances to the span of those
+    before, falling.
+    """
     if not a.size:
         return np.zeros(0, np.int64), np.zeros(0)
     room = 2 * len(a) + BLOCK * (len(a) + 1)
@@ -49,8 +53,12 @@ def pivots(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[: len(found)].astype(np.int64) - 1, found
 
 
-def independent_rows(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0, alike: bool = False) -> np.ndarray:
-    """Sorted indices of a largest set of independent rows of `a` (m, n); rows that are `alike` count by the longest of them."""
+def independent_rows(
+    a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0, alike: bool = False
+) -> np.ndarray:
+    """Sorted indices of a largest set of independent rows of `a` (m, n); rows that are `alike`
+    count by the longest of them.
+    """
     rows = as_dense(a) * units
     order, found = pivots(rows if alike else unit_rows(rows))
     return np.sort(order[found > tolerance * found.max(initial=0.0)])
@@ -66,11 +74,18 @@ def null_space(a: Array, tolerance: float = EXACT, alike: bool = False) -> np.nd
     rows = as_dense(a)
     rows = np.asarray(np.linalg.qr(rows, mode="r")) if alike and len(rows) > rows.shape[1] else rows
     rows = rows[independent_rows(rows, tolerance, alike=alike)]
-    return np.ascontiguousarray(qr(rows.T, mode="full")[0][:, len(rows) :]) if len(rows) else np.eye(a.shape[1])
+    return (
+        np.ascontiguousarray(qr(rows.T, mode="full")[0][:, len(rows) :])
+        if len(rows)
+        else np.eye(a.shape[1])
+    )
 
 
-def part(a: np.ndarray, tolerance: float, first: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Independent rows (i,), the others (j,), and how these follow, a[others] = weights (j, i) @ a[independent].
+def part(
+    a: np.ndarray, tolerance: float, first: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Independent rows (i,), the others (j,), and how these follow, a[others] = weights (j, i) @
+    a[independent].
 
     Rows that are `first` (m,) are among the independent ones as far as they can be.
     """
@@ -81,18 +96,27 @@ def part(a: np.ndarray, tolerance: float, first: np.ndarray | None = None) -> tu
     for group in (np.flatnonzero(ahead), np.flatnonzero(~ahead)):
         order, found = pivots(left[group])
         chosen.append(group[order[found > tolerance]])
-        Q = qr(unit[np.concatenate(chosen)].T, mode="economic")[0] if len(chosen[-1]) else np.zeros((a.shape[1], 0))
+        Q = (
+            qr(unit[np.concatenate(chosen)].T, mode="economic")[0]
+            if len(chosen[-1])
+            else np.zeros((a.shape[1], 0))
+        )
         left = left - (left @ Q) @ Q.T
     base = np.sort(np.concatenate(chosen))
     rest = np.setdiff1d(np.arange(len(a)), base)
     weights = np.zeros((len(rest), len(base)))
     if weights.size:
-        weights = np.linalg.lstsq(unit[base].T, unit[rest].T, rcond=None)[0].T * size[rest, None] / size[base]
+        weights = (
+            np.linalg.lstsq(unit[base].T, unit[rest].T, rcond=None)[0].T
+            * size[rest, None]
+            / size[base]
+        )
     return base, rest, weights
 
 
 def least(a: np.ndarray, b: np.ndarray, directions: int | None = None) -> np.ndarray:
-    """x (n,) of least norm with a x = b (m,) in the strongest `directions` of a, in all that are above round-off by default.
+    """x (n,) of least norm with a x = b (m,) in the strongest `directions` of a, in all that are
+    above round-off by default.
 
     Of several right-hand sides b (m, k) it is x (n, k).
     """
@@ -102,11 +126,14 @@ def least(a: np.ndarray, b: np.ndarray, directions: int | None = None) -> np.nda
     return np.asarray(V[:kept].T @ ((U[:, :kept].T @ b).T / s[:kept]).T)
 
 
-def determined(A: csr_array, first: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unknowns that A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j).
+def determined(
+    A: csr_array, first: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unknowns that A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i,
+    j).
 
-    Most traces of edges have independent columns, which the pivots of their sparse normal equations show; others take a dense QR.
-    Unknowns that are `first` (n,) are determined rather than others.
+    Most traces of edges have independent columns, which the pivots of their sparse normal equations
+    show; others take a dense QR. Unknowns that are `first` (n,) are determined rather than others.
     """
     used = distinct(A.indices[A.data != 0.0])
     columns = csr_array(A[:, used])
@@ -119,10 +146,15 @@ def determined(A: csr_array, first: np.ndarray | None = None) -> tuple[np.ndarra
 
 
 def regular_columns(columns: csr_array) -> bool:
-    """Whether the columns of C (i, j) are independent: pivots of C^T C, squares of distances to columns before, are large."""
+    """Whether the columns of C (i, j) are independent: pivots of C^T C, squares of distances to
+    columns before, are large.
+    """
     try:
         factors = splu(
-            (columns.T @ columns).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            (columns.T @ columns).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
         )
     except RuntimeError:
         return False

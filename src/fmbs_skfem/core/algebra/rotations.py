@@ -1,4 +1,5 @@
-"""Rotation matrices, R = I + sin(a)/a W + (1 - cos a)/a^2 W^2 for a vector w of length a with W x = w x x (Rodrigues).
+"""Rotation matrices, R = I + sin(a)/a W + (1 - cos a)/a^2 W^2 for a vector w of length a with W x =
+w x x (Rodrigues).
 
 scipy.spatial.transform has them too; its import takes a tenth of the time of `fmbs check`.
 """
@@ -14,11 +15,15 @@ def rotation(vector: ArrayLike) -> np.ndarray:
     x, y, z = np.asarray(vector, dtype=float)
     angle = float(np.linalg.norm([x, y, z]))
     W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * (W @ W))
+    return np.asarray(
+        np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * (W @ W)
+    )
 
 
 def nearest(A: np.ndarray) -> np.ndarray:
-    """Rotations (..., c, c) nearest to matrices, U diag(1, .., det) V of their singular vectors (polar decomposition)."""
+    """Rotations (..., c, c) nearest to matrices, U diag(1, .., det) V of their singular vectors
+    (polar decomposition).
+    """
     U, _, V = np.linalg.svd(A)
     U[..., -1] *= np.sign(np.linalg.det(U @ V))[..., None]
     return np.asarray(U @ V)

@@ -1,13 +1,16 @@
-r"""Saddle points: matrices bordered by constraints, built, balanced, factored and solved in one place.
+r"""Saddle points: matrices bordered by constraints, built, balanced, factored and solved in one
+place.
 
     [ K  J^T ] [ x ]   [ f ]
     [ J   0  ] [ l ] = [ g ],     D A D y = D b,   z = D y,   z <- z + A^-1 (b - A z)         D_i = 1 / sqrt(max_j |A_ij|)
 
-Balancing by D makes pivots comparable whatever the units of equations and unknowns; one step of refinement takes back what the
-choice of pivots near the diagonal (little fill) costs in digits. Small matrices, and those of a dense K, are dense: SuperLU takes
-2 ms for 8 unknowns, LAPACK 0.05 ms, and as long at some 200. Compiled steps and large models have factors of their own.
+Balancing by D makes pivots comparable whatever the units of equations and unknowns; one step of
+refinement takes back what the choice of pivots near the diagonal (little fill) costs in digits.
+Small matrices, and those of a dense K, are dense: SuperLU takes 2 ms for 8 unknowns, LAPACK 0.05
+ms, and as long at some 200. Compiled steps and large models have factors of their own.
 
-Source: J. R. Bunch, Equilibration of symmetric matrices in the max-norm, J. ACM 18 (1971) 566-572, doi:10.1145/321662.321670.
+Source: J. R. Bunch, Equilibration of symmetric matrices in the max-norm, J. ACM 18 (1971) 566-572,
+doi:10.1145/321662.321670.
 """
 
 from __future__ import annotations
@@ -26,18 +29,28 @@ from .linalg import Array, as_dense, is_sparse, scaled
 
 SMALL = 200  #: unknowns and rows up to which a sparse matrix is as fast as a dense one
 PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
-SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
+SINGULAR = (
+    1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
+)
 
 
 def matrix(K: Array, rows: Array, columns: Array | None = None) -> Array:
-    """[[K, J^T], [J, 0]] of K (n, n) and rows J (m, n); `columns` (n, m) in place of J^T. Dense where it is small, or K is."""
+    """[[K, J^T], [J, 0]] of K (n, n) and rows J (m, n); `columns` (n, m) in place of J^T. Dense
+    where it is small, or K is.
+    """
     m, n = rows.shape
     if n + m <= SMALL or not is_sparse(K):
         A = np.zeros((n + m, n + m))
-        A[:n, :n], A[n:, :n], A[:n, n:] = (as_dense(part) for part in (K, rows, rows.T if columns is None else columns))
+        A[:n, :n], A[n:, :n], A[:n, n:] = (
+            as_dense(part) for part in (K, rows, rows.T if columns is None else columns)
+        )
         return A
     J = csr_array(rows)
-    return csr_array(block_array([[csr_array(K), J.T if columns is None else csr_array(columns)], [J, None]]) if m else K)
+    return csr_array(
+        block_array([[csr_array(K), J.T if columns is None else csr_array(columns)], [J, None]])
+        if m
+        else K
+    )
 
 
 class LU(Protocol):
@@ -109,9 +122,11 @@ def balance(A: Array, scale: np.ndarray) -> Array:
 
 
 def factor(A: Array, shift: float = 0.0, scale: np.ndarray | None = None) -> Saddle | None:
-    """Factors of A, None where it is singular to the bit; a `shift` of the balanced diagonal lets them exist there.
+    """Factors of A, None where it is singular to the bit; a `shift` of the balanced diagonal lets
+    them exist there.
 
-    `scale` (n,) in place of the diagonal of D, where it is to say what unknowns and equations are measured in.
+    `scale` (n,) in place of the diagonal of D, where it is to say what unknowns and equations are
+    measured in.
     """
     scale = scales(A) if scale is None else scale
     balanced = balance(A, scale)
@@ -121,7 +136,9 @@ def factor(A: Array, shift: float = 0.0, scale: np.ndarray | None = None) -> Sad
     shifted = balanced + shift * eye_array(A.shape[0]) if shift else balanced
     options = {"SymmetricMode": True}
     try:
-        factors = splu(shifted.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options=options)
+        factors = splu(
+            shifted.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options=options
+        )
     except RuntimeError:
         return None
     return Saddle(A, scale, Sparse(factors))
@@ -141,8 +158,11 @@ def inverse(A: Array) -> Callable[[np.ndarray], np.ndarray] | None:
 
 
 def constrained(K: Array, rows: Array) -> Callable[[np.ndarray], np.ndarray] | None:
-    """f (n,) -> the x (n,) of K x + J^T l = f, J x = 0, K (n, n), J (m, n); None where the matrix is singular to the bit."""
-    (m, n), found = rows.shape, inverse(matrix(K, rows))
+    """f (n,) -> the x (n,) of K x + J^T l = f, J x = 0, K (n, n), J (m, n); None where the matrix
+    is singular to the bit.
+    """
+    (m, n) = rows.shape
+    found = inverse(matrix(K, rows))
     return None if found is None else lambda f: found(np.append(f, np.zeros(m)))[:n]
 
 

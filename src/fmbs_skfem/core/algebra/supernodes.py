@@ -1,12 +1,13 @@
-r"""Analysis of a sparse symmetric matrix before it is factored: the compressed graph, its order, its tree of supernodes.
+r"""Analysis of a sparse symmetric matrix before it is factored: the compressed graph, its order,
+its tree of supernodes.
 
     unknowns with equal rows    merged to one node of a smaller graph, which is ordered and analysed in place of the matrix
     order                       minimum degree (SuperLU's), or the caller's
     supernode                   consecutive columns of L with one pattern, joined with others where few zeros are stored for it
 
-Sources: J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11, 1990, doi:10.1137/0611010 (elimination trees); C. Ashcraft, SIAM J. Sci.
-Comput. 16, 1995, doi:10.1137/0916081 (compressed graphs); C. Ashcraft, R. Grimes, ACM Trans. Math. Softw. 15, 1989,
-doi:10.1145/76909.76910 (relaxed supernodes).
+Sources: J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11, 1990, doi:10.1137/0611010 (elimination trees);
+C. Ashcraft, SIAM J. Sci. Comput. 16, 1995, doi:10.1137/0916081 (compressed graphs); C. Ashcraft, R.
+Grimes, ACM Trans. Math. Softw. 15, 1989, doi:10.1145/76909.76910 (relaxed supernodes).
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ SLACK = 6.0  #: zeros stored for each row that need not be read, where supernode
 class Tree(NamedTuple):
     """Supernodes of L, in an order in which children come before their parents.
 
-    Supernode s has the columns first[s]..first[s+1]-1 and, below them, the rows rows[start[s]:start[s+1]]: positions in P A P^T.
+    Supernode s has the columns first[s]..first[s+1]-1 and, below them, the rows
+    rows[start[s]:start[s+1]]: positions in P A P^T.
     """
 
     order: Integers  #: (n,) unknown at each position
@@ -38,8 +40,12 @@ class Tree(NamedTuple):
 
 
 @jit
-def _merge_equal(indptr: np.ndarray, indices: np.ndarray, keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Node of each unknown, and one unknown of each node: unknowns with equal rows make a node. `keys` are random numbers."""
+def _merge_equal(
+    indptr: np.ndarray, indices: np.ndarray, keys: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Node of each unknown, and one unknown of each node: unknowns with equal rows make a node.
+    `keys` are random numbers.
+    """
     n = indptr.size - 1
     sums = np.zeros(n, np.int64)
     for i in range(n):
@@ -48,7 +54,8 @@ def _merge_equal(indptr: np.ndarray, indices: np.ndarray, keys: np.ndarray) -> t
     sequence = np.argsort(sums, kind="mergesort")
     leader = np.arange(n)
     for at in range(1, n):
-        i, j = sequence[at], leader[sequence[at - 1]]
+        i = sequence[at]
+        j = leader[sequence[at - 1]]
         size = indptr[i + 1] - indptr[i]
         if sums[i] == sums[j] and size == indptr[j + 1] - indptr[j]:
             same = True
@@ -56,7 +63,9 @@ def _merge_equal(indptr: np.ndarray, indices: np.ndarray, keys: np.ndarray) -> t
                 same = same and indices[indptr[i] + k] == indices[indptr[j] + k]
             if same:
                 leader[i] = j
-    node, leaders, count = np.full(n, -1), np.empty(n, np.int64), 0
+    node = np.full(n, -1)
+    leaders = np.empty(n, np.int64)
+    count = 0
     for i in range(n):
         if node[leader[i]] < 0:
             node[leader[i]], leaders[count] = count, i
@@ -67,7 +76,9 @@ def _merge_equal(indptr: np.ndarray, indices: np.ndarray, keys: np.ndarray) -> t
 
 @jit
 def _tree(indptr: np.ndarray, indices: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """Parent of each position in the elimination tree of the graph, its nodes taken in `order` (-1: a root)."""
+    """Parent of each position in the elimination tree of the graph, its nodes taken in `order` (-1:
+    a root).
+    """
     n = order.size
     position = np.empty(n, np.int64)
     position[order] = np.arange(n)
@@ -93,7 +104,10 @@ def _postorder(parent: np.ndarray) -> np.ndarray:
     for j in range(n - 1, -1, -1):
         after[j] = head[parent[j]]
         head[parent[j]] = j
-    result, stack, top, done = np.empty(n, np.int64), np.empty(n + 1, np.int64), 0, 0
+    result = np.empty(n, np.int64)
+    stack = np.empty(n + 1, np.int64)
+    top = 0
+    done = 0
     stack[0] = -1
     while top >= 0:
         child = head[stack[top]]
@@ -111,13 +125,19 @@ def _postorder(parent: np.ndarray) -> np.ndarray:
 
 @jit
 def _counts(
-    indptr: np.ndarray, indices: np.ndarray, order: np.ndarray, parent: np.ndarray, weights: np.ndarray
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    order: np.ndarray,
+    parent: np.ndarray,
+    weights: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nodes, and unknowns in them, of each column of the factor, with the diagonal."""
     n = order.size
-    position, mark = np.empty(n, np.int64), np.full(n, -1)
+    position = np.empty(n, np.int64)
+    mark = np.full(n, -1)
     position[order] = np.arange(n)
-    nodes, unknowns = np.ones(n, np.int64), weights[order].astype(np.int64)
+    nodes = np.ones(n, np.int64)
+    unknowns = weights[order].astype(np.int64)
     for i in range(n):
         mark[i] = i
         for k in range(indptr[order[i]], indptr[order[i] + 1]):
@@ -131,17 +151,24 @@ def _counts(
 
 
 @jit
-def _merge_columns(parent: np.ndarray, unknowns: np.ndarray, weights: np.ndarray, slack: float) -> np.ndarray:
+def _merge_columns(
+    parent: np.ndarray, unknowns: np.ndarray, weights: np.ndarray, slack: float
+) -> np.ndarray:
     """First column of each supernode, and the number of columns at the end.
 
-    A supernode joins its parent's where this stores at most `slack` zeros for each row of its pattern, which is then not read.
+    A supernode joins its parent's where this stores at most `slack` zeros for each row of its
+    pattern, which is then not read.
     """
     n = parent.size
-    first, width, height, top = np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n, np.int64), 0
+    first = np.empty(n + 1, np.int64)
+    width = np.empty(n, np.int64)
+    height = np.empty(n, np.int64)
+    top = 0
     for j in range(n):
         first[top], width[top], height[top] = j, weights[j], unknowns[j]
         while top > 0 and parent[first[top] - 1] == first[top]:
-            wide, high = width[top - 1], height[top - 1]
+            wide = width[top - 1]
+            high = height[top - 1]
             if wide * (wide + height[top] - high) > slack * (high - wide + 8):
                 break
             width[top - 1] += width[top]
@@ -154,19 +181,32 @@ def _merge_columns(parent: np.ndarray, unknowns: np.ndarray, weights: np.ndarray
 
 @jit
 def _patterns(
-    indptr: np.ndarray, indices: np.ndarray, order: np.ndarray, parent: np.ndarray, first: np.ndarray, sizes: np.ndarray
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    order: np.ndarray,
+    parent: np.ndarray,
+    first: np.ndarray,
+    sizes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows below each supernode of the graph: where they start, the rows, and the number of children."""
-    n, count = order.size, first.size - 1
-    position, home, mark = np.empty(n, np.int64), np.empty(n, np.int64), np.full(n, -1)
+    """Rows below each supernode of the graph: where they start, the rows, and the number of
+    children.
+    """
+    n = order.size
+    count = first.size - 1
+    position = np.empty(n, np.int64)
+    home = np.empty(n, np.int64)
+    mark = np.full(n, -1)
     position[order] = np.arange(n)
     start, children = np.zeros(count + 1, np.int64), np.zeros(count, np.int64)
     for s in range(count):
         home[first[s] : first[s + 1]] = s
         start[s + 1] = start[s] + sizes[first[s + 1] - 1] - 1
-    rows, stack, top = np.empty(start[count], np.int64), np.empty(count + 1, np.int64), 0
+    rows = np.empty(start[count], np.int64)
+    stack = np.empty(count + 1, np.int64)
+    top = 0
     for s in range(count):
-        end, at = first[s + 1], start[s]
+        end = first[s + 1]
+        at = start[s]
         for j in range(first[s], end):
             for k in range(indptr[order[j]], indptr[order[j] + 1]):
                 i = position[indices[k]]
@@ -193,10 +233,17 @@ def _patterns(
 def graph(matrix: csr_array) -> tuple[csr_array, np.ndarray]:
     """The compressed graph of a symmetric matrix, with the diagonal, and the node of each unknown."""
     n = matrix.shape[0]
-    pattern = csr_array((np.ones(matrix.nnz, np.int32), matrix.indices, matrix.indptr), shape=matrix.shape)
+    pattern = csr_array(
+        (np.ones(matrix.nnz, np.int32), matrix.indices, matrix.indptr), shape=matrix.shape
+    )
     turned = pattern.T.tocsr()
-    if not (np.array_equal(turned.indptr, pattern.indptr) and np.array_equal(turned.indices, pattern.indices)):
-        pattern = pattern + turned  # round-off that is zero in one half only is often left out there
+    if not (
+        np.array_equal(turned.indptr, pattern.indptr)
+        and np.array_equal(turned.indices, pattern.indices)
+    ):
+        pattern = (
+            pattern + turned
+        )  # round-off that is zero in one half only is often left out there
     keys = np.random.default_rng(0).integers(np.iinfo(np.int64).max, size=n)
     node, leaders = _merge_equal(pattern.indptr, pattern.indices, keys)
     members = csr_array((np.ones(n, np.int32), node, np.arange(n + 1)), shape=(n, leaders.size))
@@ -204,16 +251,30 @@ def graph(matrix: csr_array) -> tuple[csr_array, np.ndarray]:
 
 
 def minimum_degree(nodes: csr_array) -> np.ndarray:
-    """Nodes of a graph in an order of small fill: SuperLU's multiple minimum degree, reached through its cheapest factors."""
+    """Nodes of a graph in an order of small fill: SuperLU's multiple minimum degree, reached
+    through its cheapest factors.
+    """
     n = nodes.shape[0]
     size = np.diff(nodes.indptr)
-    columns = csc_array((np.where(nodes.indices == np.repeat(np.arange(n), size), float(n), -1.0), nodes.indices, nodes.indptr))
-    options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    columns = csc_array(
+        (
+            np.where(nodes.indices == np.repeat(np.arange(n), size), float(n), -1.0),
+            nodes.indices,
+            nodes.indptr,
+        )
+    )
+    options = {
+        "permc_spec": "MMD_AT_PLUS_A",
+        "diag_pivot_thresh": 0.0,
+        "options": {"SymmetricMode": True},
+    }
     return np.argsort(spilu(columns, drop_tol=1e30, fill_factor=1, **options).perm_c)
 
 
 def analyse(matrix: csr_array, order: np.ndarray | None = None) -> Tree:
-    """Supernodes of the factors of a symmetric matrix, for the `order` of its unknowns where one is given."""
+    """Supernodes of the factors of a symmetric matrix, for the `order` of its unknowns where one is
+    given.
+    """
     _check(matrix, order)
     nodes, node = graph(matrix)
     weights = np.bincount(node)
@@ -232,7 +293,9 @@ def analyse(matrix: csr_array, order: np.ndarray | None = None) -> Tree:
         order=np.argsort(np.argsort(sequence)[node], kind="stable"),
         first=offset[first],
         start=total[start],
-        rows=(np.arange(total[-1]) + np.repeat(offset[rows] - total[:-1], np.diff(total))).astype(np.int32),
+        rows=(np.arange(total[-1]) + np.repeat(offset[rows] - total[:-1], np.diff(total))).astype(
+            np.int32
+        ),
         children=children,
     )
 
@@ -242,14 +305,41 @@ def _check(matrix: csr_array, order: np.ndarray | None) -> None:
     n = matrix.shape[0]
     if matrix.format != "csr" or matrix.shape != (n, n) or n == 0 or matrix.dtype != np.float64:
         got = f"{matrix.format} {matrix.shape} of {matrix.dtype}"
-        raise InputError(say("direct", "a square csr_array of float64", got, "convert it with csr_array(matrix, dtype=float)"))
+        raise InputError(
+            say(
+                "direct",
+                "a square csr_array of float64",
+                got,
+                "convert it with csr_array(matrix, dtype=float)",
+            )
+        )
     if not matrix.has_canonical_format:
-        raise InputError(say("direct", "rows with ascending columns", "unsorted or repeated ones", "call sum_duplicates()"))
-    stored = np.bincount(matrix.indices[matrix.indices == np.repeat(np.arange(n), np.diff(matrix.indptr))], minlength=n)
+        raise InputError(
+            say(
+                "direct",
+                "rows with ascending columns",
+                "unsorted or repeated ones",
+                "call sum_duplicates()",
+            )
+        )
+    stored = np.bincount(
+        matrix.indices[matrix.indices == np.repeat(np.arange(n), np.diff(matrix.indptr))],
+        minlength=n,
+    )
     if not stored.all():
-        raise InputError(say("direct", "a stored diagonal", f"none in row {stored.argmin()}", "store zeros there"))
+        raise InputError(
+            say(
+                "direct", "a stored diagonal", f"none in row {stored.argmin()}", "store zeros there"
+            )
+        )
     if order is not None and not np.array_equal(np.sort(order), np.arange(n)):
-        raise InputError(say("direct: order", f"a permutation of 0..{n - 1}", f"an array of shape {np.shape(order)}"))
+        raise InputError(
+            say(
+                "direct: order",
+                f"a permutation of 0..{n - 1}",
+                f"an array of shape {np.shape(order)}",
+            )
+        )
 
 
 def height(tree: Tree) -> int:

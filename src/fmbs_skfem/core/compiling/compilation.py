@@ -1,4 +1,6 @@
-"""Who hears of functions that are compiled, by name, as they begin: a first model waits for them, and its user should know."""
+"""Who hears of functions that are compiled, by name, as they begin: a first model waits for them,
+and its user should know.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ _LISTENERS: list[Callable[[str], None]] = []
 
 @contextlib.contextmanager
 def heard_by(listener: Callable[[str], None]) -> Iterator[None]:
-    """Call `listener` with the name of every function whose compilation begins inside, such as `stepping.advance`."""
+    """Call `listener` with the name of every function whose compilation begins inside, such as
+    `stepping.advance`.
+    """
     _LISTENERS.append(listener)
     try:
         yield
@@ -23,7 +27,9 @@ def heard_by(listener: Callable[[str], None]) -> Iterator[None]:
 
 
 def begin(name: str) -> None:
-    """Say that the compilation of a function begins: to listeners, or once in a process where there are none."""
+    """Say that the compilation of a function begins: to listeners, or once in a process where there
+    are none.
+    """
     for listener in _LISTENERS:
         listener(name)
     if not _LISTENERS and (text := news(name, _BEGUN)):
@@ -32,7 +38,9 @@ def begin(name: str) -> None:
 
 
 def news(name: str, begun: Collection[str]) -> str:
-    """What is said when the compilation of a function begins after those of others; expressions take less than all the rest."""
+    """What is said when the compilation of a function begins after those of others; expressions
+    take less than all the rest.
+    """
     own = name.startswith(LAW)
     if begun and (own or not all(one.startswith(LAW) for one in begun)):
         return ""
@@ -40,7 +48,9 @@ def news(name: str, begun: Collection[str]) -> str:
 
 
 def log(text: str) -> None:
-    """A line in the log of this package, which Python shows on stderr; helpers that a process has started say nothing."""
+    """A line in the log of this package, which Python shows on stderr; helpers that a process has
+    started say nothing.
+    """
     import logging
     import multiprocessing
 

@@ -1,4 +1,5 @@
-r"""Curves through points for compiled code: cubics from point to point, constant beyond the last ones.
+r"""Curves through points for compiled code: cubics from point to point, constant beyond the last
+ones.
 
     f(x) = c_i0 (x - x_i)^3 + c_i1 (x - x_i)^2 + c_i2 (x - x_i) + c_i3,    x_i <= x <= x_i+1
 
@@ -18,7 +19,8 @@ ROUND = 1e-9  #: of a curve, beyond its ends, that is round-off
 @jit
 def cell(x: float, T: np.ndarray) -> int:
     """The piece in which a place is, the first or last one beyond the ends."""
-    low, high = 0, int(T[1]) - 1
+    low = 0
+    high = int(T[1]) - 1
     while high - low > 1:
         middle = (low + high) // 2
         if x < T[FIRST + middle]:
@@ -36,7 +38,8 @@ def lookup(x: float, T: np.ndarray) -> float:
     n = int(T[1])
     x = min(max(x, T[FIRST]), T[FIRST + n - 1])
     i = cell(x, T)
-    k, s = FIRST + n + 4 * i, x - T[FIRST + i]
+    k = FIRST + n + 4 * i
+    s = x - T[FIRST + i]
     return T[k + 3] + s * (T[k + 2] + s * (T[k + 1] + s * T[k]))
 
 
@@ -47,13 +50,16 @@ def lookup_slope(x: float, T: np.ndarray) -> float:
     if not T[FIRST] <= x <= T[FIRST + n - 1]:
         return 0.0
     i = cell(x, T)
-    k, s = FIRST + n + 4 * i, x - T[FIRST + i]
+    k = FIRST + n + 4 * i
+    s = x - T[FIRST + i]
     return T[k + 2] + s * (2.0 * T[k + 1] + s * 3.0 * T[k])
 
 
 @jit
 def beyond(x: float, T: np.ndarray) -> float:
-    """How far a place is beyond the ends of a curve that is not meant to hold them, 0 for round-off as of mod(t, period)."""
+    """How far a place is beyond the ends of a curve that is not meant to hold them, 0 for round-off
+    as of mod(t, period).
+    """
     first, last = T[FIRST], T[FIRST + int(T[1]) - 1]
     far = max(first - x, x - last)
     return far if T[0] == 0.0 and far > ROUND * (last - first) else 0.0

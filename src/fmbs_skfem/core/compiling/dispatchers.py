@@ -1,7 +1,9 @@
-"""How numba compiles for this package: what functions become that others contain, and what those become that Python calls.
+"""How numba compiles for this package: what functions become that others contain, and what those
+become that Python calls.
 
-A function that a compiled function calls becomes part of that one. Of its own it is only brought into the form in which it can be:
-optimised, translated and kept on disk are whole functions alone, those that Python calls and the routines of `structs`.
+A function that a compiled function calls becomes part of that one. Of its own it is only brought
+into the form in which it can be: optimised, translated and kept on disk are whole functions alone,
+those that Python calls and the routines of `structs`.
 
 This module loads numba: `jit` imports it when the first function is compiled.
 """
@@ -37,7 +39,8 @@ if config.DISABLE_JIT:
 def remember(resolve: Callable[..., Any]) -> Callable[..., Any]:
     """What a built-in function returns for arguments of these types, found once in a process.
 
-    Every sum of a function is looked for among all that "+" may stand for: a seventh of a compilation, of laws two fifths.
+    Every sum of a function is looked for among all that "+" may stand for: a seventh of a
+    compilation, of laws two fifths.
     """
     found: dict[tuple[Any, ...], Any] = {}
 
@@ -82,7 +85,9 @@ class Containing(compiler.Compiler):
     """Compiles into a Contained."""
 
     def define_pipelines(self) -> Any:
-        self.state.library = Contained(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library = Contained(
+            self.state.targetctx.codegen(), self.state.func_id.func_qualname
+        )
         return super().define_pipelines()
 
 
@@ -90,8 +95,15 @@ class ByText(_CacheLocator):
     """Where code of a function is kept: by the text of its module, as that behind addresses."""
 
     def __init__(self, function: Callable[..., Any], path: Path) -> None:
-        text = "".join((function.__module__, machine_code.digest_of(path), *machine_code.outside(function.__module__)))
-        self.folder, self.line = jit.cache_folder(), function.__code__.co_firstlineno
+        text = "".join(
+            (
+                function.__module__,
+                machine_code.digest_of(path),
+                *machine_code.outside(function.__module__),
+            )
+        )
+        self.folder = jit.cache_folder()
+        self.line = function.__code__.co_firstlineno
         self.text = hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def get_cache_path(self) -> str:
@@ -135,7 +147,9 @@ class WholeDispatcher(CPUDispatcher):
 
 
 class Apart(compiler.Compiler):
-    """Compiles functions whose pointers do not overlap where one is written: loops become vector instructions without checks."""
+    """Compiles functions whose pointers do not overlap where one is written: loops become vector
+    instructions without checks.
+    """
 
     def define_pipelines(self) -> Any:
         self.state.flags.noalias = True
@@ -144,7 +158,9 @@ class Apart(compiler.Compiler):
 
 def contained(function: Callable[..., Any], options: dict[str, Any]) -> CPUDispatcher:
     """A function for compiled callers alone."""
-    return CPUDispatcher(function, {}, {"nopython": True, "no_cpython_wrapper": True, **options}, Containing)
+    return CPUDispatcher(
+        function, {}, {"nopython": True, "no_cpython_wrapper": True, **options}, Containing
+    )
 
 
 def whole(function: Callable[..., Any], options: dict[str, Any]) -> WholeDispatcher:

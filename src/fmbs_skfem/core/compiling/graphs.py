@@ -1,12 +1,14 @@
-"""Graphs of real operations: every one is there once, derivatives are further ones, and results become programs.
+"""Graphs of real operations: every one is there once, derivatives are further ones, and results
+become programs.
 
     graph = Graph()
     x, y = graph.symbol("x"), graph.symbol("y")                  nodes are numbers
     f = graph.node(MULTIPLY, x, graph.node(SIN, y))              f = x sin y
     graph.derivatives([f], {y: graph.constant(1.0)})             x cos y
 
-Derivatives are found forwards, operation by operation (A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, chapter 3,
-10.1137/1.9780898717761). What only jumps has none: that of a choice is the derivative of what is chosen.
+Derivatives are found forwards, operation by operation (A. Griewank, A. Walther, Evaluating
+Derivatives, SIAM 2008, chapter 3, 10.1137/1.9780898717761). What only jumps has none: that of a
+choice is the derivative of what is chosen.
 """
 
 from __future__ import annotations
@@ -52,7 +54,15 @@ Node: TypeAlias = int
 CONSTANT, SYMBOL = -1, -2  #: of what is no operation
 
 JUMPS = frozenset(
-    (programs.LESS, programs.NOT_MORE, programs.EQUAL, SIGN, programs.FLOOR, programs.LOOKUP_SLOPE, programs.BEYOND)
+    (
+        programs.LESS,
+        programs.NOT_MORE,
+        programs.EQUAL,
+        SIGN,
+        programs.FLOOR,
+        programs.LOOKUP_SLOPE,
+        programs.BEYOND,
+    )
 )  #: whose derivatives are left out
 CURVES = frozenset(
     (LOOKUP, programs.LOOKUP_SLOPE, programs.BEYOND)
@@ -60,11 +70,15 @@ CURVES = frozenset(
 
 
 class GraphProgram(NamedTuple):
-    """What gives results, in the order of a room of numbers: constants, what is read, results of operations."""
+    """What gives results, in the order of a room of numbers: constants, what is read, results of
+    operations.
+    """
 
     constants: tuple[float, ...]
     symbols: tuple[Any, ...]  #: that are read
-    operations: tuple[tuple[int, int, int, int], ...]  #: an operation and the places in the room that it reads
+    operations: tuple[
+        tuple[int, int, int, int], ...
+    ]  #: an operation and the places in the room that it reads
     results: tuple[int, ...]  #: their places in the room
 
 
@@ -94,7 +108,9 @@ class Graph:
         return float(first) if kind == CONSTANT else None
 
     def node(self, operation: int, *parts: Node) -> Node:
-        """An operation on nodes, or what it is without one: zeros, ones and choices between equals are left out."""
+        """An operation on nodes, or what it is without one: zeros, ones and choices between equals
+        are left out.
+        """
         a, *more = parts
         b = more[0] if more else a
         x, y = (None, None) if operation in CURVES else (self.value(a), self.value(b))
@@ -127,7 +143,11 @@ class Graph:
         total = self.constant(0.0)
         for part in parts:
             kind, *inner = self.nodes[part]
-            total = self.node(SUBTRACT, total, inner[0]) if kind == NEGATE else self.node(ADD, total, part)
+            total = (
+                self.node(SUBTRACT, total, inner[0])
+                if kind == NEGATE
+                else self.node(ADD, total, part)
+            )
         return total
 
     def product(self, parts: Sequence[Node]) -> Node:
@@ -138,7 +158,9 @@ class Graph:
         return total
 
     def derivatives(self, nodes: Sequence[Node], along: Mapping[Node, Node]) -> list[Node]:
-        """Derivatives of nodes along a direction: how much each symbol changes, nodes too, 0 for all others."""
+        """Derivatives of nodes along a direction: how much each symbol changes, nodes too, 0 for
+        all others.
+        """
         slopes = dict[Node, Node]()
         # in the order of their numbers, as recursion would be as deep as the longest sum
         for node in self.needed(nodes):
@@ -174,13 +196,18 @@ class Graph:
     def program(self, results: Sequence[Node]) -> GraphProgram:
         """What gives these nodes, and no more."""
         order = self.needed(results)
-        kinds = {kind: [node for node in order if self.nodes[node][0] == kind] for kind in (CONSTANT, SYMBOL)}
+        kinds = {
+            kind: [node for node in order if self.nodes[node][0] == kind]
+            for kind in (CONSTANT, SYMBOL)
+        }
         computed = [node for node in order if self.nodes[node][0] >= 0]
         place = {node: k for k, node in enumerate([*kinds[CONSTANT], *kinds[SYMBOL], *computed])}
 
         def operation(node: Node) -> tuple[int, int, int, int]:
             kind, *parts = self.nodes[node]
-            places = [place[parts[0]], *parts[1:]] if kind in CURVES else [place[one] for one in parts]
+            places = (
+                [place[parts[0]], *parts[1:]] if kind in CURVES else [place[one] for one in parts]
+            )
             a, b, c = [*places, 0, 0][:3]
             return kind, a, b, c
 
@@ -217,7 +244,11 @@ def over_root(sign: float, square: float) -> Rule:
 
     def rule(graph: Graph, f: Node, x: Node) -> Node:
         squared = graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, x, x))
-        return graph.node(DIVIDE, graph.constant(1.0), graph.node(SQRT, graph.node(ADD, graph.constant(square), squared)))
+        return graph.node(
+            DIVIDE,
+            graph.constant(1.0),
+            graph.node(SQRT, graph.node(ADD, graph.constant(square), squared)),
+        )
 
     return rule
 
@@ -227,7 +258,9 @@ def over_square(sign: float) -> Rule:
 
     def rule(graph: Graph, f: Node, x: Node) -> Node:
         squared = graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, x, x))
-        return graph.node(DIVIDE, graph.constant(1.0), graph.node(ADD, graph.constant(1.0), squared))
+        return graph.node(
+            DIVIDE, graph.constant(1.0), graph.node(ADD, graph.constant(1.0), squared)
+        )
 
     return rule
 
@@ -235,13 +268,17 @@ def over_square(sign: float) -> Rule:
 def squared_and(sign: float) -> Rule:
     """1 + sign f^2."""
     return lambda graph, f, x: graph.node(
-        ADD, graph.constant(1.0), graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, f, f))
+        ADD,
+        graph.constant(1.0),
+        graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, f, f)),
     )
 
 
 def power_by_base(graph: Graph, f: Node, x: Node, y: Node) -> Node:
     """y x^(y - 1), which is a number where x is zero, too."""
-    return graph.node(MULTIPLY, y, graph.node(POWER, x, graph.node(SUBTRACT, y, graph.constant(1.0))))
+    return graph.node(
+        MULTIPLY, y, graph.node(POWER, x, graph.node(SUBTRACT, y, graph.constant(1.0)))
+    )
 
 
 def error_slope(graph: Graph, f: Node, x: Node) -> Node:
@@ -255,7 +292,11 @@ def by_angle(sign: float, other: int) -> Rule:
 
     def rule(graph: Graph, f: Node, *parts: Node) -> Node:
         squares = [graph.node(MULTIPLY, one, one) for one in parts]
-        return graph.node(DIVIDE, graph.node(MULTIPLY, graph.constant(sign), parts[other]), graph.node(ADD, squares[0], squares[1]))
+        return graph.node(
+            DIVIDE,
+            graph.node(MULTIPLY, graph.constant(sign), parts[other]),
+            graph.node(ADD, squares[0], squares[1]),
+        )
 
     return rule
 

@@ -1,11 +1,13 @@
-"""What compiled functions of this package can do beside Python: open structs, call by address, LAPACK, products in any order.
+"""What compiled functions of this package can do beside Python: open structs, call by address,
+LAPACK, products in any order.
 
     opener, invoke      structs at an address, routines by their address: `structs`
     call, view          entries by their address, arrays inside of arrays: `entries`
     call_lapack         LAPACK: `lapack`
     add_product         a sum that may be taken in any order: `direct`
 
-This module loads numba: the names there stand for these functions, which are made when the first one is compiled.
+This module loads numba: the names there stand for these functions, which are made when the first
+one is compiled.
 """
 
 from __future__ import annotations
@@ -65,19 +67,32 @@ def array_type(kind: ArrayKind) -> types.Array:
 
 
 def array_at(context: Any, builder: Any, kind: types.Array, data: Any, sizes: Sequence[Any]) -> Any:
-    """Code that makes an array, C order, of numbers that are there. It owns nothing and is not counted."""
-    item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+    """Code that makes an array, C order, of numbers that are there. It owns nothing and is not
+    counted.
+    """
+    item = context.get_constant(
+        types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype))
+    )
     strides = [item]
     for size in reversed(sizes[1:]):
         strides.insert(0, builder.mul(strides[0], size))
     array = context.make_array(kind)(context, builder)
-    populate_array(array, data, cgutils.pack_array(builder, sizes), cgutils.pack_array(builder, strides), item, None)
+    populate_array(
+        array,
+        data,
+        cgutils.pack_array(builder, sizes),
+        cgutils.pack_array(builder, strides),
+        item,
+        None,
+    )
     return array._getvalue()
 
 
 @lower_getattr_generic(Opened)
 def read_field(context: Any, builder: Any, struct: Opened, start: Any, name: str) -> Any:
-    """Code that reads a field. Integers of a struct never change while it is open, so that reads may leave their loops."""
+    """Code that reads a field. Integers of a struct never change while it is open, so that reads
+    may leave their loops.
+    """
     names = [field for field, _ in fields(struct.kind)]
     kinds = dict(fields(struct.kind))
     first = sum(width(kinds[before]) for before in names[: names.index(name)])
@@ -100,12 +115,18 @@ def read_field(context: Any, builder: Any, struct: Opened, start: Any, name: str
 
 
 def opener(kind: type) -> Callable[[Any], Any]:
-    """A function for compiled code: the struct at an address, a pointer or a number. Its arrays own nothing."""
+    """A function for compiled code: the struct at an address, a pointer or a number. Its arrays own
+    nothing.
+    """
 
     @intrinsic
     def opened(typing: Any, table: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return values[0] if isinstance(table, types.CPointer) else builder.inttoptr(values[0], ir.IntType(64).as_pointer())
+            return (
+                values[0]
+                if isinstance(table, types.CPointer)
+                else builder.inttoptr(values[0], ir.IntType(64).as_pointer())
+            )
 
         return Opened(kind)(table), code
 
@@ -115,7 +136,9 @@ def opener(kind: type) -> Callable[[Any], Any]:
 
 @intrinsic
 def invoke(typing: Any, address: Any, table: Any, more: Any) -> Any:
-    """Call the routine at an address inside compiled code on a table, a pointer or a number; what it returns."""
+    """Call the routine at an address inside compiled code on a table, a pointer or a number; what
+    it returns.
+    """
     pointed = isinstance(table, types.CPointer)
 
     def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -129,15 +152,23 @@ def invoke(typing: Any, address: Any, table: Any, more: Any) -> Any:
 
 @intrinsic
 def call(typing: Any, address: Any, arrays: Any, integers: Any, number: Any) -> Any:
-    """Call the entry at an address with the data of four arrays of float64, four integers and a number."""
-    numbers = [kind for kind in arrays if isinstance(kind, types.Array) and kind.dtype == types.float64 and kind.layout == "C"]
+    """Call the entry at an address with the data of four arrays of float64, four integers and a
+    number.
+    """
+    numbers = [
+        kind
+        for kind in arrays
+        if isinstance(kind, types.Array) and kind.dtype == types.float64 and kind.layout == "C"
+    ]
     if len(numbers) != POINTERS or len(arrays) != POINTERS or len(integers) != INTEGERS:
         expected = f"{POINTERS} C-contiguous arrays of float64 and {INTEGERS} integers"
         raise TypingError(say("entries.call", expected, f"{arrays} and {integers}"))
 
     def code(context: Any, builder: Any, signature: Any, values: Any) -> None:
         pointers = [
-            builder.bitcast(context.make_array(kind)(context, builder, value).data, ir.DoubleType().as_pointer())
+            builder.bitcast(
+                context.make_array(kind)(context, builder, value).data, ir.DoubleType().as_pointer()
+            )
             for kind, value in zip(arrays, cgutils.unpack_tuple(builder, values[1]), strict=True)
         ]
         counts = cgutils.unpack_tuple(builder, values[2])
@@ -146,12 +177,15 @@ def call(typing: Any, address: Any, arrays: Any, integers: Any, number: Any) -> 
         builder.call(builder.inttoptr(values[0], target), [*pointers, *counts, values[3]])
         return context.get_dummy_value()
 
-    return types.void(types.int64, arrays, types.UniTuple(types.int64, INTEGERS), types.float64), code
+    return types.void(
+        types.int64, arrays, types.UniTuple(types.int64, INTEGERS), types.float64
+    ), code
 
 
 @intrinsic
 def view(typing: Any, flat: Any, start: Any, shape: Any) -> Any:
-    """Numbers of an array from `start` on in a shape (a tuple of integers), C order, without count and check: it has to fit.
+    """Numbers of an array from `start` on in a shape (a tuple of integers), C order, without count
+    and check: it has to fit.
 
     What numpy's `reshape` does, for a tenth of the compilation.
     """
@@ -171,12 +205,22 @@ def check_lapack(addresses: Any, arguments: Any) -> None:
     """Refuse at compilation what would crash at run time."""
     if not isinstance(addresses, types.Array) or not addresses.mutable:
         raise TypingError(
-            say("lapack", "ADDRESSES as an argument", "a constant", "pass lapack.ADDRESSES from Python down to the call")
+            say(
+                "lapack",
+                "ADDRESSES as an argument",
+                "a constant",
+                "pass lapack.ADDRESSES from Python down to the call",
+            )
         )
     for kind in arguments:
         if isinstance(kind, types.Integer):
             continue
-        fits = isinstance(kind, types.Array) and kind.layout == "C" and kind.mutable and kind.dtype in (types.float64, types.int32)
+        fits = (
+            isinstance(kind, types.Array)
+            and kind.layout == "C"
+            and kind.mutable
+            and kind.dtype in (types.float64, types.int32)
+        )
         if not fits:
             expected = "writable C-contiguous arrays of float64 (pivots: int32)"
             raise TypingError(say("lapack", expected, kind, "copy the array first"))
@@ -184,9 +228,11 @@ def check_lapack(addresses: Any, arguments: Any) -> None:
 
 @intrinsic
 def call_lapack(typing: Any, addresses: Any, routine: Any, arguments: Any) -> Any:
-    """Call LAPACK with pointers to `arguments` (arrays, int8 letters, integers) and to `info`, and return `info`.
+    """Call LAPACK with pointers to `arguments` (arrays, int8 letters, integers) and to `info`, and
+    return `info`.
 
-    Integers are put on the stack; arrays are operands of the call, which keeps them alive until it returns.
+    Integers are put on the stack; arrays are operands of the call, which keeps them alive until it
+    returns.
     """
     check_lapack(addresses, arguments)
 
@@ -205,7 +251,9 @@ def call_lapack(typing: Any, addresses: Any, routine: Any, arguments: Any) -> An
         pointers.append(builder.bitcast(info, byte))
         table = context.make_array(addresses)(context, builder, values[0]).data
         target = ir.FunctionType(ir.VoidType(), [byte] * len(pointers)).as_pointer()
-        builder.call(builder.inttoptr(builder.load(builder.gep(table, [values[1]])), target), pointers)
+        builder.call(
+            builder.inttoptr(builder.load(builder.gep(table, [values[1]])), target), pointers
+        )
         return builder.sext(builder.load(info), ir.IntType(64))
 
     return types.int64(addresses, types.int64, arguments), code
@@ -213,10 +261,14 @@ def call_lapack(typing: Any, addresses: Any, routine: Any, arguments: Any) -> An
 
 @intrinsic
 def add_product(typing: Any, total: Any, a: Any, b: Any) -> Any:
-    """total + a b, where a sum of many may be taken in any order: lets the compiler use all lanes; NaN and infinity survive."""
+    """total + a b, where a sum of many may be taken in any order: lets the compiler use all lanes;
+    NaN and infinity survive.
+    """
 
     def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         product = builder.fmul(values[1], values[2], flags=("contract",))
         return builder.fadd(values[0], product, flags=("reassoc", "contract"))
 
-    return (total(total, a, b), code) if isinstance(total, types.Float) and total == a == b else None
+    return (
+        (total(total, a, b), code) if isinstance(total, types.Float) and total == a == b else None
+    )

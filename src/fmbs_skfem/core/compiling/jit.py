@@ -2,17 +2,19 @@
 
     cache folder = <user's cache>/<hash of the numba version and of name and text of every module with compiled functions>
 
-Numba looks only at the file of the compiled function itself: code of other modules that was compiled into it would survive their
-change. Here any change in a module with compiled functions leads to another folder; copies of the package with the same text share
-one, wherever and whenever they were written. `NUMBA_CACHE_DIR` in the environment replaces the user's cache.
+Numba looks only at the file of the compiled function itself: code of other modules that was
+compiled into it would survive their change. Here any change in a module with compiled functions
+leads to another folder; copies of the package with the same text share one, wherever and whenever
+they were written. `NUMBA_CACHE_DIR` in the environment replaces the user's cache.
 
-A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is imported when the first function is
-compiled, or called by Python through its wrapper (`InlinedFunction`); what stands behind an address is loaded without it
-(`machine_code`).
+A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is
+imported when the first function is compiled, or called by Python through its wrapper
+(`InlinedFunction`); what stands behind an address is loaded without it (`machine_code`).
 
-With FMBS_PLAIN=1 in the environment before the first import nothing is compiled (`PLAIN`): decorators return the function that they
-are given, an address stands for a function of Python, and `plain` has what kernels call beside each other. A debugger then enters a
-time step, which is some hundred times slower.
+With FMBS_PLAIN=1 in the environment before the first import nothing is compiled (`PLAIN`):
+decorators return the function that they are given, an address stands for a function of Python, and
+`plain` has what kernels call beside each other. A debugger then enters a time step, which is some
+hundred times slower.
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ from fmbs_skfem.core.storage import locks
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: whether nothing is compiled: with FMBS_PLAIN=1 in the environment kernels are functions of Python, with `plain` in place of numba
+#: whether nothing is compiled: with FMBS_PLAIN=1 in the environment kernels are functions of
+#: Python, with `plain` in place of numba
 PLAIN = os.environ.get("FMBS_PLAIN", "0") not in ("", "0")
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
@@ -50,9 +53,11 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def stamp(package: Path = _PACKAGE, modules: Sequence[str] = MODULES) -> str:
-    """Hash of the numba version and of name and text of the modules of `package` that compile functions.
+    """Hash of the numba version and of name and text of the modules of `package` that compile
+    functions.
 
-    A text that changed since this process began may not be what it has imported: then no other process shares the code.
+    A text that changed since this process began may not be what it has imported: then no other
+    process shares the code.
     """
     found = hashlib.sha256(f"numba {installed.version('numba')}\n".encode())
     for name in modules:
@@ -64,7 +69,9 @@ def stamp(package: Path = _PACKAGE, modules: Sequence[str] = MODULES) -> str:
 
 
 def remove_old(parent: Path, keep: Path) -> None:
-    """Remove the folders in `parent` other than `keep` that nobody used for KEEP_DAYS; what cannot be removed stays."""
+    """Remove the folders in `parent` other than `keep` that nobody used for KEEP_DAYS; what cannot
+    be removed stays.
+    """
     limit = time.time() - 86400.0 * KEEP_DAYS
     for folder in parent.iterdir():
         with contextlib.suppress(OSError):  # another process may remove it at the same time
@@ -73,7 +80,9 @@ def remove_old(parent: Path, keep: Path) -> None:
 
 
 def prepare(parent: Path) -> Path | None:
-    """The cache folder in `parent`, made and marked as used now; None with a notice where it cannot be written."""
+    """The cache folder in `parent`, made and marked as used now; None with a notice where it cannot
+    be written.
+    """
     folder = parent / stamp()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -88,7 +97,9 @@ def prepare(parent: Path) -> Path | None:
 
 def tell_uncached(error: OSError) -> None:
     """Say that code is compiled and not kept, as on a full disk."""
-    notify(f"compiled code is not cached ({error}): every process compiles anew; set NUMBA_CACHE_DIR to a writable folder")
+    notify(
+        f"compiled code is not cached ({error}): every process compiles anew; set NUMBA_CACHE_DIR to a writable folder"
+    )
 
 
 @functools.cache
@@ -99,7 +110,9 @@ def cache_folder() -> Path | None:
 
 @contextlib.contextmanager
 def without_collection() -> Iterator[None]:
-    """No search for garbage inside: a compilation makes a million objects that live until its end; searches take a sixth of it."""
+    """No search for garbage inside: a compilation makes a million objects that live until its end;
+    searches take a sixth of it.
+    """
     was = gc.isenabled()
     gc.disable()
     try:
@@ -110,7 +123,9 @@ def without_collection() -> Iterator[None]:
 
 
 class Deferred:
-    """What numba makes for compiled functions, such as an intrinsic, made when one that names it is compiled."""
+    """What numba makes for compiled functions, such as an intrinsic, made when one that names it is
+    compiled.
+    """
 
     def __init__(self, make: Callable[[], Any]) -> None:
         self.make = make
@@ -143,14 +158,18 @@ def deferred(module: str, name: str) -> Any:
 
 def taken(module: str, name: str) -> Any:
     """What a module of numba's side calls `name`, or `plain` where nothing is compiled."""
-    return getattr(importlib.import_module("fmbs_skfem.core.compiling.plain" if PLAIN else module), name)
+    return getattr(
+        importlib.import_module("fmbs_skfem.core.compiling.plain" if PLAIN else module), name
+    )
 
 
 carray = deferred("numba", "carray")
 
 
 class InlinedFunction:
-    """A function for compiled callers, which contain its code; called from Python it becomes a function of its own."""
+    """A function for compiled callers, which contain its code; called from Python it becomes a
+    function of its own.
+    """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         functools.update_wrapper(self, function)
@@ -198,7 +217,9 @@ class InlinedFunction:
 
 
 def decorated(function: F, **more: Any) -> F:
-    """`function` compiled with the OPTIONS of this package and more; itself where nothing is compiled."""
+    """`function` compiled with the OPTIONS of this package and more; itself where nothing is
+    compiled.
+    """
     if PLAIN:
         return function
     compiled: Any = InlinedFunction(function, {**OPTIONS, **more})
@@ -206,26 +227,33 @@ def decorated(function: F, **more: Any) -> F:
 
 
 def jit(function: F) -> F:
-    """Compile `function` at its first call: no Python objects, IEEE results of divisions by zero, cached on disk.
+    """Compile `function` at its first call: no Python objects, IEEE results of divisions by zero,
+    cached on disk.
 
-    No wrapper for C, which nobody calls and which takes a tenth of the compilation. No `fastmath`: NaN and infinity have to survive
-    until the solver sees them.
+    No wrapper for C, which nobody calls and which takes a tenth of the compilation. No `fastmath`:
+    NaN and infinity have to survive until the solver sees them.
     """
     return decorated(function)
 
 
 def inlined(function: F) -> F:
-    """As `jit`, and compiled into its callers as well: a call that passes all arrays of a model costs a tenth of a step."""
+    """As `jit`, and compiled into its callers as well: a call that passes all arrays of a model
+    costs a tenth of a step.
+    """
     return decorated(function, inline="always")
 
 
 def summing(function: F) -> F:
-    """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and infinity survive."""
+    """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and
+    infinity survive.
+    """
     return decorated(function, fastmath={"reassoc", "nsz", "contract"})
 
 
 def regrouped(function: F) -> Any:
-    """As `jit`, compiled by itself and not with its callers: for dot products, whose sums may be regrouped to use all lanes."""
+    """As `jit`, compiled by itself and not with its callers: for dot products, whose sums may be
+    regrouped to use all lanes.
+    """
     return function if PLAIN else Deferred(functools.partial(optimised, function))
 
 
@@ -238,7 +266,9 @@ def optimised(function: Callable[..., Any]) -> Any:
 
 @contextlib.contextmanager
 def alone(name: str) -> Iterator[None]:
-    """One process at a time does what is inside: the others wait, and find in the cache what it has compiled."""
+    """One process at a time does what is inside: the others wait, and find in the cache what it has
+    compiled.
+    """
     folder = cache_folder()
     with contextlib.ExitStack() as held:
         with contextlib.suppress(OSError):  # file systems without locks: all compile
@@ -249,23 +279,34 @@ def alone(name: str) -> Iterator[None]:
 
 @functools.cache
 def kept() -> frozenset[str]:
-    """Names of the functions, such as `stepping.advance`, that are in the cache when this process first asks."""
+    """Names of the functions, such as `stepping.advance`, that are in the cache when this process
+    first asks.
+    """
     folder = cache_folder()
-    return frozenset() if folder is None else frozenset(path.name.rpartition("-")[0] for path in folder.glob(f"*{SUFFIX}"))
+    return (
+        frozenset()
+        if folder is None
+        else frozenset(path.name.rpartition("-")[0] for path in folder.glob(f"*{SUFFIX}"))
+    )
 
 
 def addressed(signature: Any, function: Callable[..., Any], apart: bool = False) -> Any:
-    """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk.
+    """`function` behind an address that anything can call, compiled now by this process or another
+    one, cached on disk.
 
-    What its pointers point to does not overlap where one is written, if it says that they are `apart`. Where nothing is compiled
-    only `call` and `invoke` of `plain` know what stands behind it.
+    What its pointers point to does not overlap where one is written, if it says that they are
+    `apart`. Where nothing is compiled only `call` and `invoke` of `plain` know what stands behind
+    it.
     """
     if PLAIN:
         from . import plain
 
         return plain.register(function)
-    name, folder = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}", cache_folder()
-    path = None if folder is None else machine_code.place(folder, name, function, (signature, apart))
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
+    folder = cache_folder()
+    path = (
+        None if folder is None else machine_code.place(folder, name, function, (signature, apart))
+    )
     if path is None:
         return compile_callback(signature, function, apart, name)
     if found := machine_code.read(path):

@@ -1,4 +1,6 @@
-"""The modules of this package with compiled functions, and those that say how they are compiled: a test looks for others."""
+"""The modules of this package with compiled functions, and those that say how they are compiled: a
+test looks for others.
+"""
 
 MODULES = (
     "bodies/cable_law.py",

@@ -1,10 +1,13 @@
-"""LAPACK inside compiled functions: A = L L^T and P A = L U, dense and banded, in place on preallocated arrays.
+"""LAPACK inside compiled functions: A = L L^T and P A = L U, dense and banded, in place on
+preallocated arrays.
 
-The addresses of the routines differ from process to process, so they are values and never constants of the compiled code: the
-caller passes `ADDRESSES` as the first argument, from Python down to the call. A compiled function that uses `ADDRESSES` as a
-global is refused, since its cached code would jump to addresses of another process.
+The addresses of the routines differ from process to process, so they are values and never constants
+of the compiled code: the caller passes `ADDRESSES` as the first argument, from Python down to the
+call. A compiled function that uses `ADDRESSES` as a global is refused, since its cached code would
+jump to addresses of another process.
 
-LAPACK counts along columns, numpy along rows, hence a row of an array is a column of LAPACK's matrix:
+LAPACK counts along columns, numpy along rows, hence a row of an array is a column of LAPACK's
+matrix:
 
     right-hand sides    (i, n)            row i is one right-hand side, replaced by its solution
     symmetric band      (n, d+1)          band[j, i-j] = A[i, j] for i = j..j+d, lower half, d sub-diagonals
@@ -13,9 +16,10 @@ LAPACK counts along columns, numpy along rows, hence a row of an array is a colu
     dense               (n, n)            matrix[j, i] = A[i, j], the transpose
     pivots              (n,) int32
 
-All arrays are C-contiguous, numbers are float64. Every function returns LAPACK's `info`: 0 done; i > 0 the i-th pivot is zero or
-the i-th leading minor is not positive (positions count from 1); -1 the shapes do not fit together, and nothing was done.
-Source: E. Anderson et al., LAPACK Users' Guide, 3rd ed., SIAM 1999, doi:10.1137/1.9780898719604.
+All arrays are C-contiguous, numbers are float64. Every function returns LAPACK's `info`: 0 done; i
+> 0 the i-th pivot is zero or the i-th leading minor is not positive (positions count from 1); -1
+the shapes do not fit together, and nothing was done. Source: E. Anderson et al., LAPACK Users'
+Guide, 3rd ed., SIAM 1999, doi:10.1137/1.9780898719604.
 """
 
 from __future__ import annotations
@@ -29,7 +33,10 @@ from fmbs_skfem.core.compiling.jit import deferred, jit
 _ROUTINES = ("dpbtrf", "dpotrf", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
 _PBTRF, _POTRF, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
 
-_LOWER, _PLAIN = ord("L"), ord("N")  #: the half of a symmetric band, and A x = b instead of A^T x = b
+_LOWER, _PLAIN = (
+    ord("L"),
+    ord("N"),
+)  #: the half of a symmetric band, and A x = b instead of A^T x = b
 
 ADDRESSES: np.ndarray  #: of the routines in this process, in the order of `_ROUTINES`
 
@@ -49,8 +56,10 @@ def __getattr__(name: str) -> np.ndarray:
 def _address(capsule: object) -> int:
     """Where the function of a capsule is."""
     name, pointer = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
-    name.restype, name.argtypes = ctypes.c_char_p, [ctypes.py_object]
-    pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    name.restype = ctypes.c_char_p
+    name.argtypes = [ctypes.py_object]
+    pointer.restype = ctypes.c_void_p
+    pointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
     return int(pointer(capsule, name(capsule)))
 
 
@@ -74,8 +83,12 @@ def potrf(addresses: np.ndarray, half: np.ndarray) -> int:
 
 
 @jit
-def gbtrf(addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivots: np.ndarray) -> int:
-    """Factor a general band (n, 2l+u+1) in place with partial pivoting: P A = L U; fills `pivots` (n,)."""
+def gbtrf(
+    addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivots: np.ndarray
+) -> int:
+    """Factor a general band (n, 2l+u+1) in place with partial pivoting: P A = L U; fills `pivots`
+    (n,).
+    """
     n, width = band.shape
     if width != 2 * lower + upper + 1 or pivots.size != n:
         return -1
@@ -83,17 +96,30 @@ def gbtrf(addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivot
 
 
 @jit
-def gbtrs(addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivots: np.ndarray, rhs: np.ndarray) -> int:
+def gbtrs(
+    addresses: np.ndarray,
+    band: np.ndarray,
+    lower: int,
+    upper: int,
+    pivots: np.ndarray,
+    rhs: np.ndarray,
+) -> int:
     """Solve A x = b in place for every row of `rhs` (i, n), with `band` and `pivots` from `gbtrf`."""
     n, width = band.shape
     if width != 2 * lower + upper + 1 or pivots.size != n or rhs.shape[1] != n:
         return -1
-    return _call(addresses, _GBTRS, (np.int8(_PLAIN), n, lower, upper, rhs.shape[0], band, width, pivots, rhs, max(n, 1)))
+    return _call(
+        addresses,
+        _GBTRS,
+        (np.int8(_PLAIN), n, lower, upper, rhs.shape[0], band, width, pivots, rhs, max(n, 1)),
+    )
 
 
 @jit
 def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
-    """Factor the dense A, `matrix` (n, n) = A^T, in place with partial pivoting: P A = L U; fills `pivots` (n,)."""
+    """Factor the dense A, `matrix` (n, n) = A^T, in place with partial pivoting: P A = L U; fills
+    `pivots` (n,).
+    """
     n = matrix.shape[0]
     if matrix.shape[1] != n or pivots.size != n:
         return -1
@@ -102,8 +128,14 @@ def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
 
 @jit
 def getrs(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray, rhs: np.ndarray) -> int:
-    """Solve A x = b in place for every row of `rhs` (i, n), with `matrix` = A^T and `pivots` from `getrf`."""
+    """Solve A x = b in place for every row of `rhs` (i, n), with `matrix` = A^T and `pivots` from
+    `getrf`.
+    """
     n = matrix.shape[0]
     if matrix.shape[1] != n or pivots.size != n or rhs.shape[1] != n:
         return -1
-    return _call(addresses, _GETRS, (np.int8(_PLAIN), n, rhs.shape[0], matrix, max(n, 1), pivots, rhs, max(n, 1)))
+    return _call(
+        addresses,
+        _GETRS,
+        (np.int8(_PLAIN), n, rhs.shape[0], matrix, max(n, 1), pivots, rhs, max(n, 1)),
+    )

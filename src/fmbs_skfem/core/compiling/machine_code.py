@@ -1,11 +1,12 @@
-"""Machine code on disk, loaded by LLVM alone: numba, whose import and set-up take a second, is there where functions are compiled.
+"""Machine code on disk, loaded by LLVM alone: numba, whose import and set-up take a second, is
+there where functions are compiled.
 
     path = place(folder, name, function, given)    its name has a hash of all that the code depends on
     write(path, compiled)                          what numba made of a function: an object file and the name of its entry
     read(path)                                     the same function again, behind an address; None where it is not there
 
-A file is the SHA-256 of the rest, one line with the name of the entry and of all that the code calls outside of itself, and the
-object file. One that is damaged counts as not there.
+A file is the SHA-256 of the rest, one line with the name of the entry and of all that the code
+calls outside of itself, and the object file. One that is damaged counts as not there.
 """
 
 from __future__ import annotations
@@ -32,9 +33,15 @@ from ..storage.records import dataclass
 SUFFIX = ".code"
 #: extension modules of numba whose functions compiled code calls -> what their names begin with
 HELPERS = {"numba._helperlib": "numba_", "numba.core.runtime._nrt_python": "NRT_"}
-#: settings of numba that leave the code as it is: processes with one thread each, as those of sweeps, load that of others
+#: settings of numba that leave the code as it is: processes with one thread each, as those of
+#: sweeps, load that of others
 APART = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"}
-INSTALLED = {sys.prefix, sys.base_prefix, os.path.realpath(sys.prefix), os.path.realpath(sys.base_prefix)}
+INSTALLED = {
+    sys.prefix,
+    sys.base_prefix,
+    os.path.realpath(sys.prefix),
+    os.path.realpath(sys.base_prefix),
+}
 LOCK = threading.Lock()
 
 
@@ -47,19 +54,33 @@ class Code:
 
 @functools.cache
 def machine() -> tuple[str, ...]:
-    """What all code of this process depends on: the processor, Python, and the settings of numba in the environment."""
+    """What all code of this process depends on: the processor, Python, and the settings of numba in
+    the environment.
+    """
     import llvmlite.binding as llvm
 
-    settings = sorted(f"{key}={value}" for key, value in os.environ.items() if key.startswith("NUMBA_") and key not in APART)
-    processor = (llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    settings = sorted(
+        f"{key}={value}"
+        for key, value in os.environ.items()
+        if key.startswith("NUMBA_") and key not in APART
+    )
+    processor = (
+        llvm.get_process_triple(),
+        llvm.get_host_cpu_name(),
+        llvm.get_host_cpu_features().flatten(),
+    )
     return (*processor, str(sys.implementation.cache_tag), *settings)
 
 
-def place(folder: Path, name: str, function: Callable[..., Any], given: tuple[object, ...]) -> Path | None:
-    """The file of a function compiled for what is `given`, such as its signature; None where its closure cannot be hashed.
+def place(
+    folder: Path, name: str, function: Callable[..., Any], given: tuple[object, ...]
+) -> Path | None:
+    """The file of a function compiled for what is `given`, such as its signature; None where its
+    closure cannot be hashed.
 
-    It looks at the text of the function's file, of which the bytecode tells what a factory made, and at what it encloses; of a
-    function outside of this package also at what its module imports (`outside`): `folder` knows the modules of the package alone.
+    It looks at the text of the function's file, of which the bytecode tells what a factory made,
+    and at what it encloses; of a function outside of this package also at what its module imports
+    (`outside`): `folder` knows the modules of the package alone.
     """
     cells = function.__closure__ or ()
     try:
@@ -67,7 +88,13 @@ def place(folder: Path, name: str, function: Callable[..., Any], given: tuple[ob
         closure = pickle.dumps([identity(cell.cell_contents) for cell in cells])
     except (OSError, ValueError, TypeError, AttributeError, pickle.PicklingError):
         return None
-    own = (function.__module__, function.__qualname__, function.__code__.co_firstlineno, function.__code__.co_code, closure)
+    own = (
+        function.__module__,
+        function.__qualname__,
+        function.__code__.co_firstlineno,
+        function.__code__.co_code,
+        closure,
+    )
     parts = (*machine(), *own, text, *outside(function.__module__), *map(str, given))
     return folder / f"{name}-{hashlib.sha256(repr(parts).encode()).hexdigest()[:24]}{SUFFIX}"
 
@@ -84,8 +111,10 @@ def digest(path: Path, changed: int) -> str:
 
 
 def outside(name: str) -> list[str]:
-    """What compiled functions of a module outside of this package may depend on: texts of all modules that it and those that it
-    imports name, but for installed ones, and their constants, which may come from anywhere."""
+    """What compiled functions of a module outside of this package may depend on: texts of all
+    modules that it and those that it imports name, but for installed ones, and their constants,
+    which may come from anywhere.
+    """
     found: dict[str, str] = {}
     left = [name]
     while left:
@@ -96,12 +125,19 @@ def outside(name: str) -> list[str]:
             continue
         values = [value for key, value in vars(module).items() if not key.startswith("__")]
         found[name] = f"{digest_of(Path(file))} {sorted(map(constant, values))}"
-        left += [value.__name__ if isinstance(value, ModuleType) else str(getattr(value, "__module__", "")) for value in values]
+        left += [
+            value.__name__
+            if isinstance(value, ModuleType)
+            else str(getattr(value, "__module__", ""))
+            for value in values
+        ]
     return [found[name] for name in sorted(found)]
 
 
 def constant(value: object) -> str:
-    """A number, a text, an array or a tuple of these, which compiled code may contain; nothing of anything else."""
+    """A number, a text, an array or a tuple of these, which compiled code may contain; nothing of
+    anything else.
+    """
     if isinstance(value, np.ndarray):
         return repr((value.shape, value.dtype, value.tobytes())) if value.dtype != object else ""
     if isinstance(value, tuple):
@@ -110,12 +146,18 @@ def constant(value: object) -> str:
 
 
 def is_installed(name: str, file: Path) -> bool:
-    """Whether a module is of this package, which the folder of its code knows, or comes with Python or an installed package."""
-    return name.partition(".")[0] == __name__.partition(".")[0] or any(map(file.is_relative_to, INSTALLED))
+    """Whether a module is of this package, which the folder of its code knows, or comes with Python
+    or an installed package.
+    """
+    return name.partition(".")[0] == __name__.partition(".")[0] or any(
+        map(file.is_relative_to, INSTALLED)
+    )
 
 
 def identity(enclosed: Any) -> Any:
-    """What a function encloses; of another compiled one where it stands, its bytecode, and what it encloses in turn."""
+    """What a function encloses; of another compiled one where it stands, its bytecode, and what it
+    encloses in turn.
+    """
     function = getattr(enclosed, "py_func", None)
     if function is None:
         return enclosed
@@ -124,13 +166,17 @@ def identity(enclosed: Any) -> Any:
 
 
 def write(path: Path, compiled: Any) -> None:
-    """Keep a C callback of numba, if it holds no addresses of this process, as of functions of ctypes; OSError without room."""
+    """Keep a C callback of numba, if it holds no addresses of this process, as of functions of
+    ctypes; OSError without room.
+    """
     library = compiled._library
     if library.has_dynamic_globals:
         return
     _, _, (code, _) = library.serialize_using_object_code()
     module = library._final_module
-    named = [one.name for one in (*module.functions, *module.global_variables) if one.is_declaration]
+    named = [
+        one.name for one in (*module.functions, *module.global_variables) if one.is_declaration
+    ]
     called = [name for name in named if not name.startswith("llvm.")]
     data = "\t".join((compiled.native_name, *called)).encode() + b"\n" + code
     part = path.with_suffix(f".{os.getpid()}.{threading.get_ident()}.part")
@@ -179,7 +225,9 @@ def engine() -> Any:
 
 
 def introduce_helpers() -> None:
-    """Tell LLVM where the helpers of numba are, without its other modules, as numba does when it compiles."""
+    """Tell LLVM where the helpers of numba are, without its other modules, as numba does when it
+    compiles.
+    """
     import builtins
 
     import llvmlite.binding as llvm

@@ -1,4 +1,5 @@
-"""What kernels call beside each other, in Python: in place of numba and of `intrinsics`, whose names these are, under FMBS_PLAIN=1.
+"""What kernels call beside each other, in Python: in place of numba and of `intrinsics`, whose
+names these are, under FMBS_PLAIN=1.
 
     opener, invoke      structs at an address, routines by their address
     call, view          entries by their address, arrays inside of arrays
@@ -6,9 +7,10 @@
     add_product         a sum
     carray              an array at a pointer, which is an array here
 
-An address is a number that is known here (`register`); what else stands behind one, a function of `structs.Callback`, is called
-through ctypes. Kernels are the same functions as those that numba compiles. They differ from these in the last digits, since a
-compiler may add in another order, and where a number of Python, not of an array, is divided by zero, which raises an error.
+An address is a number that is known here (`register`); what else stands behind one, a function of
+`structs.Callback`, is called through ctypes. Kernels are the same functions as those that numba
+compiles. They differ from these in the last digits, since a compiler may add in another order, and
+where a number of Python, not of an array, is divided by zero, which raises an error.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ def register(function: Callable[..., Any]) -> Code:
 
 
 class OpenedStruct:
-    """A struct at an address. As in compiled code a field is read where it is first used: those behind may not be there."""
+    """A struct at an address. As in compiled code a field is read where it is first used: those
+    behind may not be there.
+    """
 
     def __init__(self, kind: type, start: int) -> None:
         self._kind, self._start = kind, start
@@ -41,10 +45,16 @@ class OpenedStruct:
     def __getattr__(self, name: str) -> Any:
         places = places_of(self._kind)
         if name not in places:
-            raise AttributeError(f"{self._kind.__name__} has no field {name}, but {', '.join(places)}")
+            raise AttributeError(
+                f"{self._kind.__name__} has no field {name}, but {', '.join(places)}"
+            )
         kind, first = places[name]
         start = self._start + 8 * first
-        found = unpacked(kind, start) if isinstance(kind, ArrayKind) or kind in SCALARS else OpenedStruct(kind, start)
+        found = (
+            unpacked(kind, start)
+            if isinstance(kind, ArrayKind) or kind in SCALARS
+            else OpenedStruct(kind, start)
+        )
         self.__dict__[name] = found  # integers of a struct never change while it is open
         return found
 
@@ -67,10 +77,14 @@ def opener(kind: type) -> Callable[[Any], OpenedStruct]:
 def invoke(address: int, table: int, more: int) -> int:
     """Call the routine at an address; what it returns."""
     table, more = int(table), int(more)  # those read from arrays are numbers of numpy
-    return int(KNOWN[address](table, more) if address in KNOWN else FUNCTION(int(address))(table, more))
+    return int(
+        KNOWN[address](table, more) if address in KNOWN else FUNCTION(int(address))(table, more)
+    )
 
 
-def call(address: int, arrays: Sequence[np.ndarray], integers: Sequence[int], number: float) -> None:
+def call(
+    address: int, arrays: Sequence[np.ndarray], integers: Sequence[int], number: float
+) -> None:
     """Call the entry at an address with four arrays, four integers and a number."""
     KNOWN[address](*arrays, *integers, number)
 
@@ -81,20 +95,26 @@ def carray(pointer: np.ndarray, shape: Any) -> np.ndarray:
 
 
 def view(flat: np.ndarray, start: int, shape: tuple[int, ...]) -> np.ndarray:
-    """Numbers of an array from `start` on in a shape, without check: the last row may end beyond, where nobody reads."""
+    """Numbers of an array from `start` on in a shape, without check: the last row may end beyond,
+    where nobody reads.
+    """
     strides = flat.itemsize * np.cumprod((1, *shape[:0:-1]))[::-1]
     return np.lib.stride_tricks.as_strided(flat.reshape(-1)[start:], shape, strides)
 
 
 def call_lapack(addresses: np.ndarray, routine: int, arguments: Sequence[Any]) -> int:
-    """Call LAPACK with pointers to `arguments` (arrays, int8 letters, integers) and to `info`, and return `info`."""
+    """Call LAPACK with pointers to `arguments` (arrays, int8 letters, integers) and to `info`, and
+    return `info`.
+    """
     info = ctypes.c_int32(0)
     numbers = [None if isinstance(one, np.ndarray) else letter(one) for one in arguments]
     pointers = [
         ctypes.c_void_p(one.ctypes.data) if number is None else ctypes.byref(number)
         for one, number in zip(arguments, numbers, strict=True)
     ]
-    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (len(pointers) + 1))(int(addresses[routine]))(*pointers, ctypes.byref(info))
+    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (len(pointers) + 1))(int(addresses[routine]))(
+        *pointers, ctypes.byref(info)
+    )
     return info.value
 
 

@@ -1,7 +1,8 @@
-"""Programs of expressions (`graphs`) in compiled code: one loop runs them all, and nothing is compiled for an expression.
+"""Programs of expressions (`graphs`) in compiled code: one loop runs them all, and nothing is
+compiled for an expression.
 
-room = constants, what is read, results of operations
-room[first + i] = operation_i(room[a_i], room[b_i], room[c_i])
+room = constants, what is read, results of operations room[first + i] = operation_i(room[a_i],
+room[b_i], room[c_i])
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ from .angles import continued
 from .curves import beyond, lookup, lookup_slope
 from .jit import jit
 
-#: operations of several numbers, and `CONTINUE`: an angle known but for whole turns, the one nearest to its last value
+#: operations of several numbers, and `CONTINUE`: an angle known but for whole turns, the one
+#: nearest to its last value
 ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, ATAN2, LESS, NOT_MORE, EQUAL, CHOOSE, CONTINUE = range(11)
 #: of one number
-NEGATE, SQRT, EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ASINH, ACOSH, ATANH = range(11, 27)
+NEGATE, SQRT, EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ASINH, ACOSH, ATANH = (
+    range(11, 27)
+)
 ABS, SIGN, FLOOR, ERF = range(27, 31)
 #: of a number and a curve, whose numbers are those from one place to another
 LOOKUP, LOOKUP_SLOPE, BEYOND = range(31, 34)
@@ -70,7 +74,9 @@ def elementary(operation: int, x: float) -> float:
 
 @jit
 def run(operations: np.ndarray, first: int, room: np.ndarray, numbers: np.ndarray) -> None:
-    """room[first + i] = operation i, for all operations (o, 4); `numbers` are those among which curves are."""
+    """room[first + i] = operation i, for all operations (o, 4); `numbers` are those among which
+    curves are.
+    """
     for i in range(len(operations)):
         operation, a, b, c = operations[i, 0], operations[i, 1], operations[i, 2], operations[i, 3]
         x = room[a]

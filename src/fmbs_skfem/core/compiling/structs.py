@@ -1,4 +1,5 @@
-"""Structs of arrays and numbers that compiled code opens from one address, and routines that know nothing but such addresses.
+"""Structs of arrays and numbers that compiled code opens from one address, and routines that know
+nothing but such addresses.
 
     class Point(NamedTuple):                                 numbers, arrays and structs, by their annotations
         x: Vector
@@ -16,10 +17,11 @@
 
     scale(Point(x, A, 0.1))                                  from Python, without the interpreter lock
 
-A function that is called by name becomes part of its caller and is compiled again with every caller; arguments of many arrays make
-that long and every call slow. A routine is compiled once, whoever calls it, and a call costs a jump. Its callers need not know what
-it is: storages of elastic terms, laws, solvers, and functions of Python (`callback`) stand behind the same door. Addresses differ
-from process to process: they are values, never constants.
+A function that is called by name becomes part of its caller and is compiled again with every
+caller; arguments of many arrays make that long and every call slow. A routine is compiled once,
+whoever calls it, and a call costs a jump. Its callers need not know what it is: storages of elastic
+terms, laws, solvers, and functions of Python (`callback`) stand behind the same door. Addresses
+differ from process to process: they are values, never constants.
 """
 
 from __future__ import annotations
@@ -61,17 +63,27 @@ FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
 def fields(kind: type) -> tuple[tuple[str, Any], ...]:
     """Names of a struct with their kinds: ArrayKind of an array, one of SCALARS, or a struct."""
     hints = get_type_hints(kind, include_extras=True)
-    return tuple((name, hints[name].__metadata__[0] if hasattr(hints[name], "__metadata__") else hints[name]) for name in hints)
+    return tuple(
+        (name, hints[name].__metadata__[0] if hasattr(hints[name], "__metadata__") else hints[name])
+        for name in hints
+    )
 
 
 @functools.cache
 def parts(kind: type) -> tuple[tuple[str, Any, np.dtype | None], ...]:
-    """Name and kind of every field of a struct, and what its arrays consist of; None where a field is no array."""
-    return tuple((name, part, np.dtype(part.item) if isinstance(part, ArrayKind) else None) for name, part in fields(kind))
+    """Name and kind of every field of a struct, and what its arrays consist of; None where a field
+    is no array.
+    """
+    return tuple(
+        (name, part, np.dtype(part.item) if isinstance(part, ArrayKind) else None)
+        for name, part in fields(kind)
+    )
 
 
 def packed(value: Any) -> np.ndarray:
-    """A struct as integers: for every array its address and shape, for every number its bits. The caller keeps the struct alive."""
+    """A struct as integers: for every array its address and shape, for every number its bits. The
+    caller keeps the struct alive.
+    """
     found: list[int] = []
     write(value, found)
     return np.array(found, dtype=np.int64)
@@ -79,7 +91,9 @@ def packed(value: Any) -> np.ndarray:
 
 def address_of(array: np.ndarray) -> int:
     """Where the numbers of an array are, as the integers of a packed struct."""
-    if array.size and array.flags.writeable:  # in a quarter of the time; a step has a hundred arrays
+    if (
+        array.size and array.flags.writeable
+    ):  # in a quarter of the time; a step has a hundred arrays
         return ctypes.addressof(first_byte(array))
     return int(array.__array_interface__["data"][0])
 
@@ -95,7 +109,11 @@ def write(value: Any, found: list[int]) -> None:
     for (name, kind, item), part in zip(parts(struct), value, strict=True):
         if item is not None:
             flags = part.flags
-            if part.ndim != kind.ndim or (part.dtype is not item and part.dtype != item) or not flags.c_contiguous:
+            if (
+                part.ndim != kind.ndim
+                or (part.dtype is not item and part.dtype != item)
+                or not flags.c_contiguous
+            ):
                 got = f"{part.dtype} {part.shape}, {'' if flags.c_contiguous else 'not '}contiguous"
                 raise TypeError(say(f"{type(value).__name__}.{name}", kind, got))
             found += (address_of(part) if part.size else ANYWHERE, *part.shape)
@@ -121,7 +139,9 @@ def place_of(kind: type, name: str) -> int:
 
 
 def opener(kind: type) -> Callable[[Any], Any]:
-    """A function for compiled code: the struct at an address, a pointer or a number. Its arrays own nothing."""
+    """A function for compiled code: the struct at an address, a pointer or a number. Its arrays own
+    nothing.
+    """
     return Deferred(functools.partial(make_opener, kind))
 
 
@@ -134,9 +154,11 @@ invoke = deferred("fmbs_skfem.core.compiling.intrinsics", "invoke")
 
 
 class Routine:
-    """A compiled function of an address of integers and an integer, by default 0; it returns an integer.
+    """A compiled function of an address of integers and an integer, by default 0; it returns an
+    integer.
 
-    Compiled code may call it by name as well: then it becomes part of its caller, as what `jit` compiles does.
+    Compiled code may call it by name as well: then it becomes part of its caller, as what `jit`
+    compiles does.
     """
 
     def __init__(self, function: Callable[[Any, Any], int]) -> None:
@@ -163,17 +185,25 @@ class Routine:
 
     @functools.cached_property
     def call(self) -> Any:
-        """What Python calls: the function itself where nothing is compiled, so that its exceptions are seen."""
+        """What Python calls: the function itself where nothing is compiled, so that its exceptions
+        are seen.
+        """
         return self.function if PLAIN else FUNCTION(self.address)
 
     def __call__(self, struct: Any, more: int = 0) -> int:
-        """Call it on a struct, or on one that was packed and is still there, given by its integers or by their address."""
+        """Call it on a struct, or on one that was packed and is still there, given by its integers
+        or by their address.
+        """
         if isinstance(struct, int):
             return int(self.call(struct, more))
         table = struct if isinstance(struct, np.ndarray) else packed(struct)
         if table.dtype != np.int64:
             raise TypeError(
-                say(f"routine {self.__name__}", "a struct, or the integers of a packed one", f"an array of {table.dtype}")
+                say(
+                    f"routine {self.__name__}",
+                    "a struct, or the integers of a packed one",
+                    f"an array of {table.dtype}",
+                )
             )
         return int(self.call(address_of(table), more))
 
@@ -184,15 +214,20 @@ def routine(function: Callable[[Any, Any], int]) -> Routine:
 
 
 def unpacked(kind: Any, address: int) -> Any:
-    """What is at an address, a struct or an entry of `fields`, in Python, its arrays those in the memory."""
+    """What is at an address, a struct or an entry of `fields`, in Python, its arrays those in the
+    memory.
+    """
     return read((ctypes.c_int64 * width(kind)).from_address(address), kind)
 
 
 def read(integers: Any, kind: Any, first: int = 0) -> Any:
     """An array, a number or a struct from its integers."""
     if isinstance(kind, ArrayKind):
-        shape, item = tuple(integers[first + 1 : first + 1 + kind.ndim]), np.dtype(kind.item)
-        memory: Any = (ctypes.c_char * (int(np.prod(shape)) * item.itemsize)).from_address(integers[first])
+        shape = tuple(integers[first + 1 : first + 1 + kind.ndim])
+        item = np.dtype(kind.item)
+        memory: Any = (ctypes.c_char * (int(np.prod(shape)) * item.itemsize)).from_address(
+            integers[first]
+        )
         return np.ndarray(shape, item, memory)
     if kind is float:
         return np.int64(integers[first]).view(np.float64)  # whose divisions by zero follow IEEE
@@ -208,7 +243,8 @@ def read(integers: Any, kind: Any, first: int = 0) -> Any:
 class Callback:
     """A Python function of an address and an integer behind an address, in place of a Routine.
 
-    The first exception is kept, and 1 is returned in its place; the function itself returns nothing, which stands for 0.
+    The first exception is kept, and 1 is returned in its place; the function itself returns
+    nothing, which stands for 0.
     """
 
     def __init__(self, function: Callable[[int, int], None]) -> None:
@@ -232,5 +268,6 @@ class Callback:
     def check(self) -> None:
         """Raise the exception that was kept."""
         if self.error is not None:
-            error, self.error = self.error, None
+            error = self.error
+            self.error = None
             raise error

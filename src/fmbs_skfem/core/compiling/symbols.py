@@ -1,7 +1,9 @@
-"""From expressions in symbols to graphs of operations, or to the text of compiled functions in a module of the cache folder.
+"""From expressions in symbols to graphs of operations, or to the text of compiled functions in a
+module of the cache folder.
 
-What acts on a few rows is a program of a graph (`Drawing`), which nothing is compiled for. What acts on all points of a body is
-text (`statements`), whose common subexpressions are computed once; `bodies.symbolic` writes the frame around them.
+What acts on a few rows is a program of a graph (`Drawing`), which nothing is compiled for. What
+acts on all points of a body is text (`statements`), whose common subexpressions are computed once;
+`bodies.symbolic` writes the frame around them.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ class Printer(PythonCodePrinter):
     """Small powers as products, and numbers as floats."""
 
     def _print_Pow(self, power: Expression, rational: bool = False) -> str:
-        base, twice = self.parenthesize(power.base, 100), 2 * power.exp
+        base = self.parenthesize(power.base, 100)
+        twice = 2 * power.exp
         if not twice.is_Integer or abs(twice) > 16:
             return str(super()._print_Pow(power, rational))
         whole, half = divmod(abs(int(twice)), 2)
@@ -48,18 +51,24 @@ class Printer(PythonCodePrinter):
 
 
 def scalar(place: str, value: Expression) -> Expression:
-    """A value as a real expression; InputError where it is a text, a vector, complex, or no finite number."""
+    """A value as a real expression; InputError where it is a text, a vector, complex, or no finite
+    number.
+    """
     try:
         found = sympy.sympify(value, strict=True)
     except sympy.SympifyError:
         found = None
-    if not isinstance(found, sympy.Expr) or found.has(sympy.I, sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
+    if not isinstance(found, sympy.Expr) or found.has(
+        sympy.I, sympy.nan, sympy.zoo, sympy.oo, -sympy.oo
+    ):
         raise InputError(say(place, "a real expression of its arguments", repr(value)))
     return found
 
 
 def function(name: str, slope: Callable[..., Expression] | None = None) -> Any:
-    """A function that compiled code calls by its name; its derivative by any argument, where it has one, is a function of all."""
+    """A function that compiled code calls by its name; its derivative by any argument, where it has
+    one, is a function of all.
+    """
     rules = {"fdiff": lambda self, argindex=1: slope(*self.args)} if slope else {}
     return type(name, (sympy.Function,), {"__module__": __name__, **rules})
 
@@ -69,7 +78,9 @@ def constant(*_: Expression) -> Expression:
     return sympy.Integer(0)
 
 
-less, not_more, sign_of, floor_of = (function(name, constant) for name in ("less", "not_more", "sign_of", "floor_of"))
+less, not_more, sign_of, floor_of = (
+    function(name, constant) for name in ("less", "not_more", "sign_of", "floor_of")
+)
 
 
 class chosen(sympy.Function):
@@ -83,7 +94,11 @@ class chosen(sympy.Function):
 
 def number(value: float) -> Expression:
     """Whole numbers as such, since powers of them are products."""
-    return sympy.Integer(int(value)) if value == int(value) and abs(value) < 2**31 else sympy.Float(value)
+    return (
+        sympy.Integer(int(value))
+        if value == int(value) and abs(value) < 2**31
+        else sympy.Float(value)
+    )
 
 
 #: of programs (`expressions.evaluate`)
@@ -106,18 +121,28 @@ OPERATIONS = {
     "not_more": programs.NOT_MORE, "sign_of": programs.SIGN, "floor_of": programs.FLOOR, "chosen": programs.CHOOSE,
     "continued": programs.CONTINUE,
 }  # fmt: skip
-CURVES = {"lookup": programs.LOOKUP, "lookup_slope": programs.LOOKUP_SLOPE, "beyond": programs.BEYOND}
+CURVES = {
+    "lookup": programs.LOOKUP,
+    "lookup_slope": programs.LOOKUP_SLOPE,
+    "beyond": programs.BEYOND,
+}
 
 
 class Drawing:
     """Expressions as nodes of a graph.
 
-    `symbols` are what the symbols of expressions stand for in programs; `curves` the first and last number of each curve.
+    `symbols` are what the symbols of expressions stand for in programs; `curves` the first and last
+    number of each curve.
     """
 
-    def __init__(self, symbols: Mapping[Any, Hashable], curves: Mapping[Any, tuple[int, int]] | None = None) -> None:
-        self.graph, self.curves = Graph(), curves or {}
-        self.known: dict[Any, Node] = {symbol: self.graph.symbol(name) for symbol, name in symbols.items()}
+    def __init__(
+        self, symbols: Mapping[Any, Hashable], curves: Mapping[Any, tuple[int, int]] | None = None
+    ) -> None:
+        self.graph = Graph()
+        self.curves = curves or {}
+        self.known: dict[Any, Node] = {
+            symbol: self.graph.symbol(name) for symbol, name in symbols.items()
+        }
 
     def node(self, value: Expression) -> Node:
         """The node of an expression; InputError for a function that no program has."""
@@ -127,7 +152,8 @@ class Drawing:
 
     def drawn(self, value: Expression) -> Node:
         """The same, of one that is not there yet."""
-        graph, name = self.graph, type(value).__name__
+        graph = self.graph
+        name = type(value).__name__
         if value.is_number and value.is_real:
             return graph.constant(float(value))
         if value.is_Add:
@@ -147,13 +173,19 @@ class Drawing:
         if name == "Piecewise":
             return self.piecewise(value.args)
         if name == "ceiling":
-            return graph.node(programs.NEGATE, graph.node(programs.FLOOR, self.node(-value.args[0])))
+            return graph.node(
+                programs.NEGATE, graph.node(programs.FLOOR, self.node(-value.args[0]))
+            )
         if name == "Mod":
-            return self.node(value.args[0] - value.args[1] * floor_of(value.args[0] / value.args[1]))
+            return self.node(
+                value.args[0] - value.args[1] * floor_of(value.args[0] / value.args[1])
+            )
         if rewritten := CodePrinter._rewriteable_functions.get(name):
             return self.node(value.rewrite(getattr(sympy, rewritten[0])))
         known = (*OPERATIONS, "Min", "Max", "Heaviside", "Piecewise", "ceiling", "Mod")
-        raise InputError(say("expression", f"functions among {', '.join(known)}", f"{name} in {value}"))
+        raise InputError(
+            say("expression", f"functions among {', '.join(known)}", f"{name} in {value}")
+        )
 
     def product(self, factors: Sequence[Expression]) -> Node:
         """a b / (c d) of a, b and powers with negative exponents."""
@@ -168,7 +200,9 @@ class Drawing:
 
     def power(self, base: Expression, exponent: Expression) -> Node:
         """Small powers as products of the base and of its root."""
-        graph, x, twice = self.graph, self.node(base), 2 * exponent
+        graph = self.graph
+        x = self.node(base)
+        twice = 2 * exponent
         if not twice.is_Integer or abs(twice) > 16:
             return graph.node(programs.POWER, x, self.node(exponent))
         whole, half = divmod(abs(int(twice)), 2)
@@ -180,7 +214,9 @@ class Drawing:
         found, *others = map(self.node, parts)
         for other in others:
             order = (found, other) if name == "Min" else (other, found)
-            found = self.graph.node(programs.CHOOSE, self.graph.node(programs.LESS, *order), found, other)
+            found = self.graph.node(
+                programs.CHOOSE, self.graph.node(programs.LESS, *order), found, other
+            )
         return found
 
     def not_negative(self, value: Expression) -> Node:
@@ -191,12 +227,15 @@ class Drawing:
         """The value of the first condition that holds, no number where none does."""
         found = self.graph.constant(float("nan"))
         for value, condition in reversed(parts):
-            found = self.graph.node(programs.CHOOSE, self.condition(condition), self.node(value), found)
+            found = self.graph.node(
+                programs.CHOOSE, self.condition(condition), self.node(value), found
+            )
         return found
 
     def condition(self, value: Any) -> Node:
         """1 where a condition holds, else 0."""
-        graph, kind = self.graph, type(value)
+        graph = self.graph
+        kind = type(value)
         if value in (sympy.true, sympy.false):
             return graph.constant(float(bool(value)))
         if kind in (sympy.And, sympy.Or):
@@ -217,7 +256,9 @@ class Drawing:
             sympy.Unequality: lambda: self.unless(graph.node(programs.EQUAL, a, b)),
         }
         if kind not in relations:
-            raise InputError(say("expression", "conditions by <, <=, >, >=, ==, and, or, not", str(value)))
+            raise InputError(
+                say("expression", "conditions by <, <=, >, >=, ==, and, or, not", str(value))
+            )
         return relations[kind]()
 
     def unless(self, node: Node) -> Node:
@@ -225,32 +266,64 @@ class Drawing:
         return self.graph.node(programs.SUBTRACT, self.graph.constant(1.0), node)
 
 
-def statements(results: Sequence[Expression], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:
-    """Lines that read the symbols that are needed from their places and compute what results share, and the results as texts."""
+def statements(
+    results: Sequence[Expression], places: Mapping[Any, str]
+) -> tuple[list[str], list[str]]:
+    """Lines that read the symbols that are needed from their places and compute what results share,
+    and the results as texts.
+    """
     parts, reduced, needed = shared(results, True)
-    read, write = [(str(symbol), place) for symbol, place in places.items() if symbol in needed], Printer().doprint
-    lines = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"] if read else []
-    return lines + [f"{symbol} = {write(value)}" for symbol, value in parts], [write(value) for value in reduced]
+    read = [(str(symbol), place) for symbol, place in places.items() if symbol in needed]
+    write = Printer().doprint
+    lines = (
+        [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"]
+        if read
+        else []
+    )
+    return lines + [f"{symbol} = {write(value)}" for symbol, value in parts], [
+        write(value) for value in reduced
+    ]
 
 
-def shared(results: Sequence[Expression], factored: bool) -> tuple[list[tuple[Any, Expression]], list[Expression], set[Any]]:
-    """Symbols of what results share with their values, the results in these, and all symbols that are needed.
+def shared(
+    results: Sequence[Expression], factored: bool
+) -> tuple[list[tuple[Any, Expression]], list[Expression], set[Any]]:
+    """Symbols of what results share with their values, the results in these, and all symbols that
+    are needed.
 
-    `factored` looks for common factors of sums first, which takes most of the time: a quarter fewer operations in loops over many
-    points, nothing in forces on a few rows.
+    `factored` looks for common factors of sums first, which takes most of the time: a quarter fewer
+    operations in loops over many points, nothing in forces on a few rows.
     """
     parts, reduced = sympy.cse(list(results), optimizations="basic" if factored else None)
-    return parts, reduced, set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in parts))))
+    return (
+        parts,
+        reduced,
+        set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in parts)))),
+    )
 
 
 def module(about: str, imports: Sequence[str], parts: Sequence[str]) -> str:
     """The text of a module of functions."""
-    head = [f'"""{about}"""', "", "# fmt: off", "# ruff: noqa", "# mypy: ignore-errors", "from __future__ import annotations"]
-    return "\n".join([*head, "import math", "from typing import Any", *imports]) + "\n\n\n" + "\n\n\n".join(parts) + "\n"
+    head = [
+        f'"""{about}"""',
+        "",
+        "# fmt: off",
+        "# ruff: noqa",
+        "# mypy: ignore-errors",
+        "from __future__ import annotations",
+    ]
+    return (
+        "\n".join([*head, "import math", "from typing import Any", *imports])
+        + "\n\n\n"
+        + "\n\n\n".join(parts)
+        + "\n"
+    )
 
 
 def import_text(text: str) -> ModuleType:
-    """The module of a text, kept in the cache folder under its hash, so that its compiled functions are found again."""
+    """The module of a text, kept in the cache folder under its hash, so that its compiled functions
+    are found again.
+    """
     folder = cache_folder() or Path(tempfile.mkdtemp(prefix="fmbs_laws_"))
     name = f"{LAW}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     if name in sys.modules:
@@ -263,6 +336,8 @@ def import_text(text: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
-    found = sys.modules[name] = importlib.util.module_from_spec(spec)  # where numba looks for what it has cached
+    found = sys.modules[name] = importlib.util.module_from_spec(
+        spec
+    )  # where numba looks for what it has cached
     spec.loader.exec_module(found)
     return found

@@ -1,14 +1,17 @@
-"""Everything that is stored: arrays, texts and structs as one HDF5 file, whole under its name or not there, damage found and named.
+"""Everything that is stored: arrays, texts and structs as one HDF5 file, whole under its name or
+not there, damage found and named.
 
     512 bytes    text: kind, version, size and SHA-256 of all that follows
     HDF5         /tree: structs as JSON text;  /arrays/k: the arrays, which stand in the tree by number
 
-`write` and `read` serve structs: dataclasses that are `storable`, arrays, sparse arrays, numbers, texts, tuples, lists, dicts. Only
-those types are ever made from a file, and nothing in it is executed. `image` and `unpack` serve plain HDF5 for other programs.
+`write` and `read` serve structs: dataclasses that are `storable`, arrays, sparse arrays, numbers,
+texts, tuples, lists, dicts. Only those types are ever made from a file, and nothing in it is
+executed. `image` and `unpack` serve plain HDF5 for other programs.
 
-Files may come from anywhere. An HDF5 file may name other files, by links, by external storage and by virtual datasets, and claim
-arrays without storing them: all that is refused, so that reading takes no other file and no more memory than this one has bytes.
-Nothing is read before size and checksum have been found right, and arrays must fit each other even then (`validation`).
+Files may come from anywhere. An HDF5 file may name other files, by links, by external storage and
+by virtual datasets, and claim arrays without storing them: all that is refused, so that reading
+takes no other file and no more memory than this one has bytes. Nothing is read before size and
+checksum have been found right, and arrays must fit each other even then (`validation`).
 """
 
 from __future__ import annotations
@@ -61,7 +64,9 @@ class FileKind:
 
 @dataclass(frozen=True)
 class Dataset:
-    """An array or a list of texts of a plain HDF5 file, with its attributes and the options of its storage."""
+    """An array or a list of texts of a plain HDF5 file, with its attributes and the options of its
+    storage.
+    """
 
     values: np.ndarray | list[str]
     attributes: Mapping[str, Any] = field(default_factory=dict)
@@ -70,33 +75,47 @@ class Dataset:
 
 @contextmanager
 def reading(path: Path, kind: FileKind) -> Iterator[None]:
-    """Whatever is wrong with the content of a file is a CorruptFile that names the file, what was expected and what was found."""
+    """Whatever is wrong with the content of a file is a CorruptFile that names the file, what was
+    expected and what was found.
+    """
     try:
         yield
     except CorruptFile:
         raise
     except Misfit as problem:
         where = f"{path}: {problem.name}" if problem.name else f"{path}"
-        raise CorruptFile(say(where, problem.expected, problem.got, problem.remedy or kind.remedy)) from problem
+        raise CorruptFile(
+            say(where, problem.expected, problem.got, problem.remedy or kind.remedy)
+        ) from problem
     except DAMAGE as problem:
         got = str(problem).strip("'\"") or type(problem).__name__
-        raise CorruptFile(say(f"{path}", f"{kind.name} of version {kind.version}", got, kind.remedy)) from problem
+        raise CorruptFile(
+            say(f"{path}", f"{kind.name} of version {kind.version}", got, kind.remedy)
+        ) from problem
 
 
 # ------------------------------------------------------------------------------------------------------------ files of structs
 def write(path: str | Path, kind: FileKind, remedy: str = durable.AGAIN, /, **parts: Any) -> Path:
-    """A file of a kind with named parts; InputError names what it cannot hold; NoRoom and InputError as of `durable`.
+    """A file of a kind with named parts; InputError names what it cannot hold; NoRoom and
+    InputError as of `durable`.
 
     `remedy`: what to do where the disk is full.
     """
     arrays: Arrays = []
     tree = {name: encode(part, arrays, name) for name, part in parts.items()}
-    content = {"tree": text(tree), "arrays": {str(number): array for number, array in enumerate(arrays)}}
+    content = {
+        "tree": text(tree),
+        "arrays": {str(number): array for number, array in enumerate(arrays)},
+    }
     return put(path, kind, content, remedy)
 
 
-def put(path: str | Path, kind: FileKind, content: Mapping[str, Any], remedy: str = durable.AGAIN) -> Path:
-    """A file of a kind whose content is plain HDF5 for other programs, see `image`; NoRoom and InputError as of `durable`."""
+def put(
+    path: str | Path, kind: FileKind, content: Mapping[str, Any], remedy: str = durable.AGAIN
+) -> Path:
+    """A file of a kind whose content is plain HDF5 for other programs, see `image`; NoRoom and
+    InputError as of `durable`.
+    """
     data = image(content, HEADER)
     data[:HEADER] = header(data[HEADER:], kind)
     return durable.write(path, data, remedy)
@@ -114,13 +133,17 @@ def require_file(path: Path, name: str, remedy: str) -> None:
     """InputError where there is no file; of a folder it says which of its files may be meant."""
     if path.is_dir():
         meant = next((f", such as {one}" for one in sorted(path.glob("*.h5"))), "")
-        raise InputError(say(f"{path}", f"a file of {name}", "a folder", f"give the file itself{meant}"))
+        raise InputError(
+            say(f"{path}", f"a file of {name}", "a folder", f"give the file itself{meant}")
+        )
     if not path.is_file():
         raise InputError(say(f"{path}", f"a file of {name}", "no file", remedy))
 
 
 def read(path: str | Path, kind: FileKind, **types: type) -> dict[str, Any]:
-    """The named parts of a file of a kind, each of the given type; CorruptFile where it is not as it was written."""
+    """The named parts of a file of a kind, each of the given type; CorruptFile where it is not as
+    it was written.
+    """
     place = Path(path)
     require_file(place, kind.name, "save one first")
     content = get(place, kind)
@@ -130,7 +153,12 @@ def read(path: str | Path, kind: FileKind, **types: type) -> dict[str, Any]:
         parts = {name: decode(tree[name], arrays, name) for name in types}
         for name, part in parts.items():
             validation.check(part, name)
-            require(isinstance(part, types[name]), "", f"{types[name].__name__} under '{name}'", type(part).__name__)
+            require(
+                isinstance(part, types[name]),
+                "",
+                f"{types[name].__name__} under '{name}'",
+                type(part).__name__,
+            )
     return parts
 
 
@@ -142,7 +170,11 @@ def text(content: Any) -> np.ndarray:
 def header(body: bytes | memoryview, kind: FileKind) -> bytes:
     """The text in front of a body."""
     facts = {"version": kind.version, **seal(body)}
-    return "\n".join([kind.title, *(f"{name} {value}" for name, value in facts.items()), ""]).encode().ljust(HEADER)
+    return (
+        "\n".join([kind.title, *(f"{name} {value}" for name, value in facts.items()), ""])
+        .encode()
+        .ljust(HEADER)
+    )
 
 
 def seal(data: bytes | memoryview) -> dict[str, str]:
@@ -163,7 +195,9 @@ def check_header(data: bytes, kind: FileKind) -> None:
 
 
 def title(path: Path) -> str | None:
-    """The first line of a file of this package, whatever its kind; None of any other file. OSError where it cannot be read."""
+    """The first line of a file of this package, whatever its kind; None of any other file. OSError
+    where it cannot be read.
+    """
     with path.open("rb") as file:
         start = file.read(HEADER).split(b"\n")[0].decode("ascii", "replace")
     return start if start.startswith(FAMILY) else None
@@ -176,18 +210,27 @@ def check_version(got: object, kind: FileKind) -> None:
         remedy = f"it was written by a newer release; install that, or {kind.anew}"
     else:
         remedy = f"it was written before release 0.2.0: {kind.anew}" if number else ""
-    require(kind.oldest <= number <= kind.version, "", f"version {kind.version} of the format", f"version {got}", remedy)
+    require(
+        kind.oldest <= number <= kind.version,
+        "",
+        f"version {kind.version} of the format",
+        f"version {got}",
+        remedy,
+    )
 
 
 def check_seal(data: bytes, facts: Mapping[str, str]) -> None:
     """Bytes of the size and with the checksum that stand in `facts`."""
     for name, value in seal(data).items():
-        require(facts.get(name) == value, "", f"{name} {facts.get(name, 'in the first lines')}", value)
+        require(
+            facts.get(name) == value, "", f"{name} {facts.get(name, 'in the first lines')}", value
+        )
 
 
 # ------------------------------------------------------------------------------------------------------------------ plain HDF5
 def image(content: Mapping[str, Any], room: int = 0) -> memoryview:
-    """The bytes of an HDF5 file, with room for a text in front; made in memory, because HDF5 ends the process on a full disk.
+    """The bytes of an HDF5 file, with room for a text in front; made in memory, because HDF5 ends
+    the process on a full disk.
 
     Arrays and lists of texts become datasets, mappings groups, and other values attributes.
     """
@@ -209,20 +252,28 @@ def fill(group: h5py.Group, content: Mapping[str, Any]) -> None:
         elif isinstance(value, np.ndarray | list | Dataset):
             item = value if isinstance(value, Dataset) else Dataset(value)
             kind = {"dtype": h5py.string_dtype()} if isinstance(item.values, list) else {}
-            group.create_dataset(name, data=item.values, **kind, **item.options).attrs.update(item.attributes)
+            group.create_dataset(name, data=item.values, **kind, **item.options).attrs.update(
+                item.attributes
+            )
         else:
             group.attrs[name] = value
 
 
 def unpack(data: bytes) -> dict[str, Any]:
-    """Attributes, arrays and groups of arrays of an HDF5 file; ValueError where one is not in these bytes."""
+    """Attributes, arrays and groups of arrays of an HDF5 file; ValueError where one is not in these
+    bytes.
+    """
     import h5py
 
     with h5py.File(io.BytesIO(data), "r") as file:
         found = dict(file.attrs)
         for name in file:
             item = member(file, name)
-            found[name] = {key: array(item, key) for key in item} if isinstance(item, h5py.Group) else array(file, name)
+            found[name] = (
+                {key: array(item, key) for key in item}
+                if isinstance(item, h5py.Group)
+                else array(file, name)
+            )
     return found
 
 
@@ -232,12 +283,16 @@ def member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
 
     link = group.get(name, getlink=True)
     if not isinstance(link, h5py.HardLink):
-        raise ValueError(f"'{name}' that is {'not there' if link is None else 'a link to elsewhere'}")
+        raise ValueError(
+            f"'{name}' that is {'not there' if link is None else 'a link to elsewhere'}"
+        )
     return group[name]
 
 
 def array(group: h5py.Group, name: str) -> np.ndarray:
-    """The numbers under a name, whose every byte is in the file; ValueError where they are elsewhere, or nowhere."""
+    """The numbers under a name, whose every byte is in the file; ValueError where they are
+    elsewhere, or nowhere.
+    """
     import h5py
 
     item = member(group, name)
@@ -246,7 +301,9 @@ def array(group: h5py.Group, name: str) -> np.ndarray:
     if item.external or item.is_virtual:
         raise ValueError(f"'{name}' whose numbers are in another file")
     if item.id.get_storage_size() < item.nbytes:
-        raise ValueError(f"'{name}' of {item.nbytes} bytes of {item.dtype}, of which {item.id.get_storage_size()} are stored")
+        raise ValueError(
+            f"'{name}' of {item.nbytes} bytes of {item.dtype}, of which {item.id.get_storage_size()} are stored"
+        )
     room = np.empty(item.nbytes + LINE, dtype=np.uint8)
     first = -room.ctypes.data % LINE
     found: np.ndarray = room[first : first + item.nbytes].view(item.dtype).reshape(item.shape)
@@ -267,15 +324,21 @@ def storable(kind: type[T]) -> type[T]:
     else:
         other = TYPES.get(kind.__name__, kind)
         if (other.__module__, other.__qualname__) != (kind.__module__, kind.__qualname__):
-            known = f"{kind.__name__}, as {other.__module__}.{other.__qualname__} is called in files"
-            raise InputError(say(f"class {kind.__qualname__}", "a name of its own", known, "give it another one"))
+            known = (
+                f"{kind.__name__}, as {other.__module__}.{other.__qualname__} is called in files"
+            )
+            raise InputError(
+                say(f"class {kind.__qualname__}", "a name of its own", known, "give it another one")
+            )
         TYPES[kind.__name__] = kind
     return kind
 
 
 @singledispatch
 def encode(value: Any, arrays: Arrays, where: str) -> Any:
-    """A value as JSON; arrays are appended to `arrays` and stand by number. InputError where it is none that a file can hold."""
+    """A value as JSON; arrays are appended to `arrays` and stand by number. InputError where it is
+    none that a file can hold.
+    """
     kind = type(value)
     if isinstance(value, Enum):
         return {"enum": kind.__name__, "value": value.value}
@@ -287,23 +350,45 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
         return encode_array(value, arrays)
     if is_sparse(value):
         matrix = csr_array(value)
-        return {"csr": [encode_array(a, arrays) for a in (matrix.data, matrix.indices, matrix.indptr)], "shape": list(matrix.shape)}
+        return {
+            "csr": [encode_array(a, arrays) for a in (matrix.data, matrix.indices, matrix.indptr)],
+            "shape": list(matrix.shape),
+        }
     if isinstance(value, slice):
         return {"slice": [value.start, value.stop, value.step]}
     if isinstance(value, tuple | list):
         items = [encode(item, arrays, f"{where}[{k}]") for k, item in enumerate(value)]
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, Mapping):
-        return {"dict": [[encode(key, arrays, where), encode(item, arrays, f"{where}.{key}")] for key, item in value.items()]}
+        return {
+            "dict": [
+                [encode(key, arrays, where), encode(item, arrays, f"{where}.{key}")]
+                for key, item in value.items()
+            ]
+        }
     if is_dataclass(value) and TYPES.get(kind.__name__) is kind:
-        parts = {part.name: encode(getattr(value, part.name), arrays, f"{where}.{part.name}") for part in fields(value)}
+        parts = {
+            part.name: encode(getattr(value, part.name), arrays, f"{where}.{part.name}")
+            for part in fields(value)
+        }
         return {"type": kind.__name__, "fields": parts}
     if callable(value):
         remedy = "write it as a text, core.expressions.of_time('sin(2*pi*t)'), or in the scene file"
-        raise InputError(say(where, "a function of time that a file can hold", f"the Python function {value!r}", remedy))
-    called = is_dataclass(value) and any(callable(getattr(value, part.name)) for part in fields(value))
+        raise InputError(
+            say(
+                where,
+                "a function of time that a file can hold",
+                f"the Python function {value!r}",
+                remedy,
+            )
+        )
+    called = is_dataclass(value) and any(
+        callable(getattr(value, part.name)) for part in fields(value)
+    )
     remedy = "no file holds its functions of Python: write them in symbols" if called else ""
-    raise InputError(say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__, remedy))
+    raise InputError(
+        say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__, remedy)
+    )
 
 
 def can_hold(value: Any) -> bool:
@@ -316,7 +401,9 @@ def can_hold(value: Any) -> bool:
 
 
 def encode_array(value: np.ndarray, arrays: Arrays) -> Tree:
-    """An array by number; the memory order is kept, because it decides the order of summation in products."""
+    """An array by number; the memory order is kept, because it decides the order of summation in
+    products.
+    """
     fortran = value.ndim > 1 and value.flags.f_contiguous and not value.flags.c_contiguous
     arrays.append(value.T if fortran else value)
     return {"array": len(arrays) - 1, "order": "F" if fortran else "C"}
@@ -332,7 +419,11 @@ def decode(tree: Any, arrays: Sequence[np.ndarray], where: str) -> Any:
         case {"csr": parts, "shape": shape}:
             return sparse([decode(part, arrays, where) for part in parts], tuple(shape), where)
         case {"type": name, "fields": parts}:
-            return struct(name, {key: decode(item, arrays, f"{where}.{key}") for key, item in parts.items()}, where)
+            return struct(
+                name,
+                {key: decode(item, arrays, f"{where}.{key}") for key, item in parts.items()},
+                where,
+            )
         case {"enum": name, "value": value}:
             return ENUMS[name](value)
         case {"slice": ends}:
@@ -340,7 +431,10 @@ def decode(tree: Any, arrays: Sequence[np.ndarray], where: str) -> Any:
         case {"tuple": items}:
             return tuple(decode(item, arrays, where) for item in items)
         case {"dict": pairs}:
-            return {decode(key, arrays, where): decode(item, arrays, f"{where}.{key}") for key, item in pairs}
+            return {
+                decode(key, arrays, where): decode(item, arrays, f"{where}.{key}")
+                for key, item in pairs
+            }
         case dict():
             raise ValueError(f"an unknown kind of value at {where} with the keys {sorted(tree)}")
     return tree
@@ -350,9 +444,21 @@ def sparse(parts: Sequence[np.ndarray], shape: tuple[int, ...], where: str) -> c
     """A sparse array of its data, indices and row pointers."""
     data, indices, indptr = parts
     kinds = data.dtype == np.float64 and indices.dtype.kind == indptr.dtype.kind == "i"
-    require(kinds, where, "float64 numbers and integer indices", f"{data.dtype}, {indices.dtype} and {indptr.dtype}")
-    rises = indptr.ndim == 1 and len(indptr) and (np.diff(indptr) >= 0).all() and indptr[-1] == len(indices)
-    require(bool(rises), where, f"row pointers that rise to {len(indices)}", validation.describe(indptr))
+    require(
+        kinds,
+        where,
+        "float64 numbers and integer indices",
+        f"{data.dtype}, {indices.dtype} and {indptr.dtype}",
+    )
+    rises = (
+        indptr.ndim == 1
+        and len(indptr)
+        and (np.diff(indptr) >= 0).all()
+        and indptr[-1] == len(indices)
+    )
+    require(
+        bool(rises), where, f"row pointers that rise to {len(indices)}", validation.describe(indptr)
+    )
     try:
         matrix = csr_array((data, indices, indptr), shape=shape)
         matrix.check_format(full_check=True)
@@ -364,10 +470,20 @@ def sparse(parts: Sequence[np.ndarray], shape: tuple[int, ...], where: str) -> c
 def struct(name: str, values: Tree, where: str) -> Any:
     """A storable dataclass of exactly its own fields."""
     if name not in TYPES:
-        remedy = "import the Python file that declares it first, or name it: fmbs --extension FILE ..."
-        raise Misfit(where, "types of this package, or of Python files that were imported", f"the unknown type {name}", remedy)
+        remedy = (
+            "import the Python file that declares it first, or name it: fmbs --extension FILE ..."
+        )
+        raise Misfit(
+            where,
+            "types of this package, or of Python files that were imported",
+            f"the unknown type {name}",
+            remedy,
+        )
     kind = TYPES[name]
-    expected, got = {part.name for part in fields(kind)}, set(values)
+    expected = {part.name for part in fields(kind)}
+    got = set(values)
     if expected != got:
-        raise ValueError(f"other fields of {name} at {where}: missing {sorted(expected - got)}, unknown {sorted(got - expected)}")
+        raise ValueError(
+            f"other fields of {name} at {where}: missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
+        )
     return kind(**values)

@@ -1,4 +1,6 @@
-"""Files that are complete under their name or not there at all, and that are on the disk before they have it."""
+"""Files that are complete under their name or not there at all, and that are on the disk before
+they have it.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +13,18 @@ from pathlib import Path
 
 from ..errors import InputError, NoRoom, say
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  #: errors of a full disk, and of a limit of file sizes
+FULL = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+)  #: errors of a full disk, and of a limit of file sizes
 AGAIN = "make room, then call the same again"
 
 
 @contextlib.contextmanager
 def place(path: Path) -> Iterator[Path]:
-    """Another name to write a file under; what was written is flushed to the disk, renamed to `path`, and its folder flushed.
+    """Another name to write a file under; what was written is flushed to the disk, renamed to
+    `path`, and its folder flushed.
 
     An error on the way leaves the place as it was.
     """
@@ -47,7 +54,9 @@ def room(path: Path, remedy: str = AGAIN) -> Iterator[None]:
 
 @contextlib.contextmanager
 def writing(path: Path, remedy: str = AGAIN) -> Iterator[None]:
-    """What keeps a file or folder from being written as an error that says so: NoRoom on a full disk, otherwise InputError."""
+    """What keeps a file or folder from being written as an error that says so: NoRoom on a full
+    disk, otherwise InputError.
+    """
     try:
         with room(path, remedy):
             yield
@@ -58,7 +67,9 @@ def writing(path: Path, remedy: str = AGAIN) -> Iterator[None]:
 
 
 def write(path: str | Path, data: bytes | memoryview, remedy: str = AGAIN) -> Path:
-    """A file of these bytes, complete under its name or not there; NoRoom and InputError as of `writing`."""
+    """A file of these bytes, complete under its name or not there; NoRoom and InputError as of
+    `writing`.
+    """
     target = Path(path)
     with writing(target, remedy), place(target) as part:
         part.write_bytes(data)

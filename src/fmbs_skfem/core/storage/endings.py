@@ -1,6 +1,8 @@
-"""Signals that end a process: what is taken when one comes, such as a lock, is given back before it ends.
+"""Signals that end a process: what is taken when one comes, such as a lock, is given back before it
+ends.
 
-SIGTERM comes from batch systems and `kill`, SIGHUP from a terminal that is closed. Under `nohup` SIGHUP is ignored, and stays so.
+SIGTERM comes from batch systems and `kill`, SIGHUP from a terminal that is closed. Under `nohup`
+SIGHUP is ignored, and stays so.
 """
 
 from __future__ import annotations
@@ -12,7 +14,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 #: those of this system: Windows has no SIGHUP
-SIGNALS: tuple[int, ...] = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+SIGNALS: tuple[int, ...] = tuple(
+    getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 STOPS = (int(signal.SIGINT), *SIGNALS)  #: the same, and Ctrl-C
 
 
@@ -44,7 +48,9 @@ def raised() -> Iterator[None]:
 
 @contextlib.contextmanager
 def noted(note: Callable[[int], object]) -> Iterator[Callable[[], None]]:
-    """SIGINT, SIGTERM and SIGHUP inside call `note` with their number, but for those that are ignored; what is given ends that."""
+    """SIGINT, SIGTERM and SIGHUP inside call `note` with their number, but for those that are
+    ignored; what is given ends that.
+    """
     before: dict[int, Any] = {}
 
     def restore() -> None:
@@ -53,7 +59,9 @@ def noted(note: Callable[[int], object]) -> Iterator[Callable[[], None]]:
 
     if threading.current_thread() is threading.main_thread():
         heard = [number for number in STOPS if signal.getsignal(number) is not signal.SIG_IGN]
-        before |= {number: signal.signal(number, lambda number, frame: note(number)) for number in heard}
+        before |= {
+            number: signal.signal(number, lambda number, frame: note(number)) for number in heard
+        }
     try:
         yield restore
     finally:

@@ -1,4 +1,6 @@
-"""Locks of files that end with the process which holds them: `flock`, and on Windows one byte of the file."""
+"""Locks of files that end with the process which holds them: `flock`, and on Windows one byte of
+the file.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +17,15 @@ from ..notices import notify
 from . import durable, endings
 
 LOCK = "run.lock"
-BYTE = 2**30  #: which is locked on Windows: beyond all text, so that others can read who holds the lock
+BYTE = (
+    2**30
+)  #: which is locked on Windows: beyond all text, so that others can read who holds the lock
 
 
 def take(file: IO[str], wait: bool = False) -> None:
-    """Lock an open file for this process; BlockingIOError where another one has it, unless this one is to `wait`."""
+    """Lock an open file for this process; BlockingIOError where another one has it, unless this one
+    is to `wait`.
+    """
     if os.name == "nt":
         take_byte(file, wait)
         return
@@ -48,10 +54,11 @@ def take_byte(file: IO[str], wait: bool) -> None:
 
 @contextlib.contextmanager
 def own(folder: Path) -> Iterator[None]:
-    """The folder belongs to this process; a lock left by one that is gone is taken over with a warning.
+    """The folder belongs to this process; a lock left by one that is gone is taken over with a
+    warning.
 
-    The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it, and goes with it, also
-    where a signal ends the process that can be taken.
+    The lock is that of the system on `run.lock`, which ends with the process; the file says who
+    holds it, and goes with it, also where a signal ends the process that can be taken.
     """
     with endings.raised(), held(folder / LOCK):
         yield
@@ -73,7 +80,9 @@ def held(path: Path) -> Iterator[None]:
             notify(f"{path.parent}: the lock of {left}, which is gone, is taken over")
         yield
     finally:
-        with contextlib.suppress(PermissionError):  # Windows keeps the name of an open file, which is left empty
+        with contextlib.suppress(
+            PermissionError
+        ):  # Windows keeps the name of an open file, which is left empty
             file.truncate(0)
             path.unlink(missing_ok=True)
         with contextlib.suppress(OSError):
@@ -91,7 +100,9 @@ def grab(path: Path) -> IO[str]:
             holder = file.read().strip() or "another process"
             file.close()
             remedy = "wait for it, or choose another folder"
-            raise InputError(say(f"{path.parent}", "a folder no other run writes into", holder, remedy)) from problem
+            raise InputError(
+                say(f"{path.parent}", "a folder no other run writes into", holder, remedy)
+            ) from problem
         file.seek(0)
         with contextlib.suppress(FileNotFoundError):
             if os.fstat(file.fileno()).st_ino == path.stat().st_ino:

@@ -2,9 +2,10 @@
 
     from ..core.records import dataclass            in place of that of `dataclasses`, with its options
 
-Python writes and compiles up to six methods for each dataclass, in a millisecond; a command uses few of the hundreds that it has.
-Until one of its generated attributes is read, by a call, by `fields`, by a class that inherits, a class holds `Pending` ones. Its
-text, comparison and hash wait until they are asked for themselves (`LATER`), and compile nothing: of the 95 classes of a check few
+Python writes and compiles up to six methods for each dataclass, in a millisecond; a command uses
+few of the hundreds that it has. Until one of its generated attributes is read, by a call, by
+`fields`, by a class that inherits, a class holds `Pending` ones. Its text, comparison and hash wait
+until they are asked for themselves (`LATER`), and compile nothing: of the 95 classes of a check few
 have any, which saves 0.02 s.
 """
 
@@ -22,14 +23,19 @@ if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
 
 ALWAYS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
-METHODS = {"init": ("__init__",), "frozen": ("__setattr__", "__delattr__")}  #: what an option of `dataclasses.dataclass` makes
+METHODS = {
+    "init": ("__init__",),
+    "frozen": ("__setattr__", "__delattr__"),
+}  #: what an option of `dataclasses.dataclass` makes
 DEFAULTS = {"init": True, "repr": True, "eq": True, "frozen": False}
 KNOWN = {*DEFAULTS, "kw_only"}
 LOCK = threading.RLock()
 
 
 class Pending:
-    """Stands for an attribute of a class that is no dataclass yet; who reads it makes the class one."""
+    """Stands for an attribute of a class that is no dataclass yet; who reads it makes the class
+    one.
+    """
 
     def __init__(self, kind: type, name: str, make: Callable[[], None]) -> None:
         self.kind, self.name, self.make = kind, name, make
@@ -65,7 +71,13 @@ def equality_of(kind: type) -> Callable[..., Any]:
 
 def hash_of(kind: type) -> Callable[..., Any]:
     """`__hash__` of a frozen dataclass."""
-    values = values_of([one.name for one in dataclasses.fields(kind) if (one.compare if one.hash is None else one.hash)])
+    values = values_of(
+        [
+            one.name
+            for one in dataclasses.fields(kind)
+            if (one.compare if one.hash is None else one.hash)
+        ]
+    )
 
     def __hash__(self: Any) -> int:
         return hash(values(self))
@@ -89,13 +101,17 @@ def write(kind: type, name: str) -> None:
 
 
 def generated(kind: type, chosen: dict[str, bool]) -> list[str]:
-    """Names of the attributes that `dataclasses.dataclass` adds to a class, but for those of `LATER`."""
+    """Names of the attributes that `dataclasses.dataclass` adds to a class, but for those of
+    `LATER`.
+    """
     names = [name for option, made in METHODS.items() if chosen[option] for name in made]
     return [name for name in (*ALWAYS, *names) if name not in vars(kind)]
 
 
 def written_later(kind: type, chosen: dict[str, bool]) -> list[str]:
-    """Names of `LATER` that a class gets, after the rules of `dataclasses`; one that compares and is not frozen has no hash."""
+    """Names of `LATER` that a class gets, after the rules of `dataclasses`; one that compares and
+    is not frozen has no hash.
+    """
     own = vars(kind)
     names = ["__repr__"] if chosen["repr"] and "__repr__" not in own else []
     if not chosen["eq"]:
@@ -113,9 +129,12 @@ def written_later(kind: type, chosen: dict[str, bool]) -> list[str]:
 
 def defer(kind: type, options: dict[str, bool]) -> type:
     """`kind`, which becomes a dataclass when one asks."""
-    declared = {name: value for name, value in vars(kind).items() if isinstance(value, dataclasses.Field)}
+    declared = {
+        name: value for name, value in vars(kind).items() if isinstance(value, dataclasses.Field)
+    }
     chosen = DEFAULTS | options
-    names, later = generated(kind, chosen), written_later(kind, chosen)
+    names = generated(kind, chosen)
+    later = written_later(kind, chosen)
 
     def make() -> None:
         for name in names:
@@ -139,7 +158,9 @@ def defer(kind: type, options: dict[str, bool]) -> type:
 if not TYPE_CHECKING:
 
     def dataclass(kind: type | None = None, **options: bool) -> Any:
-        """As `dataclasses.dataclass`; other options than those here, or an `__init__` that it replaces, make a class at once."""
+        """As `dataclasses.dataclass`; other options than those here, or an `__init__` that it
+        replaces, make a class at once.
+        """
 
         def decorate(kind: type) -> type:
             if options.keys() <= KNOWN and "__init__" not in vars(kind):

@@ -1,9 +1,11 @@
-"""The files of one piece of work that may be killed at any moment and goes on later: a run, a training, a sweep.
+"""The files of one piece of work that may be killed at any moment and goes on later: a run, a
+training, a sweep.
 
     name00001.h5       or name.h5: a struct, or arrays as plain HDF5 for other programs; its size and SHA-256 stand in front
 
-Every file is complete under its name or not there, whatever ends the process: what was there stays as it is (`durable`). Files
-hold numbers and texts only, and nothing in them is executed. Whoever goes on reads what is there and makes what is missing.
+Every file is complete under its name or not there, whatever ends the process: what was there stays
+as it is (`durable`). Files hold numbers and texts only, and nothing in them is executed. Whoever
+goes on reads what is there and makes what is missing.
 """
 
 from __future__ import annotations
@@ -41,11 +43,16 @@ class Store:
 
     def numbers(self, name: str) -> list[int]:
         """Those of which there is a file, in their order."""
-        stems = [path.stem.removeprefix(name) for path in self.folder.glob(f"{name}*.h5")] if self.folder else []
+        stems = (
+            [path.stem.removeprefix(name) for path in self.folder.glob(f"{name}*.h5")]
+            if self.folder
+            else []
+        )
         return sorted(int(stem) for stem in stems if stem.isdigit())
 
     def append(self, name: str, number: int | None, content: Any) -> None:
-        """Store a struct, or arrays and facts by name as plain HDF5, in place of what had this number.
+        """Store a struct, or arrays and facts by name as plain HDF5, in place of what had this
+        number.
 
         NoRoom and InputError as of `durable`.
         """
@@ -60,7 +67,8 @@ class Store:
             container.write(path, self.kind, self.remedy, tree=plain(content))
 
     def read(self, name: str, number: int | None, kind: Any = None, needed: bool = False) -> Any:
-        """What was stored: a struct of this kind, or arrays and facts; None where there is none, CorruptFile where it is damaged.
+        """What was stored: a struct of this kind, or arrays and facts; None where there is none,
+        CorruptFile where it is damaged.
 
         One that is `needed` and is not there is damage as well.
         """
@@ -72,7 +80,9 @@ class Store:
         if kind is None:
             return container.get(path, self.kind)
         with container.reading(path, self.kind):
-            return validation.build(kind, container.read(path, self.kind, tree=dict)["tree"], "content")
+            return validation.build(
+                kind, container.read(path, self.kind, tree=dict)["tree"], "content"
+            )
 
     def series(self, name: str, kind: Any) -> tuple[Any, ...]:
         """The structs of this name, from number 1 to the first that is not there."""

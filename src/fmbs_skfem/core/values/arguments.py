@@ -1,13 +1,15 @@
-"""Arguments of public functions are what their annotations declare: the door at which others are bad input.
+"""Arguments of public functions are what their annotations declare: the door at which others are
+bad input.
 
     @checked
     def integrate(system: System, scheme: GeneralizedAlpha, duration: float, ...) -> Trajectory: ...
 
     integrate("a.yaml", ...)        InputError: integrate: system: expected a System, got 'a.yaml'
 
-Without it a wrong argument is an AttributeError or a TypeError of whatever uses it first, or nothing at all. What a declaration
-does not say (signs, shapes, names) is checked by whoever knows it. Numbers are finite, and may be those of NumPy; a sequence is all
-that can be gone through but a text, an array what NumPy makes finite numbers of. Names that only type checkers know are not looked
+Without it a wrong argument is an AttributeError or a TypeError of whatever uses it first, or
+nothing at all. What a declaration does not say (signs, shapes, names) is checked by whoever knows
+it. Numbers are finite, and may be those of NumPy; a sequence is all that can be gone through but a
+text, an array what NumPy makes finite numbers of. Names that only type checkers know are not looked
 at, nor what an iterator gives.
 """
 
@@ -22,7 +24,18 @@ from dataclasses import fields
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    TypeAlias,
+    TypeVar,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,14 +44,17 @@ from ..errors import InputError, say
 from .problems import shown
 
 T = TypeVar("T", bound=Callable[..., Any])
-Rule: TypeAlias = Callable[[Any], str]  #: says what was expected of a value, and nothing of one that is right
+Rule: TypeAlias = Callable[
+    [Any], str
+]  #: says what was expected of a value, and nothing of one that is right
 LIKE_ARRAYS = set(get_args(ArrayLike))
 
 
 def checked(one: T) -> T:
     """A function that takes only what its annotations declare, or a dataclass that holds only that.
 
-    InputError names the argument or field that is something else. Of a dataclass it stands below `@dataclass`.
+    InputError names the argument or field that is something else. Of a dataclass it stands below
+    `@dataclass`.
     """
     return cast(T, checked_dataclass(one) if isinstance(one, type) else checked_function(one))
 
@@ -67,7 +83,8 @@ def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
 def checked_dataclass(kind: type) -> type:
     """A dataclass, before it is one, whose fields are checked when an item is made.
 
-    Its own `__post_init__`, whose words are better, goes first; it may not stand what fields cannot hold.
+    Its own `__post_init__`, whose words are better, goes first; it may not stand what fields cannot
+    hold.
     """
     then = getattr(kind, "__post_init__", None)
 
@@ -87,7 +104,9 @@ def checked_dataclass(kind: type) -> type:
 
 
 def check_fields(item: Any, where: str = "") -> None:
-    """InputError for a field of a dataclass that is not what it is declared to be; `where` names the item, its class by default."""
+    """InputError for a field of a dataclass that is not what it is declared to be; `where` names
+    the item, its class by default.
+    """
     for name, rule, default in fields_of(cast(Any, type(item))):
         value = getattr(item, name)
         if not is_default(value, default) and (wanted := rule(value)):
@@ -96,11 +115,20 @@ def check_fields(item: Any, where: str = "") -> None:
 
 @functools.cache
 def parameters_of(function: Callable[..., Any]) -> dict[str, tuple[Rule, Any, bool]]:
-    """Rule and default of the parameters of a function, and whether it wants an array, by name, in their order."""
+    """Rule and default of the parameters of a function, and whether it wants an array, by name, in
+    their order.
+    """
     known = hints_of(function)
-    single = [one for one in inspect.signature(function).parameters.values() if one.kind != one.VAR_POSITIONAL]
+    single = [
+        one
+        for one in inspect.signature(function).parameters.values()
+        if one.kind != one.VAR_POSITIONAL
+    ]
     kinds = {one.name: (known.get(one.name, Any), one.default) for one in single}
-    return {name: (rule_of(kind), default, np.ndarray in (kind, *get_args(kind))) for name, (kind, default) in kinds.items()}
+    return {
+        name: (rule_of(kind), default, np.ndarray in (kind, *get_args(kind)))
+        for name, (kind, default) in kinds.items()
+    }
 
 
 @functools.cache
@@ -108,7 +136,9 @@ def fields_of(kind: type) -> tuple[tuple[str, Rule, Any], ...]:
     """Names, rules and defaults of the fields of a dataclass, also of those that it inherits."""
     known = {name: hint for base in reversed(kind.__mro__) for name, hint in hints_of(base).items()}
     names = [one.name for one in fields(cast(Any, kind)) if one.name in known]
-    return tuple((name, rule_of(known[name]), getattr(kind, name, inspect.Parameter.empty)) for name in names)
+    return tuple(
+        (name, rule_of(known[name]), getattr(kind, name, inspect.Parameter.empty)) for name in names
+    )
 
 
 def hints_of(owner: Any) -> dict[str, Any]:
@@ -126,7 +156,9 @@ def hints_of(owner: Any) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------------------------------ kinds
 def is_default(value: object, default: object) -> bool:
     """Whether a value is the default, which says itself what else may be there: infinity, or None."""
-    return value is default or (type(value) is float and type(default) is float and value == default)
+    return value is default or (
+        type(value) is float and type(default) is float and value == default
+    )
 
 
 def is_number(value: object) -> bool:
@@ -146,7 +178,9 @@ def is_whole(value: object) -> bool:
 
 
 def is_text(value: object) -> bool:
-    """Whether a value is a text, or a path, that can be the name of a file: without zeros and halves of letters."""
+    """Whether a value is a text, or a path, that can be the name of a file: without zeros and
+    halves of letters.
+    """
     try:
         return isinstance(value, str | Path) and b"\0" not in os.fsencode(value)
     except UnicodeEncodeError:
@@ -170,14 +204,28 @@ RULES: dict[Any, tuple[Callable[[Any], bool], str]] = {
     str: (lambda value: isinstance(value, str) and is_text(value), "a text"),
     Path: (lambda value: isinstance(value, Path) and is_text(value), "a path"),
     NoneType: (lambda value: value is None, "None"),
-    np.ndarray: (lambda value: is_array(value) and np.ndim(value) > 0, "an array of finite numbers"),
+    np.ndarray: (
+        lambda value: is_array(value) and np.ndim(value) > 0,
+        "an array of finite numbers",
+    ),
     ArrayLike: (is_array, "finite numbers"),
     Callable: (callable, "a function"),
     Mapping: (lambda value: isinstance(value, Mapping), "a mapping"),
-    Iterable: (lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes), "a sequence"),
-    Sequence: (lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping), "a sequence"),
+    Iterable: (
+        lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes),
+        "a sequence",
+    ),
+    Sequence: (
+        lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping),
+        "a sequence",
+    ),
 }
-SAME = {dict: Mapping, Collection: Iterable, tuple: Sequence, list: Sequence}  #: kinds that have the rule of another one
+SAME = {
+    dict: Mapping,
+    Collection: Iterable,
+    tuple: Sequence,
+    list: Sequence,
+}  #: kinds that have the rule of another one
 
 
 def require(where: str, value: Any, kind: Any) -> None:
@@ -188,36 +236,55 @@ def require(where: str, value: Any, kind: Any) -> None:
 
 @functools.cache
 def rule_of(kind: Any) -> Rule:
-    """What says of a value what was expected where it is not of a kind, an annotation, and nothing where it is."""
+    """What says of a value what was expected where it is not of a kind, an annotation, and nothing
+    where it is.
+    """
     kind = kind.__origin__ if get_origin(kind) is Annotated else kind
-    origin, parts = get_origin(kind) or kind, get_args(kind)
+    origin = get_origin(kind) or kind
+    parts = get_args(kind)
     if origin in (Union, UnionType) and kind != ArrayLike:
         return rule_of_union(parts)
     if origin is Literal:
-        return lambda value: "" if isinstance(value, str | int) and value in parts else " or ".join(map(repr, parts))
+        return lambda value: (
+            "" if isinstance(value, str | int) and value in parts else " or ".join(map(repr, parts))
+        )
     rule = ArrayLike if kind == ArrayLike else SAME.get(origin, origin)
-    if rule not in RULES and (not isinstance(rule, type) or rule is Any or getattr(rule, "_is_protocol", False)):
+    if rule not in RULES and (
+        not isinstance(rule, type) or rule is Any or getattr(rule, "_is_protocol", False)
+    ):
         return lambda value: ""
-    fits, word = RULES.get(rule, (lambda one: isinstance(one, rule), called(getattr(rule, "__name__", ""))))
+    fits, word = RULES.get(
+        rule, (lambda one: isinstance(one, rule), called(getattr(rule, "__name__", "")))
+    )
     if rule in (Mapping, Iterable, Sequence) and parts:
         return rule_of_many(fits, word, rule, parts)
     return lambda value: "" if fits(value) else word
 
 
 def rule_of_many(fits: Callable[[Any], bool], word: str, rule: Any, parts: tuple[Any, ...]) -> Rule:
-    """The same of what holds others: of a mapping or sequence that is there as a whole all items are looked at."""
-    rules, fixed = [rule_of(part) for part in parts], len(parts) > 1 and parts[-1] is not ...
+    """The same of what holds others: of a mapping or sequence that is there as a whole all items
+    are looked at.
+    """
+    rules = [rule_of(part) for part in parts]
+    fixed = len(parts) > 1 and parts[-1] is not ...
 
     def misfit(value: Any) -> str:
         if not fits(value):
             return word
         found: Iterator[str] = iter(())
         if rule is Mapping:
-            found = (each(one) for item in value.items() for each, one in zip(rules, item, strict=False))
+            found = (
+                each(one) for item in value.items() for each, one in zip(rules, item, strict=False)
+            )
         elif isinstance(value, list | tuple | Mapping | np.ndarray):
             if fixed and rule is Sequence and len(value) != len(parts):
                 return f"{len(parts)} values"
-            found = (each(one) for each, one in zip(rules if fixed else len(value) * rules[:1], value, strict=False))
+            found = (
+                each(one)
+                for each, one in zip(
+                    rules if fixed else len(value) * rules[:1], value, strict=False
+                )
+            )
         wanted = next(filter(None, found), "")
         return f"{word}, in it {wanted}" if wanted else ""
 

@@ -1,11 +1,14 @@
-"""Units in which people read numbers: those that they typed, else SI units with prefixes; files and Python keep SI units.
+"""Units in which people read numbers: those that they typed, else SI units with prefixes; files and
+Python keep SI units.
 
     number that is read = value [SI] / size of its unit,        tip_x [m] 0.0123   ->   tip_x [mm] 12.3
 
-One rule for tables, plots and pages: of the units that a scene types for the dimension of a number, the first one in which the
-largest number beside it is between 1 and 1000, else between 0.1 and 10 000, which is read without a power of ten. Where there is
-none, the prefix that puts the largest number between 1 and 1000; where the unit has no prefixes (angles), or the scene types none
-of SI (psi, inches, rpm), the first that was typed. Units that are asked for stand before all of these, whatever the number.
+One rule for tables, plots and pages: of the units that a scene types for the dimension of a number,
+the first one in which the largest number beside it is between 1 and 1000, else between 0.1 and 10
+000, which is read without a power of ten. Where there is none, the prefix that puts the largest
+number between 1 and 1000; where the unit has no prefixes (angles), or the scene types none of SI
+(psi, inches, rpm), the first that was typed. Units that are asked for stand before all of these,
+whatever the number.
 """
 
 from __future__ import annotations
@@ -26,7 +29,10 @@ from .responses import Names
 from .units import measure, unit_of_text
 from .units import unit as si_unit
 
-WINDOWS = (1.0, 1000.0), (0.1, 10_000.0)  #: a typed unit is taken where the largest number is in between, the first one first
+WINDOWS = (
+    (1.0, 1000.0),
+    (0.1, 10_000.0),
+)  #: a typed unit is taken where the largest number is in between, the first one first
 #: units that have prefixes, with the largest power of ten: nobody reads kiloseconds
 LARGEST = {"m": 3, "s": 0, "N": 9, "Pa": 9, "J": 9, "W": 9, "Hz": 9}
 LEAST = -9  #: the least power of ten; what is smaller is round-off, and stays in the unit itself
@@ -47,7 +53,9 @@ class DisplayUnits:
     typed: tuple[str, ...] = ()
 
     def find(self, unit: str, largest: float, prefixes: bool = True) -> tuple[str, float]:
-        """The unit in which numbers of an SI unit are read, and its size; `largest` is the largest of them. Others stay."""
+        """The unit in which numbers of an SI unit are read, and its size; `largest` is the largest
+        of them. Others stay.
+        """
         base, scale = describe(unit)
         if not base or scale != 1.0:
             return unit, 1.0
@@ -56,13 +64,22 @@ class DisplayUnits:
                 return one, describe(one)[1]
         own = [(one, size) for one in self.typed for kind, size in [describe(one)] if kind == base]
         known = 0.0 < largest < math.inf
-        fitting = [(one, size) for low, high in WINDOWS for one, size in own if low <= largest / size < high]
+        fitting = [
+            (one, size)
+            for low, high in WINDOWS
+            for one, size in own
+            if low <= largest / size < high
+        ]
         if fitting or (own and not (known and is_metric(own[0][1]))):
             return (fitting or own)[0]
         return with_prefix(unit, largest) if known and prefixes else (unit, 1.0)
 
-    def head(self, text: str, values: Iterable[Any] | npt.NDArray[np.float64], prefixes: bool = True) -> tuple[str, float]:
-        """The head `NAME [UNIT]` of numbers in SI units as they are read, and the size of the unit that it has then."""
+    def head(
+        self, text: str, values: Iterable[Any] | npt.NDArray[np.float64], prefixes: bool = True
+    ) -> tuple[str, float]:
+        """The head `NAME [UNIT]` of numbers in SI units as they are read, and the size of the unit
+        that it has then.
+        """
         match = _HEAD.fullmatch(text)
         if match is None:
             return text, 1.0
@@ -83,8 +100,11 @@ class DisplayUnits:
         read, size = self.find(unit, abs(value))
         return f"{value / size:.6g} {read}".rstrip()
 
-    def columns(self, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[list[str], list[list[Any]]]:
-        """A table whose columns of numbers are read in the units that were typed; what is no number stays.
+    def columns(
+        self, heads: Sequence[str], rows: Sequence[Sequence[Any]]
+    ) -> tuple[list[str], list[list[Any]]]:
+        """A table whose columns of numbers are read in the units that were typed; what is no number
+        stays.
 
         Without prefixes, as a column has numbers of several orders.
         """
@@ -92,8 +112,12 @@ class DisplayUnits:
         for head, *cells in zip(heads, *rows, strict=True):
             numbers = [one for one in cells if is_number(one)]
             whole = len(numbers) == sum(one is not None and one != "" for one in cells)
-            text, size = self.head(head, numbers, prefixes=False) if whole and numbers else (head, 1.0)
-            found.append([text, *(one / size if is_number(one) and size != 1.0 else one for one in cells)])
+            text, size = (
+                self.head(head, numbers, prefixes=False) if whole and numbers else (head, 1.0)
+            )
+            found.append(
+                [text, *(one / size if is_number(one) and size != 1.0 else one for one in cells)]
+            )
         heads, *shown = map(list, zip(*found, strict=True)) if found else [[]]
         return list(heads), shown
 
@@ -107,7 +131,12 @@ class DisplayUnits:
         """Those that a report or the notes of a saved model hold; none of earlier ones."""
         stored = holder.get(KEY)
         found = stored if isinstance(stored, Mapping) else {}
-        return cls(*(tuple(map(str, one)) if isinstance(one, list | tuple) else () for one in map(found.get, ("asked", "typed"))))
+        return cls(
+            *(
+                tuple(map(str, one)) if isinstance(one, list | tuple) else ()
+                for one in map(found.get, ("asked", "typed"))
+            )
+        )
 
 
 SI = DisplayUnits()  #: with prefixes
@@ -125,25 +154,38 @@ def typed_in(value: Any) -> Iterator[str]:
 
 
 def quantities_in(text: str) -> list[str]:
-    """The quantities of a text that is one, or an expression of some: `300 rpm * (1 - exp(-t / 2 ms))` has two."""
+    """The quantities of a text that is one, or an expression of some: `300 rpm * (1 - exp(-t / 2
+    ms))` has two.
+    """
     try:
         measure(text)
         return [text]
     except Problem:
         try:
-            return [step for step in expressions.parse(text, Names(())) if expressions.is_quantity(step)]
+            return [
+                step for step in expressions.parse(text, Names(())) if expressions.is_quantity(step)
+            ]
         except Problem:
             return []
 
 
 @cache
 def describe(unit: str) -> tuple[str, float]:
-    """The SI unit of what is measured in a unit, and the size of that in SI; no unit where it is none, or of numbers."""
+    """The SI unit of what is measured in a unit, and the size of that in SI; no unit where it is
+    none, or of numbers.
+    """
     try:
         found = measure(f"1 {unit}")
     except Problem:
         return "", 1.0
-    special = next((one for one in ALIKE if unit.endswith(one) and unit.removesuffix(one) in {*PREFIXES.values(), "u", "μ"}), None)
+    special = next(
+        (
+            one
+            for one in ALIKE
+            if unit.endswith(one) and unit.removesuffix(one) in {*PREFIXES.values(), "u", "μ"}
+        ),
+        None,
+    )
     return special or si_unit(found.exponents), found.value
 
 
@@ -153,7 +195,9 @@ def is_metric(size: float) -> bool:
 
 
 def with_prefix(unit: str, largest: float) -> tuple[str, float]:
-    """An SI unit with the prefix that puts the largest number between 1 and 1000, and its size; as it is where it takes none."""
+    """An SI unit with the prefix that puts the largest number between 1 and 1000, and its size; as
+    it is where it takes none.
+    """
     match = _FIRST.fullmatch(unit)
     if match is None:
         return unit, 1.0
@@ -168,5 +212,7 @@ def is_number(value: object) -> bool:
 
 def largest_of(values: Iterable[Any] | npt.NDArray[np.float64]) -> float:
     """The largest of the sizes of numbers that are finite, 0 for none."""
-    found = np.abs(np.asarray(values if isinstance(values, np.ndarray) else list(values), dtype=float))
+    found = np.abs(
+        np.asarray(values if isinstance(values, np.ndarray) else list(values), dtype=float)
+    )
     return float(found[np.isfinite(found)].max(initial=0.0))

@@ -1,12 +1,13 @@
-"""Expressions of time and of parameters, as texts: a whitelist grammar, a postfix program, evaluation for one t or many.
+"""Expressions of time and of parameters, as texts: a whitelist grammar, a postfix program,
+evaluation for one t or many.
 
     comparison: sum [(< | <= | > | >=) sum]    sum: product {(+ | -) product}    product: unary {(* | /) unary}
     unary: (+ | -) unary | power               power: atom [** unary]            atom: number | name | function(...) | (comparison)
 
 A number may have a unit, `0.3 m`, and a name a part, `tip.x`.
 
-A text becomes a program in postfix order, numbers and symbols, which a stack evaluates in any algebra: floats, arrays, quantities
-with units. Nothing of Python is reachable from a text.
+A text becomes a program in postfix order, numbers and symbols, which a stack evaluates in any
+algebra: floats, arrays, quantities with units. Nothing of Python is reachable from a text.
 """
 
 from __future__ import annotations
@@ -43,7 +44,9 @@ FUNCTIONS = {
     "abs": 1, "sign": 1, "floor": 1, "mod": 2, "min": 2, "max": 2, "where": 3,
 }  # fmt: skip
 REPEATED = ("min", "max")  #: functions of two or more arguments
-TABLE = "interp"  #: interp(x, x0, y0, x1, y1, ...): straight lines between points, constant beyond them
+TABLE = (
+    "interp"  #: interp(x, x0, y0, x1, y1, ...): straight lines between points, constant beyond them
+)
 STEPS = 20_000  #: longest program
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product
@@ -95,13 +98,16 @@ class Ambiguous(Problem):
 
     def __init__(self, name: str, text: str, kind: str = "a parameter") -> None:
         got = f"'{name}' in {shown(text)}, which is both"
-        super().__init__(f"a unit or {kind}", got, f"rename '{name}', or write the number in SI units")
+        super().__init__(
+            f"a unit or {kind}", got, f"rename '{name}', or write the number in SI units"
+        )
 
 
 @storable
 @dataclass(frozen=True)
 class Expression:
-    """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out.
+    """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays
+    out.
 
     Inputs stand at their start, where `at` gives no values (s,) of theirs by name.
     """
@@ -118,41 +124,64 @@ class Expression:
         if isinstance(t, np.ndarray):
             return self.at(t, {one.name: one(t) for one in self.inputs})
         calls = {one.call: one for one in self.inputs if one.call}
-        return value_of(self.program, {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)} | calls)
+        return value_of(
+            self.program,
+            {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)} | calls,
+        )
 
-    def at(self, t: npt.NDArray[np.float64], inputs: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+    def at(
+        self, t: npt.NDArray[np.float64], inputs: Mapping[str, npt.NDArray[np.float64]]
+    ) -> npt.NDArray[np.float64]:
         """Its values at times (s,) with inputs of these values (s,)."""
         with np.errstate(all="ignore"):
             calls = {one.call: one for one in self.inputs if one.call}
             return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs, **calls}, ARRAY)
 
-    def switches(self, t: npt.NDArray[np.float64], margins: bool = False) -> npt.NDArray[np.float64]:
+    def switches(
+        self, t: npt.NDArray[np.float64], margins: bool = False
+    ) -> npt.NDArray[np.float64]:
         """`switches` of its program at times (s,), or `margins`."""
-        sources = {one.name: one(t) for one in self.inputs} | {one.call: one for one in self.inputs if one.call}
+        sources = {one.name: one(t) for one in self.inputs} | {
+            one.call: one for one in self.inputs if one.call
+        }
         return switches(self.program, {"t": t, **sources}, t, margins)
 
 
 @checked
 def of_time(
-    text: str | float, parameters: Mapping[str, float] | None = None, inputs: Mapping[str, Source] | None = None
+    text: str | float,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, Source] | None = None,
 ) -> Expression:
-    """The function of time written as `text`; `parameters` are names it may use beside t and pi, with their values, and inputs."""
-    values, told = {"pi": math.pi} | dict(parameters or {}), dict(inputs or {})
+    """The function of time written as `text`; `parameters` are names it may use beside t and pi,
+    with their values, and inputs.
+    """
+    values = {"pi": math.pi} | dict(parameters or {})
+    told = dict(inputs or {})
     calls = {one.call for one in told.values() if one.call}
-    program = parse(text, values.keys() | timed(told.values()).keys() | calls | {"t"}) if isinstance(text, str) else (float(text),)
+    program = (
+        parse(text, values.keys() | timed(told.values()).keys() | calls | {"t"})
+        if isinstance(text, str)
+        else (float(text),)
+    )
     read = tuple(one for name, one in told.items() if name in program or one.call in program)
     fixed = values | {step: one.value for step, one in quantities(program).items()}
     return Expression(str(text), _fold(program, fixed, str(text)), read)
 
 
 def check(expression: Expression, times: npt.ArrayLike, name: str) -> None:
-    """Raises a SolverError naming the load or joint `name` and the first of the times (s,) [s] where f(t) is not finite."""
+    """Raises a SolverError naming the load or joint `name` and the first of the times (s,) [s]
+    where f(t) is not finite.
+    """
     t = np.atleast_1d(np.asarray(times, dtype=float))
     values = expression(t)
     if not np.isfinite(values).all():
         first = int(np.argmin(np.isfinite(values)))
         message = say(
-            f"{name} at t = {t[first]:g} s", f"a finite value of '{expression.text}'", values[first], "guard it with where(...)"
+            f"{name} at t = {t[first]:g} s",
+            f"a finite value of '{expression.text}'",
+            values[first],
+            "guard it with where(...)",
         )
         raise SolverError(message, Reason.NOT_FINITE, float(t[first]))
 
@@ -172,7 +201,12 @@ def quantities(program: Program) -> dict[str, Quantity]:
     return {step: measure(step) for step in program if is_quantity(step)}
 
 
-def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift: Callable[[float], Any] = float) -> Any:
+def evaluate(
+    program: Program,
+    names: Mapping[str, Any],
+    algebra: Algebra,
+    lift: Callable[[float], Any] = float,
+) -> Any:
     """The value of a program; `lift` brings its numbers into the algebra."""
     stack: list[Any] = []
     for step in program:
@@ -191,16 +225,24 @@ def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift:
 def switches(
     program: Program, names: Mapping[str, Any], t: npt.NDArray[np.float64], margins: bool = False
 ) -> npt.NDArray[np.float64]:
-    """Parts (s, k) of a program that jump, at times (s,): comparisons, signs and whole numbers; nan where they read what is nan.
+    """Parts (s, k) of a program that jump, at times (s,): comparisons, signs and whole numbers; nan
+    where they read what is nan.
 
-    With `margins` the differences of both sides of comparisons, which change their signs where these jump.
+    With `margins` the differences of both sides of comparisons, which change their signs where
+    these jump.
     """
     found: list[npt.NDArray[np.float64]] = []
     words = COMPARISONS if margins else SWITCHES
 
     def recorded(word: str, *parts: Any) -> Any:
         value = ARRAY[word](*parts)
-        kept = parts[0] - parts[1] if margins else np.floor(parts[0] / parts[1]) if word == "mod" else value
+        kept = (
+            parts[0] - parts[1]
+            if margins
+            else np.floor(parts[0] / parts[1])
+            if word == "mod"
+            else value
+        )
         found.append(np.zeros(t.shape) + kept)
         return value
 
@@ -212,9 +254,15 @@ def switches(
 
 
 def parse(text: str, names: Collection[str]) -> Program:
-    """The postfix program of a text that may use `names` and pi; a Problem where the text leaves the grammar."""
+    """The postfix program of a text that may use `names` and pi; a Problem where the text leaves
+    the grammar.
+    """
     if len(text) > LENGTH:
-        raise Problem(f"an expression of at most {LENGTH} characters", f"{len(text)} characters", "name its parts under parameters")
+        raise Problem(
+            f"an expression of at most {LENGTH} characters",
+            f"{len(text)} characters",
+            "name its parts under parameters",
+        )
     tokens = _tokens(text)
     program = _comparison(tokens, names, 0)
     if tokens[0][0] != "end":
@@ -223,22 +271,30 @@ def parse(text: str, names: Collection[str]) -> Program:
 
 
 def value_of(program: Program, names: Mapping[str, Any]) -> float:
-    """The value of a program in Python floats; through numpy where those raise (division by zero, overflow, domain)."""
+    """The value of a program in Python floats; through numpy where those raise (division by zero,
+    overflow, domain).
+    """
     try:
         return float(evaluate(program, names, SCALAR))
     except (ValueError, ArithmeticError):
         with np.errstate(all="ignore"):
-            lifted = {name: value if callable(value) else np.float64(value) for name, value in names.items()}
+            lifted = {
+                name: value if callable(value) else np.float64(value)
+                for name, value in names.items()
+            }
             return float(evaluate(program, lifted, ARRAY, np.float64))
 
 
 def require_defined(program: Program, values: Mapping[str, float], text: str) -> None:
-    """Raises a Problem for a program that is no number whatever the names are that have no value here."""
+    """Raises a Problem for a program that is no number whatever the names are that have no value
+    here.
+    """
     _fold(program, values, text)
 
 
 def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
-    """The program with constants computed once; a constant part that is not finite is refused, and a divisor that is always 0.
+    """The program with constants computed once; a constant part that is not finite is refused, and
+    a divisor that is always 0.
 
     A divisor is not where a condition chooses: where(t < T, t/T, 1) is a step for T = 0.
     """
@@ -251,8 +307,14 @@ def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
             joined: Program = (*(piece for part in parts for piece in part), step)
             problem = next(filter(None, wrong[:1] if step == "where" else wrong), None)
             if step in DIVISIONS and parts[-1] == (0.0,) and not constant:
-                problem = Problem("a divisor other than 0", f"{shown(text)}, where it is always 0", "guard it with where(...)")
-            stack[first:] = [((_finite(value_of(joined, {}), text),) if constant else joined, problem)]
+                problem = Problem(
+                    "a divisor other than 0",
+                    f"{shown(text)}, where it is always 0",
+                    "guard it with where(...)",
+                )
+            stack[first:] = [
+                ((_finite(value_of(joined, {}), text),) if constant else joined, problem)
+            ]
         elif is_call(step):
             stack[-1] = ((*stack[-1][0], step), stack[-1][1])
         elif isinstance(step, str):
@@ -267,19 +329,26 @@ def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
 
 def _finite(value: float, text: str) -> float:
     if not math.isfinite(value):
-        raise Problem("an expression of finite numbers", f"{shown(text)}, a part of which is {value}", GRAMMAR)
+        raise Problem(
+            "an expression of finite numbers", f"{shown(text)}, a part of which is {value}", GRAMMAR
+        )
     return value
 
 
 def _tokens(text: str) -> deque[Token]:
     tokens: deque[Token] = deque()
-    position, end = 0, len(text.rstrip(" \t\n"))
+    position = 0
+    end = len(text.rstrip(" \t\n"))
     while position < end:
         match = _TOKEN.match(text, position)
         if match is None:
             rest = text[position:].lstrip(" \t\n")
             hint = "write ** for a power; " if rest[0] == "^" else ""
-            raise Problem("an expression", f"{rest[0]!r} at column {len(text) - len(rest) + 1} of {shown(text)}", hint + GRAMMAR)
+            raise Problem(
+                "an expression",
+                f"{rest[0]!r} at column {len(text) - len(rest) + 1} of {shown(text)}",
+                hint + GRAMMAR,
+            )
         kind = str(match.lastgroup)
         tokens.append((kind, match[kind], match.start(kind) + 1))
         position = match.end()
@@ -294,12 +363,16 @@ def _unexpected(expected: str, token: Token) -> Problem:
 def _comparison(tokens: deque[Token], names: Collection[str], level: int) -> Program:
     left = _climb(tokens, names, 1, level)
     if BINARY.get(tokens[0][1]) == 1:
-        raise Problem("one comparison", "a chain of comparisons", "write (a < t) * (t < b) for both")
+        raise Problem(
+            "one comparison", "a chain of comparisons", "write (a < t) * (t < b) for both"
+        )
     return left
 
 
 def _climb(tokens: deque[Token], names: Collection[str], floor: int, level: int) -> Program:
-    """Operands joined by operators of precedence `floor` and above; powers associate to the right, comparisons not at all."""
+    """Operands joined by operators of precedence `floor` and above; powers associate to the right,
+    comparisons not at all.
+    """
     left = _operand(tokens, names, level)
     while (precedence := BINARY.get(symbol := tokens[0][1], 0)) >= floor:
         tokens.popleft()
@@ -312,7 +385,11 @@ def _climb(tokens: deque[Token], names: Collection[str], floor: int, level: int)
 
 def _operand(tokens: deque[Token], names: Collection[str], level: int) -> Program:
     if level > LEVELS:
-        raise Problem(f"an expression nested at most {LEVELS} deep", "a deeper one", "name its parts under parameters")
+        raise Problem(
+            f"an expression nested at most {LEVELS} deep",
+            "a deeper one",
+            "name its parts under parameters",
+        )
     token = tokens.popleft()
     kind, text, _ = token
     if kind == "number":
@@ -347,7 +424,9 @@ def _unit(tokens: deque[Token], names: Collection[str]) -> str:
 
 
 def _is_unit(tokens: deque[Token], names: Collection[str]) -> bool:
-    """Whether a unit goes on behind the operator that comes next; a Problem where a name of the scene may be meant as well."""
+    """Whether a unit goes on behind the operator that comes next; a Problem where a name of the
+    scene may be meant as well.
+    """
     name = tokens[1][1]
     if name == "t" or name not in UNITS or tokens[2][1] == "(":
         return False
@@ -368,13 +447,21 @@ def _known(name: str, names: Collection[str]) -> str:
         )
         if "." in name and not any("." in one for one in known):
             near = OUTPUTS
-        raise Problem(f"one of the names {listed(known, name)}", shown(name), f"{near}; {GRAMMAR}" if near else GRAMMAR)
+        raise Problem(
+            f"one of the names {listed(known, name)}",
+            shown(name),
+            f"{near}; {GRAMMAR}" if near else GRAMMAR,
+        )
     return name
 
 
 def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -> Program:
     known = {*FUNCTIONS, TABLE}
-    if name not in known and f"{name}(t)" in names and [token[1] for token in itertools.islice(tokens, 3)] == ["(", "t", ")"]:
+    if (
+        name not in known
+        and f"{name}(t)" in names
+        and [token[1] for token in itertools.islice(tokens, 3)] == ["(", "t", ")"]
+    ):
         for _ in range(3):
             tokens.popleft()
         return (f"{name}(t)",)
@@ -385,7 +472,11 @@ def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -
         return (*argument, f"{name}()")
     if name not in known:
         hint = closest(name, known).removeprefix("; ")
-        raise Problem(f"one of the functions {', '.join(sorted(known))}", shown(name), f"{hint} {GRAMMAR}".strip())
+        raise Problem(
+            f"one of the functions {', '.join(sorted(known))}",
+            shown(name),
+            f"{hint} {GRAMMAR}".strip(),
+        )
     tokens.popleft()
     arguments = [_comparison(tokens, names, level + 1)]
     while tokens[0][1] == ",":
@@ -396,7 +487,9 @@ def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -
         return _table(arguments)
     count = FUNCTIONS[name]
     if len(arguments) != count and not (name in REPEATED and len(arguments) > 2):
-        raise Problem(f"{count} argument{'s' if count > 1 else ''} of {name}", str(len(arguments)), GRAMMAR)
+        raise Problem(
+            f"{count} argument{'s' if count > 1 else ''} of {name}", str(len(arguments)), GRAMMAR
+        )
     if name in REPEATED:
         return (*arguments[0], *(step for argument in arguments[1:] for step in (*argument, name)))
     return (*(step for argument in arguments for step in argument), name)
@@ -406,13 +499,41 @@ def _table(arguments: list[Program]) -> Program:
     """y0 + sum_i (y_i+1 - y_i) min(max((x - x_i) / (x_i+1 - x_i), 0), 1)."""
     x, points = arguments[0], arguments[1:]
     if len(points) < 4 or len(points) % 2:
-        raise Problem(f"{TABLE}(x, x0, y0, x1, y1, ...) with two points at least", f"{len(arguments)} arguments", GRAMMAR)
+        raise Problem(
+            f"{TABLE}(x, x0, y0, x1, y1, ...) with two points at least",
+            f"{len(arguments)} arguments",
+            GRAMMAR,
+        )
     places, found = points[::2], points[1]
     numbers = [place[0] for place in places if len(place) == 1 and not isinstance(place[0], str)]
     if any(b <= a for a, b in itertools.pairwise(numbers)):
-        raise Problem(f"places x0 < x1 < ... of {TABLE}", ", ".join(f"{number:g}" for number in numbers), GRAMMAR)
-    for (a, b), (low, high) in zip(itertools.pairwise(places), itertools.pairwise(points[1::2]), strict=True):
-        found = (*found, *high, *low, "-", *x, *a, "-", *b, *a, "-", "/", 0.0, "max", 1.0, "min", "*", "+")
+        raise Problem(
+            f"places x0 < x1 < ... of {TABLE}",
+            ", ".join(f"{number:g}" for number in numbers),
+            GRAMMAR,
+        )
+    for (a, b), (low, high) in zip(
+        itertools.pairwise(places), itertools.pairwise(points[1::2]), strict=True
+    ):
+        found = (
+            *found,
+            *high,
+            *low,
+            "-",
+            *x,
+            *a,
+            "-",
+            *b,
+            *a,
+            "-",
+            "/",
+            0.0,
+            "max",
+            1.0,
+            "min",
+            "*",
+            "+",
+        )
         if len(found) > STEPS:
             raise Problem(f"an expression of at most {STEPS} steps", "a longer one", GRAMMAR)
     return found

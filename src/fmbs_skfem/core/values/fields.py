@@ -1,10 +1,12 @@
-"""What fields of declarations take: quantities with a unit, vectors, functions of time, names; read from a scene, shown to editors.
+"""What fields of declarations take: quantities with a unit, vectors, functions of time, names; read
+from a scene, shown to editors.
 
     stiffness: Annotated[float, fields.quantity("N m/rad", ">= 0"), "of the spring"] = 0.0
 
-A dataclass that is declared with such fields is a struct of SI numbers in Python. In a scene its fields are keys: `Takes` reads the
-value of one, which raises `Problem` where it does not fit, and has the JSON schema that a text editor sees. What reading has to
-know of the scene, its dimension and its parameters, is the `Context`.
+A dataclass that is declared with such fields is a struct of SI numbers in Python. In a scene its
+fields are keys: `Takes` reads the value of one, which raises `Problem` where it does not fit, and
+has the JSON schema that a text editor sees. What reading has to know of the scene, its dimension
+and its parameters, is the `Context`.
 """
 
 from __future__ import annotations
@@ -27,7 +29,12 @@ from .responses import OfState, of_state
 Vector: TypeAlias = tuple[float, ...]
 Schema: TypeAlias = dict[str, Any]
 AXES = "xyz"  #: letters of the coordinates
-BOUNDS = {">": "exclusiveMinimum", ">=": "minimum", "<": "exclusiveMaximum", "<=": "maximum"}  #: signs in JSON schemas
+BOUNDS = {
+    ">": "exclusiveMinimum",
+    ">=": "minimum",
+    "<": "exclusiveMaximum",
+    "<=": "maximum",
+}  #: signs in JSON schemas
 
 
 @dataclass(frozen=True)
@@ -47,10 +54,16 @@ class Takes:
     """What a field takes: `read` makes its value of that of a scene."""
 
     read: Callable[[object, Context], Any]
-    describe: Schema | Callable[[], Schema]  #: its schema; a function where that is not the same all the time
+    describe: (
+        Schema | Callable[[], Schema]
+    )  #: its schema; a function where that is not the same all the time
     names: str = ""  #: the section of a scene, or the kind of bodies, one of which it names
-    angle: Callable[[Any], float | None] | None = None  #: angle [rad] that a value of it is, None where that changes with time
-    show: Callable[[Any], Any] | None = None  #: how its default stands in the schema, where that is not as it is in a report
+    angle: Callable[[Any], float | None] | None = (
+        None  #: angle [rad] that a value of it is, None where that changes with time
+    )
+    show: Callable[[Any], Any] | None = (
+        None  #: how its default stands in the schema, where that is not as it is in a report
+    )
 
     @property
     def schema(self) -> Schema:
@@ -59,18 +72,26 @@ class Takes:
 
 
 # ------------------------------------------------------------------------------------------------------------------ values
-#: size in SI units, whose products in a model, such as E d^4, are still finite numbers; its inverse where one is divided by. Not of
-#: times, which the number of steps bounds
+#: size in SI units, whose products in a model, such as E d^4, are still finite numbers; its inverse
+#: where one is divided by. Not of times, which the number of steps bounds
 LARGEST = 1e50
 
 
-def read_quantity(value: object, dimension: units.Dimension, context: Context, *bounds: str) -> float:
+def read_quantity(
+    value: object, dimension: units.Dimension, context: Context, *bounds: str
+) -> float:
     """The SI value of a field; bounds such as "> 0" and "< 1"."""
     number = quantities.convert(value, dimension, context.parameters)
     if not all(within(number, bound) for bound in bounds):
         raise Problem(f"{dimension} {' and '.join(bounds)}", shown(value))
-    if dimension != units.TIME and (abs(number) > LARGEST or ("> 0" in bounds and number < 1.0 / LARGEST)):
-        raise Problem(f"{dimension} of a size from {1.0 / LARGEST:g} to {LARGEST:g}", shown(value), "look at its unit")
+    if dimension != units.TIME and (
+        abs(number) > LARGEST or ("> 0" in bounds and number < 1.0 / LARGEST)
+    ):
+        raise Problem(
+            f"{dimension} of a size from {1.0 / LARGEST:g} to {LARGEST:g}",
+            shown(value),
+            "look at its unit",
+        )
     return number
 
 
@@ -84,30 +105,47 @@ def read_vector(value: object, dimension: units.Dimension, context: Context) -> 
     size = context.dimension
     if not isinstance(value, list | tuple) or len(value) != size:
         axes = ", ".join(AXES[:size])
-        raise Problem(f"a list of {size} ({axes}), each {dimension}, in a scene of dimension {size}", shown(value))
+        raise Problem(
+            f"a list of {size} ({axes}), each {dimension}, in a scene of dimension {size}",
+            shown(value),
+        )
     return tuple(read_quantity(entry, dimension, context) for entry in value)
 
 
 def read_spin(value: object, dimension: units.Dimension, context: Context) -> float | Vector:
     """A moment or an angular velocity: a number about z in the plane, a vector in space."""
-    return read_quantity(value, dimension, context) if context.dimension == 2 else read_vector(value, dimension, context)
+    return (
+        read_quantity(value, dimension, context)
+        if context.dimension == 2
+        else read_vector(value, dimension, context)
+    )
 
 
 def read_axis(value: object, context: Context) -> Vector:
     """A direction in space that is not zero; in the plane everything turns about z."""
     if context.dimension == 2:
         raise Problem(
-            "no axis in the plane, where everything turns about z", shown(value), "delete it, or write a scene of dimension 3"
+            "no axis in the plane, where everything turns about z",
+            shown(value),
+            "delete it, or write a scene of dimension 3",
         )
     direction = read_vector(value, units.NUMBER, context)
     if not any(direction):
-        raise Problem("an axis that is not zero", f"[{', '.join(f'{entry:g}' for entry in direction)}]")
+        raise Problem(
+            "an axis that is not zero", f"[{', '.join(f'{entry:g}' for entry in direction)}]"
+        )
     return direction
 
 
 def read_names(value: object, context: Context) -> tuple[str, ...]:
     """A name or a list of different ones."""
-    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
+    found = (
+        (value,)
+        if isinstance(value, str)
+        else tuple(value)
+        if isinstance(value, list | tuple)
+        else ()
+    )
     texts = tuple(name for name in found if isinstance(name, str) and name.strip())
     if not texts or len(texts) < len(found):
         raise Problem("a name or a list of names", shown(value))
@@ -116,20 +154,30 @@ def read_names(value: object, context: Context) -> tuple[str, ...]:
     return texts
 
 
-def of_time(value: object, context: Context, dimension: units.Dimension = units.NUMBER) -> Expression:
-    """An expression of t [s] and of the scene's parameters (in SI units) of a dimension, or a number."""
+def of_time(
+    value: object, context: Context, dimension: units.Dimension = units.NUMBER
+) -> Expression:
+    """An expression of t [s] and of the scene's parameters (in SI units) of a dimension, or a
+    number.
+    """
     if isinstance(value, Expression):
         return value
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise Problem("an expression of t", shown(value), expressions.GRAMMAR)
-    found = expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()}, context.inputs)
+    found = expressions.of_time(
+        value,
+        {name: quantity.value for name, quantity in context.parameters.items()},
+        context.inputs,
+    )
     if isinstance(value, str):
         functions.check(value, dimension, context.parameters, context.clock, found.inputs)
     return found
 
 
 def read_response(value: object, unit: str, context: Context) -> OfState:
-    """An expression of the state of a dimension; whoever knows the outputs checks it (`responses.require`)."""
+    """An expression of the state of a dimension; whoever knows the outputs checks it
+    (`responses.require`).
+    """
     return value if isinstance(value, OfState) else of_state(value, unit, context.parameters, True)  # type: ignore[arg-type]
 
 
@@ -147,13 +195,21 @@ def angle_of_time(value: object, context: Context) -> Expression:
 
 # ------------------------------------------------------------------------------------------------------------------- takes
 def number_schema(dimension: units.Dimension, *bounds: str) -> Schema:
-    limits = {BOUNDS[sign]: int(limit) if limit.lstrip("-").isdigit() else float(limit) for sign, limit in map(str.split, bounds)}
+    limits = {
+        BOUNDS[sign]: int(limit) if limit.lstrip("-").isdigit() else float(limit)
+        for sign, limit in map(str.split, bounds)
+    }
     told = f"{dimension} {' and '.join(bounds)}".strip()
     return {"anyOf": [{"type": "number", **limits}, {"type": "string"}], "description": told}
 
 
 def array_schema(items: Schema, least: int, most: int | None = None) -> Schema:
-    return {"type": "array", "items": items, "minItems": least, **({} if most is None else {"maxItems": most})}
+    return {
+        "type": "array",
+        "items": items,
+        "minItems": least,
+        **({} if most is None else {"maxItems": most}),
+    }
 
 
 def mapping_schema(required: tuple[str, ...] = (), **keys: Schema) -> Schema:
@@ -186,7 +242,9 @@ def quantity(unit: str, *bounds: str) -> Takes:
 def read_file_unit(value: object, context: Context) -> float:
     """The length of the unit of a file [m]: `mm`, or a length."""
     named = isinstance(value, str) and value in units.UNITS
-    return read_quantity(f"1 {value}" if named else value, units.find_dimension("m"), context, "> 0")
+    return read_quantity(
+        f"1 {value}" if named else value, units.find_dimension("m"), context, "> 0"
+    )
 
 
 def whole(least: int | None = None, most: int | None = None) -> Takes:
@@ -202,7 +260,10 @@ def whole(least: int | None = None, most: int | None = None) -> Takes:
         return value
 
     limits = {"minimum": least, "maximum": most}
-    return Takes(read, {"type": "integer", **{key: limit for key, limit in limits.items() if limit is not None}})
+    return Takes(
+        read,
+        {"type": "integer", **{key: limit for key, limit in limits.items() if limit is not None}},
+    )
 
 
 def name_in(section: str, told: str) -> Takes:
@@ -213,7 +274,9 @@ def name_in(section: str, told: str) -> Takes:
 def vector(unit: str) -> Takes:
     """A quantity a coordinate of the scene."""
     dimension = units.find_dimension(unit)
-    schema = array_schema(number_schema(dimension), 2, 3) | {"description": f"{dimension} per coordinate"}
+    schema = array_schema(number_schema(dimension), 2, 3) | {
+        "description": f"{dimension} per coordinate"
+    }
     return Takes(lambda value, context: read_vector(value, dimension, context), schema)
 
 
@@ -222,14 +285,18 @@ def either(unit: str, read: Callable[[object, units.Dimension, Context], Any]) -
     dimension = units.find_dimension(unit)
     options = [number_schema(dimension), array_schema(number_schema(dimension), 2, 3)]
     return Takes(
-        lambda value, context: read(value, dimension, context), {"anyOf": options, "description": f"{dimension} per coordinate"}
+        lambda value, context: read(value, dimension, context),
+        {"anyOf": options, "description": f"{dimension} per coordinate"},
     )
 
 
 def response(unit: str) -> Takes:
     """An expression of outputs, of t and parameters."""
     told = f"{units.find_dimension(unit)}, expression of outputs, t and parameters"
-    return Takes(lambda value, context: read_response(value, unit, context), _EXPRESSION | {"description": told})
+    return Takes(
+        lambda value, context: read_response(value, unit, context),
+        _EXPRESSION | {"description": told},
+    )
 
 
 def spin(unit: str) -> Takes:
@@ -239,7 +306,9 @@ def spin(unit: str) -> Takes:
 
 NUMBER = units.NUMBER
 _ANY: Schema = number_schema(NUMBER) | {"description": "a quantity"}
-_EXPRESSION: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": expressions.LENGTH}]}
+_EXPRESSION: Schema = {
+    "anyOf": [{"type": "number"}, {"type": "string", "maxLength": expressions.LENGTH}]
+}
 _NAME: Schema = {"type": "string", "minLength": 1}
 NAMES: Schema = {"anyOf": [_NAME, array_schema(_NAME, 1)]}
 _THREE = array_schema(number_schema(NUMBER), 3, 3)
@@ -271,10 +340,17 @@ AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
 HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})
 ANGLE = Takes(angle_of_time, _ANGLE, angle=constant_angle)
 MOTION = Takes(read_motion, _MOTION)
-WAY = Takes(lambda value, context: of_time(value, context, units.LENGTH), _EXPRESSION | {"description": "expression of t [m]"})
+WAY = Takes(
+    lambda value, context: of_time(value, context, units.LENGTH),
+    _EXPRESSION | {"description": "expression of t [m]"},
+)
 
 Length = Annotated[float, quantity("m", "> 0")]
-FileUnit = Annotated[float, Takes(read_file_unit, number_schema(units.find_dimension("m"), "> 0")), "unit of the file, such as mm"]
+FileUnit = Annotated[
+    float,
+    Takes(read_file_unit, number_schema(units.find_dimension("m"), "> 0")),
+    "unit of the file, such as mm",
+]
 Time = Annotated[float, quantity("s", "> 0")]
 Density = Annotated[float, quantity("kg/m^3", "> 0")]
 Tolerance = Annotated[float, quantity("", "> 0", "< 1")]

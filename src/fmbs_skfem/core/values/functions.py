@@ -1,10 +1,12 @@
-"""Values with dimensions: a parameter of a wrong dimension is refused, plain numbers may stand for any unit in functions of time.
+"""Values with dimensions: a parameter of a wrong dimension is refused, plain numbers may stand for
+any unit in functions of time.
 
     A * sin(w * t)      A [m], w [rad/s]: a length                   0.1 * t      0.1 is a speed where a length is wanted
     5 * (t - T)         5 is a rate where a number is wanted         F * sin(t)   F [N] is no number: refused as a history
 
-Powers of kilogram and metre come from parameters. A plain number may bring powers of the second to them, and any unit where
-there is no parameter; so may t by itself. Numbers beside pi bring none: 2 pi T t with a period T is refused.
+Powers of kilogram and metre come from parameters. A plain number may bring powers of the second to
+them, and any unit where there is no parameter; so may t by itself. Numbers beside pi bring none: 2
+pi T t with a period T is refused.
 """
 
 from __future__ import annotations
@@ -30,7 +32,9 @@ REMEDY = "look at the dimensions of its parameters and tables (a force / (1 N) i
 
 @dataclass(frozen=True)
 class Operand:
-    """Part of an expression: the dimension that parameters and t give it, and what may change that; nothing in quantities."""
+    """Part of an expression: the dimension that parameters and t give it, and what may change that;
+    nothing in quantities.
+    """
 
     quantity: Quantity  #: its value is nan where it depends on t or the state
     number: bool = False  #: holds a plain number, which may have a unit
@@ -38,15 +42,23 @@ class Operand:
 
     def fits(self, wanted: Exponents) -> bool:
         """Whether it can have a dimension; radians count as numbers."""
-        own, none = self.quantity.exponents[:3], NUMBER.exponents
-        return own in (wanted[:3], none[:3]) or ((self.number or self.bare) and own[:2] in (wanted[:2], none[:2]))
+        own = self.quantity.exponents[:3]
+        none = NUMBER.exponents
+        return own in (wanted[:3], none[:3]) or (
+            (self.number or self.bare) and own[:2] in (wanted[:2], none[:2])
+        )
 
     def beside(self, other: Operand) -> bool:
-        """Whether it can stand in a sum with another one: both alike, without parameters, or numbers among them fit."""
-        own, its = self.quantity.exponents[:3], other.quantity.exponents[:3]
+        """Whether it can stand in a sum with another one: both alike, without parameters, or
+        numbers among them fit.
+        """
+        own = self.quantity.exponents[:3]
+        its = other.quantity.exponents[:3]
         if own == its or (self.bare and other.bare):
             return True
-        return (self.number and own[:2] in (its[:2], (0, 0))) or (other.number and its[:2] in (own[:2], (0, 0)))
+        return (self.number and own[:2] in (its[:2], (0, 0))) or (
+            other.number and its[:2] in (own[:2], (0, 0))
+        )
 
 
 def check(
@@ -56,13 +68,19 @@ def check(
     clock: bool = True,
     inputs: Iterable[Source] = (),
 ) -> None:
-    """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t is a number, not a time.
+    """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t
+    is a number, not a time.
 
     Beside parameters it may read inputs, which have units, and call tables.
     """
-    told, tables = timed(inputs), calls_of(inputs)
+    told = timed(inputs)
+    tables = calls_of(inputs)
     program = expressions.parse(text, parameters.keys() | told.keys() | tables.keys() | {"t"})
-    names: dict[str, Any] = {name: constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    names: dict[str, Any] = {
+        name: constant(parameters[name])
+        for name in program
+        if isinstance(name, str) and name in parameters
+    }
     names |= {step: Operand(one) for step, one in expressions.quantities(program).items()}
     names |= {name: variable(unit) for name, unit in told.items()}
     names |= {call: table(call, *pair) for call, pair in tables.items()}
@@ -70,14 +88,24 @@ def check(
 
 
 def check_program(
-    program: Program, text: str, dimension: Dimension | None, known: Mapping[str, Any], clock: bool = True, of: str = "t"
+    program: Program,
+    text: str,
+    dimension: Dimension | None,
+    known: Mapping[str, Any],
+    clock: bool = True,
+    of: str = "t",
 ) -> None:
-    """The same of a program with its names, a function `of` what messages say; of any dimension where None is given."""
-    names = {"pi": Operand(PI, bare=True), "t": Operand(Quantity(math.nan, TIME.exponents), number=not clock, bare=True)} | dict(
-        known
-    )
+    """The same of a program with its names, a function `of` what messages say; of any dimension
+    where None is given.
+    """
+    names = {
+        "pi": Operand(PI, bare=True),
+        "t": Operand(Quantity(math.nan, TIME.exponents), number=not clock, bare=True),
+    } | dict(known)
     try:
-        found: Operand = expressions.evaluate(program, names, ALGEBRA, lambda number: constant(Quantity(number, NUMBER.exponents)))
+        found: Operand = expressions.evaluate(
+            program, names, ALGEBRA, lambda number: constant(Quantity(number, NUMBER.exponents))
+        )
     except Problem as problem:
         raise Problem(problem.expected, problem.got, problem.remedy or REMEDY) from None
     except (ArithmeticError, ValueError) as error:
@@ -96,7 +124,10 @@ def table(call: str, of: str, unit: str) -> Rule:
 
     def apply(argument: Operand) -> Operand:
         if not argument.fits(wanted.exponents):
-            raise Problem(f"{wanted} in {call.removesuffix(')')}...)", units.describe(argument.quantity.exponents))
+            raise Problem(
+                f"{wanted} in {call.removesuffix(')')}...)",
+                units.describe(argument.quantity.exponents),
+            )
         return variable(unit)
 
     return apply
@@ -104,7 +135,9 @@ def table(call: str, of: str, unit: str) -> Rule:
 
 def variable(unit: str) -> Operand:
     """What changes with time or the state and has a unit."""
-    return Operand(Quantity(math.nan, units.find_dimension(unit).exponents if unit else NUMBER.exponents))
+    return Operand(
+        Quantity(math.nan, units.find_dimension(unit).exponents if unit else NUMBER.exponents)
+    )
 
 
 def constant(quantity: Quantity) -> Operand:
@@ -124,12 +157,21 @@ def _sum(symbol: str) -> Rule:
 
     def apply(a: Operand, b: Operand) -> Operand:
         if not a.beside(b):
-            got = f"{units.describe(a.quantity.exponents)} and {units.describe(b.quantity.exponents)}"
+            got = (
+                f"{units.describe(a.quantity.exponents)} and {units.describe(b.quantity.exponents)}"
+            )
             raise Problem(f"all parts of '{symbol}' of one dimension", got)
-        lead = min((a, b), key=lambda term: (term.number, term.bare, not any(term.quantity.exponents)))
+        lead = min(
+            (a, b), key=lambda term: (term.number, term.bare, not any(term.quantity.exponents))
+        )
         bare = (a.bare and b.bare) or any(term.bare and not term.number for term in (a, b))
-        cycles, value = max(a.quantity.cycles, b.quantity.cycles), _value(symbol, a, b) if symbol != "where" else math.nan
-        return Operand(Quantity(value, lead.quantity.exponents, cycles), number=a.number and b.number, bare=bare)
+        cycles = max(a.quantity.cycles, b.quantity.cycles)
+        value = _value(symbol, a, b) if symbol != "where" else math.nan
+        return Operand(
+            Quantity(value, lead.quantity.exponents, cycles),
+            number=a.number and b.number,
+            bare=bare,
+        )
 
     return apply
 
@@ -148,7 +190,9 @@ def _pure(symbol: str) -> Rule:
 
     def apply(a: Operand) -> Operand:
         if not a.fits(NUMBER.exponents):
-            raise Problem(f"a number or an angle in {symbol}(...)", units.describe(a.quantity.exponents))
+            raise Problem(
+                f"a number or an angle in {symbol}(...)", units.describe(a.quantity.exponents)
+            )
         units.refuse_cycles(a.quantity, units.ANGLE, f"{symbol}(...)")
         return _pure_number(_value(symbol, a))
 
@@ -169,15 +213,19 @@ def _arc(symbol: str) -> Rule:
 
 
 def _product(a: Operand, b: Operand) -> Operand:
-    x, y = a.quantity, b.quantity
-    cycles, exponents = max(-1, min(1, x.cycles + y.cycles)), tuple(map(operator.add, x.exponents, y.exponents))
+    x = a.quantity
+    y = b.quantity
+    cycles = max(-1, min(1, x.cycles + y.cycles))
+    exponents = tuple(map(operator.add, x.exponents, y.exponents))
     return _scaled(a, b, Quantity(_value("*", a, b), exponents, cycles))
 
 
 def _quotient(a: Operand, b: Operand) -> Operand:
     """Turns over turns are a number."""
-    x, y = a.quantity, b.quantity
-    cycles, exponents = x.cycles if y.cycles < 1 else min(0, x.cycles), tuple(map(operator.sub, x.exponents, y.exponents))
+    x = a.quantity
+    y = b.quantity
+    cycles = x.cycles if y.cycles < 1 else min(0, x.cycles)
+    exponents = tuple(map(operator.sub, x.exponents, y.exponents))
     return _scaled(a, b, Quantity(_value("/", a, b), exponents, cycles))
 
 
@@ -189,12 +237,15 @@ def _scaled(a: Operand, b: Operand, found: Quantity) -> Operand:
 def _power(a: Operand, b: Operand) -> Operand:
     if not b.fits(NUMBER.exponents):
         raise Problem("a number as exponent of '**'", units.describe(b.quantity.exponents))
-    exponent, exponents, cycles = b.quantity.value, a.quantity.exponents, a.quantity.cycles
+    exponent = b.quantity.value
+    exponents = a.quantity.exponents
+    cycles = a.quantity.cycles
     if any(exponents[:3]) and not math.isnan(exponent):
         power = Fraction(exponent).limit_denominator(12) if math.isfinite(exponent) else Fraction(0)
         if abs(power) > EXPONENT:
             raise Problem(f"an exponent of a quantity of at most {EXPONENT}", str(exponent))
-        exponents, cycles = tuple(n * power for n in exponents), 0
+        exponents = tuple(n * power for n in exponents)
+        cycles = 0
     return Operand(Quantity(_value("**", a, b), exponents, cycles), a.number, a.bare)
 
 
@@ -204,7 +255,9 @@ def _alike(symbol: str) -> Rule:
 
 
 def _choose(condition: Operand, a: Operand, b: Operand) -> Operand:
-    """Both of one dimension; where the condition is known, the one that it chooses, beside which a plain number may stand."""
+    """Both of one dimension; where the condition is known, the one that it chooses, beside which a
+    plain number may stand.
+    """
     known = condition.quantity.value
     if math.isnan(known) or (any(a.quantity.exponents) and any(b.quantity.exponents)):
         both = _sum("where")(a, b)
@@ -218,7 +271,10 @@ def _pure_number(value: float) -> Operand:
 ALGEBRA: expressions.Algebra = {
     **{symbol: _sum(symbol) for symbol in ("+", "-", "min", "max", "mod")},
     **{symbol: _compared(symbol) for symbol in ("<", "<=", ">", ">=")},
-    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
+    **{
+        symbol: _pure(symbol)
+        for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")
+    },
     **{symbol: _arc(symbol) for symbol in ("asin", "acos", "atan2")},
     **{symbol: _alike(symbol) for symbol in ("abs", "neg")},
     "*": _product,

@@ -1,4 +1,5 @@
-"""Inputs: numbers by name that a run is given from step to step, held at their start where it is given none.
+"""Inputs: numbers by name that a run is given from step to step, held at their start where it is
+given none.
 
 torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_n to t_n+1
 """
@@ -69,7 +70,9 @@ class Held(Input):
 
 
 PAST = 4  #: values through which a smooth input goes
-KEPT = PAST + 1  #: that are read of steps that are taken one by one: those of its begin are values of the step before
+KEPT = (
+    PAST + 1
+)  #: that are read of steps that are taken one by one: those of its begin are values of the step before
 
 
 @dataclass(eq=False)
@@ -83,11 +86,13 @@ class GivenInput:
     controller: str = ""  #: that gave them
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
-        values, place = np.asarray(self.values), np.asarray(t) / self.step
+        values = np.asarray(self.values)
+        place = np.asarray(t) / self.step
         n = np.ceil(place - ROUND).astype(np.int64)
         if not self.smooth:
             return np.asarray(values[np.clip(n - self.first, 0, len(values) - 1)])
-        s, found = place - n, np.zeros(np.shape(t))
+        s = place - n
+        found = np.zeros(np.shape(t))
         for k in range(PAST):
             weight = np.prod([(s + j) / (j - k) for j in range(PAST) if j != k], axis=0)
             found = found + weight * values[np.clip(n - k - self.first, 0, len(values) - 1)]

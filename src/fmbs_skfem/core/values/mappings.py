@@ -1,4 +1,5 @@
-"""What annotations of declarations say: how values of a scene become dataclasses, their JSON schema, and the way back.
+"""What annotations of declarations say: how values of a scene become dataclasses, their JSON
+schema, and the way back.
 
     stiffness: Annotated[float, fields.quantity("N/m"), "of the spring"]   what `fields.Takes` reads, with its description
     size: float;  count: int;  law: str;  damped: bool                     a quantity of no unit, a whole number, a text, a flag
@@ -6,7 +7,8 @@
     spin: Spin | None;  coarse: tuple[int, ...];  points: dict[str, Place] nothing or a mapping, a list, names
     section: Section                                                       one of a family, as its word says
 
-A value that does not fit raises `Problem`; one with parts raises `Problems`, all of them with their paths of keys.
+A value that does not fit raises `Problem`; one with parts raises `Problems`, all of them with their
+paths of keys.
 """
 
 from __future__ import annotations
@@ -48,11 +50,18 @@ class Entry:
 def entries(kind: Any) -> dict[str, Entry]:
     """The keys of a dataclass: its fields but hidden ones, and the name of a declaration."""
     require_dataclass(kind)
-    hints, found = get_type_hints(kind, include_extras=True), dict[str, Entry]()
+    hints = get_type_hints(kind, include_extras=True)
+    found = dict[str, Entry]()
     for field in dataclasses.fields(kind):
-        if "hidden" not in field.metadata and not (field.name == NAME and issubclass(kind, Declared)):
+        if "hidden" not in field.metadata and not (
+            field.name == NAME and issubclass(kind, Declared)
+        ):
             made: Any = field.default_factory
-            default = made() if isinstance(made, type) and dataclasses.is_dataclass(made) else field.default
+            default = (
+                made()
+                if isinstance(made, type) and dataclasses.is_dataclass(made)
+                else field.default
+            )
             needed = default is dataclasses.MISSING and made is dataclasses.MISSING
             found[field.name] = Entry(takes(hints[field.name]), default, needed)
     return found
@@ -62,7 +71,9 @@ def require_dataclass(kind: type) -> None:
     """Refuse a class that inherits fields and has none of its own, or lacks methods."""
     where = f"class {kind.__qualname__}"
     if "__dataclass_fields__" not in vars(kind):
-        raise InputError(say(where, "a dataclass", "none", "write @dataclass(frozen=True) above it"))
+        raise InputError(
+            say(where, "a dataclass", "none", "write @dataclass(frozen=True) above it")
+        )
     if missing := sorted(getattr(kind, "__abstractmethods__", ())):
         raise InputError(say(where, f"the methods {', '.join(missing)}", "none of these"))
 
@@ -77,11 +88,14 @@ def rules(item: Any) -> Iterator[tuple[str, Takes, Any]]:
 # ------------------------------------------------------------------------------------------------------------------- takes
 def takes(hint: Any) -> Takes:
     """What an annotation takes."""
-    origin, parts = get_origin(hint), get_args(hint)
+    origin = get_origin(hint)
+    parts = get_args(hint)
     if origin is Annotated:
         return described(parts[0], parts[1:])
     if origin in (Union, types.UnionType):
-        return any_of([takes(one) for one in parts if one is not types.NoneType], types.NoneType in parts)
+        return any_of(
+            [takes(one) for one in parts if one is not types.NoneType], types.NoneType in parts
+        )
     if origin is Literal:
         return one_of(parts)
     if origin is dict:
@@ -94,7 +108,14 @@ def takes(hint: Any) -> Takes:
         return Takes(functools.partial(read_family, hint), functools.partial(family_schema, hint))
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return Takes(functools.partial(read_struct, hint), functools.partial(refer, hint))
-    raise InputError(say("annotation", "one of core.values.mappings", hint, "say what it takes: Annotated[..., Takes(...)]"))
+    raise InputError(
+        say(
+            "annotation",
+            "one of core.values.mappings",
+            hint,
+            "say what it takes: Annotated[..., Takes(...)]",
+        )
+    )
 
 
 PLAIN = {
@@ -112,15 +133,22 @@ def read_flag(value: object) -> bool:
 
 
 def described(inner: Any, notes: Sequence[Any]) -> Takes:
-    """The rule among the notes of an annotation, or that of its type, with the texts among them as its description."""
+    """The rule among the notes of an annotation, or that of its type, with the texts among them as
+    its description.
+    """
     known = next((note for note in notes if isinstance(note, Takes)), None)
-    rule, texts = known or takes(inner), [note for note in notes if isinstance(note, str)]
+    rule = known or takes(inner)
+    texts = [note for note in notes if isinstance(note, str)]
     if not texts:
         return rule
 
     def schema() -> Schema:
         told = rule.schema
-        return told | {"description": ": ".join(filter(None, [*texts, told.get("description", "") if known else ""]))}
+        return told | {
+            "description": ": ".join(
+                filter(None, [*texts, told.get("description", "") if known else ""])
+            )
+        }
 
     return dataclasses.replace(rule, describe=schema)
 
@@ -139,7 +167,9 @@ def any_of(options: Sequence[Takes], none: bool) -> Takes:
         return options[-1].read(value, context)
 
     def schema() -> Schema:
-        return {"anyOf": [*(option.schema for option in options), *([{"type": "null"}] if none else [])]}
+        return {
+            "anyOf": [*(option.schema for option in options), *([{"type": "null"}] if none else [])]
+        }
 
     return dataclasses.replace(options[-1], read=read, describe=schema)
 
@@ -153,7 +183,10 @@ def one_of(options: Sequence[Any]) -> Takes:
         for option in options:
             if value == option and not isinstance(value, bool):
                 return option
-        raise Problem(told, shown(value) + closest(str(value), (one for one in options if isinstance(one, str))))
+        raise Problem(
+            told,
+            shown(value) + closest(str(value), (one for one in options if isinstance(one, str))),
+        )
 
     kind = {"type": "integer" if isinstance(options[0], int) else "string"}
     return Takes(read, {"enum": list(options), **kind} if others else {"const": options[0], **kind})
@@ -165,15 +198,20 @@ def list_of(each: Takes, kind: type) -> Takes:
     def read(value: object, context: Context) -> Any:
         if not isinstance(value, list | tuple):
             raise Problem("a list", shown(value))
-        found = read_all((k, functools.partial(each.read, one, context)) for k, one in enumerate(value))
+        found = read_all(
+            (k, functools.partial(each.read, one, context)) for k, one in enumerate(value)
+        )
         return found if kind is list else tuple(found)
 
     return Takes(read, lambda: {"type": "array", "items": each.schema})
 
 
 def names(hint: Any, least: int = 0, words: bool = False) -> Takes:
-    """A mapping of names, at least so many; those of declarations, and `words`, begin with a letter."""
-    each, named = takes(hint), isinstance(hint, type) and issubclass(hint, Declared)
+    """A mapping of names, at least so many; those of declarations, and `words`, begin with a
+    letter.
+    """
+    each = takes(hint)
+    named = isinstance(hint, type) and issubclass(hint, Declared)
 
     def read(value: object, context: Context) -> dict[str, Any]:
         if not isinstance(value, dict):
@@ -181,12 +219,26 @@ def names(hint: Any, least: int = 0, words: bool = False) -> Takes:
         if len(value) < least:
             raise Problem(f"at least {least} entry", "none", "write 'name: {...}' for each")
         odd = [key for key in value if (named or words) and not WORD.fullmatch(key)]
-        found = [((key,), Problem("a name of letters, digits, _ and -, beginning with a letter", shown(key))) for key in odd]
-        read = read_all(((key, functools.partial(each.read, one, context)) for key, one in value.items()), found)
-        return {key: with_name(one, key) if named else one for key, one in zip(value, read, strict=True)}
+        found = [
+            (
+                (key,),
+                Problem("a name of letters, digits, _ and -, beginning with a letter", shown(key)),
+            )
+            for key in odd
+        ]
+        read = read_all(
+            ((key, functools.partial(each.read, one, context)) for key, one in value.items()), found
+        )
+        return {
+            key: with_name(one, key) if named else one for key, one in zip(value, read, strict=True)
+        }
 
     return Takes(
-        read, lambda: {"type": "object", "additionalProperties": each.schema} | ({"minProperties": least} if least else {})
+        read,
+        lambda: (
+            {"type": "object", "additionalProperties": each.schema}
+            | ({"minProperties": least} if least else {})
+        ),
     )
 
 
@@ -199,10 +251,14 @@ def at_fractions(each: Takes) -> Takes:
             raise Problem(f"a mapping of values {told}, such as {{0: ..., 1: ...}}", shown(value))
         place = quantity("", ">= 0", "<= 1").read
         keys = read_all((key, functools.partial(place, key, context)) for key in value)
-        found = read_all((key, functools.partial(each.read, one, context)) for key, one in value.items())
+        found = read_all(
+            (key, functools.partial(each.read, one, context)) for key, one in value.items()
+        )
         return dict(zip(keys, found, strict=True))
 
-    return Takes(read, lambda: {"type": "object", "additionalProperties": each.schema, "description": told})
+    return Takes(
+        read, lambda: {"type": "object", "additionalProperties": each.schema, "description": told}
+    )
 
 
 # ------------------------------------------------------------------------------------------------------- dataclasses, families
@@ -223,12 +279,18 @@ def make(kind: type, value: object, context: Context, tagged: Mapping[str, Any])
     ]
     keys = sorted({*known, *tagged})
     found += [
-        ((key,), Problem(f"one of the keys {', '.join(keys)}", f"{shown(key)}{closest(str(key), keys)}"))
+        (
+            (key,),
+            Problem(f"one of the keys {', '.join(keys)}", f"{shown(key)}{closest(str(key), keys)}"),
+        )
         for key in value
         if key not in keys
     ]
     given = [key for key in known if key in value]
-    values = read_all(((key, functools.partial(known[key].rule.read, value[key], context)) for key in given), found)
+    values = read_all(
+        ((key, functools.partial(known[key].rule.read, value[key], context)) for key in given),
+        found,
+    )
     more = {NAME: ""} if issubclass(kind, Declared) and has_name(kind) else {}
     return kind(**dict(zip(given, values, strict=True)), **more)
 
@@ -252,26 +314,46 @@ def read_family(family: type[Declared], value: object, context: Context) -> Any:
     words = sorted(known)
     if not words:
         remedy = "name the Python file that declares one under 'extensions' (docs/extensions.md)"
-        raise Problem(f"a {family.__name__.lower()} of an extension", "none that is declared", remedy)
+        raise Problem(
+            f"a {family.__name__.lower()} of an extension", "none that is declared", remedy
+        )
     if family.tag not in value:
         raise Problem(f"the key '{family.tag}'", "no such key", f"write one of {', '.join(words)}")
     word = own_words.meant(str(value[family.tag]), known, context.modules)
     if word not in family.known:
-        near = synonyms.meant(word, synonyms.WORDS.get(family.__name__, {}), known) or meant(word, family)
-        raise Problems([((family.tag,), Problem(f"one of {', '.join(words)}", f"{shown(word)}{near}"))])
+        near = synonyms.meant(word, synonyms.WORDS.get(family.__name__, {}), known) or meant(
+            word, family
+        )
+        raise Problems(
+            [((family.tag,), Problem(f"one of {', '.join(words)}", f"{shown(word)}{near}"))]
+        )
     return with_word(make(family.known[word], value, context, {family.tag: word}), word)
 
 
 def meant(word: str, family: type[Declared]) -> str:
-    """`; perhaps 'cable': a thin cable or beam ...` for the class of a family that alone has a word in its first sentence."""
-    texts = {name: re.split(r"[.;] |\n\n", kind.__doc__ or "")[0] for name, kind in family.known.items()}
-    found = [name for name, text in texts.items() if re.search(rf"\b{re.escape(word)}s?\b", text, re.IGNORECASE)]
-    return f"; perhaps '{found[0]}': {' '.join(texts[found[0]].split()).rstrip('.')}" if len(found) == 1 and word else ""
+    """`; perhaps 'cable': a thin cable or beam ...` for the class of a family that alone has a word
+    in its first sentence.
+    """
+    texts = {
+        name: re.split(r"[.;] |\n\n", kind.__doc__ or "")[0] for name, kind in family.known.items()
+    }
+    found = [
+        name
+        for name, text in texts.items()
+        if re.search(rf"\b{re.escape(word)}s?\b", text, re.IGNORECASE)
+    ]
+    return (
+        f"; perhaps '{found[0]}': {' '.join(texts[found[0]].split()).rstrip('.')}"
+        if len(found) == 1 and word
+        else ""
+    )
 
 
 def with_name(item: Any, name: str) -> Any:
     """A declaration with its name, where its class has one."""
-    return with_word(dataclasses.replace(item, name=name), item.word) if has_name(type(item)) else item
+    return (
+        with_word(dataclasses.replace(item, name=name), item.word) if has_name(type(item)) else item
+    )
 
 
 def with_word(item: Any, word: str) -> Any:
@@ -292,7 +374,8 @@ STRUCTS: dict[str, type] = {}  #: dataclasses that a schema in the making refers
 def json_schema(kind: type) -> Schema:
     """The JSON schema of a dataclass with all that it refers to."""
     STRUCTS.clear()
-    whole, found = object_schema(kind), dict[str, Schema]()
+    whole = object_schema(kind)
+    found = dict[str, Schema]()
     wanted = references(whole)
     while wanted:
         if (name := wanted.pop()) not in found:
@@ -304,7 +387,11 @@ def json_schema(kind: type) -> Schema:
 def references(schema: Any) -> set[str]:
     """Names of the dataclasses that a schema refers to."""
     if isinstance(schema, dict):
-        own = {schema["$ref"].removeprefix(REFERENCE)} if isinstance(schema.get("$ref"), str) else set()
+        own = (
+            {schema["$ref"].removeprefix(REFERENCE)}
+            if isinstance(schema.get("$ref"), str)
+            else set()
+        )
         return own.union(*map(references, schema.values()))
     return set().union(*map(references, schema)) if isinstance(schema, list) else set()
 
@@ -315,8 +402,13 @@ def object_schema(kind: type) -> Schema:
     keys = {key: entry.rule.schema | shown_default(entry) for key, entry in known.items()}
     required = [key for key, entry in known.items() if entry.needed]
     if issubclass(kind, Declared):
-        keys, required = {kind.tag: one_of(kind.words).schema, **keys}, [kind.tag, *required]
-    return {"title": kind.__name__, "description": inspect.cleandoc(kind.__doc__ or ""), **mapping_schema(tuple(required), **keys)}
+        keys = {kind.tag: one_of(kind.words).schema, **keys}
+        required = [kind.tag, *required]
+    return {
+        "title": kind.__name__,
+        "description": inspect.cleandoc(kind.__doc__ or ""),
+        **mapping_schema(tuple(required), **keys),
+    }
 
 
 def shown_default(entry: Entry) -> Schema:
@@ -339,7 +431,10 @@ def family_schema(family: type[Declared]) -> Schema:
     """One of all classes of a family, which a key tells apart."""
     kinds = sorted(set(family.known.values()), key=lambda one: one.__name__)
     words = {word: refer(kind)["$ref"] for word, kind in sorted(family.known.items())}
-    return {"oneOf": [refer(kind) for kind in kinds], "discriminator": {"mapping": words, "propertyName": family.tag}}
+    return {
+        "oneOf": [refer(kind) for kind in kinds],
+        "discriminator": {"mapping": words, "propertyName": family.tag},
+    }
 
 
 # ------------------------------------------------------------------------------------------------------------ the way back

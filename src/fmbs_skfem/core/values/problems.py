@@ -1,4 +1,6 @@
-"""A problem in a text or value: what was expected, what was found, a remedy. The reader, who knows it, adds the place."""
+"""A problem in a text or value: what was expected, what was found, a remedy. The reader, who knows
+it, adds the place.
+"""
 
 from __future__ import annotations
 
@@ -37,12 +39,24 @@ def located(error: InputError) -> tuple[Found, ...]:
     """The problems of an error."""
     if isinstance(error, Problems):
         return error.found
-    return (((), error if isinstance(error, Problem) else Problem("values that fit together", str(error))),)
+    return (
+        (
+            (),
+            error
+            if isinstance(error, Problem)
+            else Problem("values that fit together", str(error)),
+        ),
+    )
 
 
-def read_all(parts: Iterable[tuple[str | int, Callable[[], Any]]], found: Sequence[Found] = ()) -> list[Any]:
-    """What is read by every function of its key; `Problems` where any of them fails, after those that are `found` already."""
-    values, wrong = list[Any](), list(found)
+def read_all(
+    parts: Iterable[tuple[str | int, Callable[[], Any]]], found: Sequence[Found] = ()
+) -> list[Any]:
+    """What is read by every function of its key; `Problems` where any of them fails, after those
+    that are `found` already.
+    """
+    values = list[Any]()
+    wrong = list(found)
     for key, read in parts:
         try:
             values.append(read())
@@ -56,12 +70,17 @@ def read_all(parts: Iterable[tuple[str | int, Callable[[], Any]]], found: Sequen
 def unknown(kind: str, many: str, name: str, known: Collection[str]) -> Problem:
     """The problem of a name that is none of those known."""
     hint = closest(name, known).removeprefix("; ")
-    return Problem(f"one of the {many} {listed(sorted(known), name)}", f"the {kind} {shown(name)}", hint)
+    return Problem(
+        f"one of the {many} {listed(sorted(known), name)}", f"the {kind} {shown(name)}", hint
+    )
 
 
 def printable(text: str) -> str:
     """A text on one line, whose control characters are written out: names in a file may hold any."""
-    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode()
+        for letter in text
+    )
 
 
 def shown(value: object, limit: int = 60) -> str:

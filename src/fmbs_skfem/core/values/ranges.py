@@ -33,11 +33,14 @@ class Parameter:
     value: float | None = None  #: nominal; None for the middle of the range on its scale
 
     def __post_init__(self) -> None:
-        where, ends = f"parameter '{self.name}'", f"{self.low:g} to {self.high:g}"
+        where = f"parameter '{self.name}'"
+        ends = f"{self.low:g} to {self.high:g}"
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
             raise InputError(say(where, "a finite range, its lower end first", ends))
         if self.scale is Scale.LOG and self.low <= 0.0:
-            raise InputError(say(where, "a positive range on a logarithmic scale", ends, "take a linear scale"))
+            raise InputError(
+                say(where, "a positive range on a logarithmic scale", ends, "take a linear scale")
+            )
         if self.value is not None and not self.low <= self.value <= self.high:
             raise InputError(say(where, f"a nominal value from {ends}", f"{self.value:g}"))
 
@@ -49,4 +52,8 @@ class Parameter:
         """The value where no other is given."""
         if self.value is not None:
             return float(self.value)
-        return math.sqrt(self.low) * math.sqrt(self.high) if self.scale is Scale.LOG else 0.5 * self.low + 0.5 * self.high
+        return (
+            math.sqrt(self.low) * math.sqrt(self.high)
+            if self.scale is Scale.LOG
+            else 0.5 * self.low + 0.5 * self.high
+        )

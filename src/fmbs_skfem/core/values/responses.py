@@ -1,4 +1,5 @@
-"""Expressions of the state: what a force is as a text in outputs, t and parameters, with its dimension checked.
+"""Expressions of the state: what a force is as a text in outputs, t and parameters, with its
+dimension checked.
 
 -k * (tip.x - 0.3 m) - c * tip.vx            an output and its parts, numbers with a unit, parameters
 Kp * (goal - hinge.angle) - Kd * hinge.rate
@@ -56,8 +57,14 @@ class OfState:
     def outputs(self) -> tuple[str, ...]:
         """The names that it reads of a scene, each once."""
         known = {name for name, _ in self.parameters} | {"t", "pi", *self.calls}
-        names = (step for step in self.program if isinstance(step, str) and step not in expressions.ARITY)
-        return tuple(dict.fromkeys(name for name in names if name not in known and not expressions.is_quantity(name)))
+        names = (
+            step for step in self.program if isinstance(step, str) and step not in expressions.ARITY
+        )
+        return tuple(
+            dict.fromkeys(
+                name for name in names if name not in known and not expressions.is_quantity(name)
+            )
+        )
 
     @property
     def clocked(self) -> bool:
@@ -66,38 +73,68 @@ class OfState:
 
 
 def of_state(
-    value: str | float, unit: str = "", parameters: Mapping[str, Quantity | float] | None = None, strict: bool = False
+    value: str | float,
+    unit: str = "",
+    parameters: Mapping[str, Quantity | float] | None = None,
+    strict: bool = False,
 ) -> OfState:
     """The function of the state written as a text, with parameters by name.
 
-    Its dimensions are checked where a unit is given, or it is to be `strict`, and parameters are quantities: plain numbers may have
-    any unit.
+    Its dimensions are checked where a unit is given, or it is to be `strict`, and parameters are
+    quantities: plain numbers may have any unit.
     """
     if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise Problem("an expression of outputs, t and parameters", shown(value), expressions.GRAMMAR)
+        raise Problem(
+            "an expression of outputs, t and parameters", shown(value), expressions.GRAMMAR
+        )
     known = parameters or {}
     text = value if isinstance(value, str) else repr(float(value))
     program = expressions.parse(text, Names(known))
-    given = {name: known[name] for name in dict.fromkeys(program) if isinstance(name, str) and name in known}
-    fixed = {name: float(one.value if isinstance(one, Quantity) else one) for name, one in given.items()}
-    fixed |= {"pi": math.pi} | {step: one.value for step, one in expressions.quantities(program).items()}
+    given = {
+        name: known[name]
+        for name in dict.fromkeys(program)
+        if isinstance(name, str) and name in known
+    }
+    fixed = {
+        name: float(one.value if isinstance(one, Quantity) else one) for name, one in given.items()
+    }
+    fixed |= {"pi": math.pi} | {
+        step: one.value for step, one in expressions.quantities(program).items()
+    }
     expressions.require_defined(program, fixed, text)
     strict = (strict or bool(unit)) and all(isinstance(one, Quantity) for one in given.values())
     values = tuple(
-        (name, one if isinstance(one, Quantity) else Quantity(float(one), NUMBER.exponents)) for name, one in given.items()
+        (name, one if isinstance(one, Quantity) else Quantity(float(one), NUMBER.exponents))
+        for name, one in given.items()
     )
-    return OfState(text, program, values, tuple(known), units.find_dimension(unit) if strict and unit else None, strict)
+    return OfState(
+        text,
+        program,
+        values,
+        tuple(known),
+        units.find_dimension(unit) if strict and unit else None,
+        strict,
+    )
 
 
-def require(found: OfState, variables: Mapping[str, str], tables: Mapping[str, tuple[str, str]] | None = None) -> None:
-    """Raises a Problem for a name that is none of the variables, which have units, and for a dimension that does not fit.
+def require(
+    found: OfState,
+    variables: Mapping[str, str],
+    tables: Mapping[str, tuple[str, str]] | None = None,
+) -> None:
+    """Raises a Problem for a name that is none of the variables, which have units, and for a
+    dimension that does not fit.
 
     Tables have the units of their argument and of their values.
     """
     tables = tables or {}
     for call in found.calls:
         if call not in tables:
-            there = [*(one.removesuffix("()") for one in tables), *sorted(expressions.FUNCTIONS), expressions.TABLE]
+            there = [
+                *(one.removesuffix("()") for one in tables),
+                *sorted(expressions.FUNCTIONS),
+                expressions.TABLE,
+            ]
             name = call.removesuffix("()")
             expected = f"one of the functions and tables {listed(there, name)}"
             raise Problem(expected, shown(name), closest(name, there).removeprefix("; "))

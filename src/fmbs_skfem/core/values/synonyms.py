@@ -1,4 +1,5 @@
-"""Words of other codes, and what they are called here: what a message adds where a scene holds one of them.
+"""Words of other codes, and what they are called here: what a message adds where a scene holds one
+of them.
 
 {family: {remark: words of others}}        what stands in '...' in a remark is a word of the family, or of the section it names
 """
@@ -9,7 +10,8 @@ from collections.abc import Mapping
 
 from ..errors import closest
 
-#: by the name of the family; words of Adams, Exudyn, Chrono, Abaqus, MSC and of textbooks, as `normal` writes them
+#: by the name of the family; words of Adams, Exudyn, Chrono, Abaqus, MSC and of textbooks, as
+#: `normal` writes them
 WORDS: Mapping[str, Mapping[str, str]] = {
     "Joint": {
         "'clamp' to the ground, 'weld' between bodies": "fixed fix rigid encastre fixed_joint generic tie rbe2 mpc coupling bonded",
@@ -137,9 +139,18 @@ def normal(word: str) -> str:
 def remark(word: str, table: Mapping[str, str]) -> str:
     """`; did you mean 'clamp' ...?` for a word of others in a table of remarks, or nothing."""
     wanted = normal(word)
-    return next((f"; did you mean {text}?" for text, words in table.items() if wanted and wanted in words.split()), "")
+    return next(
+        (
+            f"; did you mean {text}?"
+            for text, words in table.items()
+            if wanted and wanted in words.split()
+        ),
+        "",
+    )
 
 
 def meant(word: str, table: Mapping[str, str], known: Mapping[str, object]) -> str:
-    """`; did you mean ...?` for a word that is not known: that of others, or the closest one that is known; or nothing."""
+    """`; did you mean ...?` for a word that is not known: that of others, or the closest one that
+    is known; or nothing.
+    """
     return remark(word, table) or closest(word, known)

@@ -2,8 +2,9 @@
 
     value [SI] = number * product_i (prefix_i unit_i)^n_i,    dimension = sum_i n_i dimension_i
 
-Exponents of a dimension count kilogram, metre, second and radian. Hertz counts turns, which a factor pi makes radians: 2 pi f is an
-angular velocity, f alone is refused as one, and so is 3000 1/min, which is meant as 3000 rpm.
+Exponents of a dimension count kilogram, metre, second and radian. Hertz counts turns, which a
+factor pi makes radians: 2 pi f is an angular velocity, f alone is refused as one, and so is 3000
+1/min, which is meant as 3000 rpm.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ class Quantity:
     cycles: int = 0  #: 1 for a count of turns, as that of hertz; -1 with a factor pi, which makes turns radians
 
 
-def _dimension(name: str, unit: str, kg: int = 0, m: int = 0, s: int = 0, rad: int = 0) -> Dimension:
+def _dimension(
+    name: str, unit: str, kg: int = 0, m: int = 0, s: int = 0, rad: int = 0
+) -> Dimension:
     return Dimension(name, unit, tuple(Fraction(n) for n in (kg, m, s, rad)))
 
 
@@ -75,15 +78,32 @@ DIMENSIONS = (
 
 
 def find_dimension(unit: str) -> Dimension:
-    """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity, `1` is that of numbers."""
-    known = NUMBER if unit == "1" else next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
+    """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity, `1`
+    is that of numbers.
+    """
+    known = (
+        NUMBER
+        if unit == "1"
+        else next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
+    )
     return known or Dimension("quantity", unit, measure(f"1 {unit}").exponents)
 
 
-#: exact by definition: the international inch [m] and pound [kg] of 1959, the standard acceleration of gravity [m/s^2] (BIPM, The
-#: International System of Units; NIST Special Publication 811, appendix B)
+#: exact by definition: the international inch [m] and pound [kg] of 1959, the standard acceleration
+#: of gravity [m/s^2] (BIPM, The International System of Units; NIST Special Publication 811,
+#: appendix B)
 INCH, POUND, STANDARD = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.80665")
-_PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}  #: power of ten
+_PREFIXES = {
+    "": 0,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "μ": -6,
+    "m": -3,
+    "k": 3,
+    "M": 6,
+    "G": 9,
+}  #: power of ten
 _SCALED: dict[str, tuple[Fraction | int, Dimension]] = {
     "m": (1, LENGTH), "g": (Fraction(1, 1000), MASS), "s": (1, TIME), "N": (1, FORCE), "Pa": (1, PRESSURE), "J": (1, MOMENT),
     "W": (1, POWER), "Hz": (1, RATE), "rad": (1, ANGLE),
@@ -116,10 +136,18 @@ UNITS: dict[str, tuple[Fraction, Exponents]] = {
 } | _OTHERS  #: scale to SI and exponents
 KNOWN = f"{', '.join(_SCALED)}, these also with {', '.join(filter(str.isascii, filter(None, _PREFIXES)))} before; "
 KNOWN += ", ".join(name for name in _OTHERS if name != "1")  #: all units, for messages
-CYCLES = {prefix + "Hz": 1 for prefix in _PREFIXES} | {"min": -1, "h": -1}  #: units that count turns, by the sign of their power
+CYCLES = {prefix + "Hz": 1 for prefix in _PREFIXES} | {
+    "min": -1,
+    "h": -1,
+}  #: units that count turns, by the sign of their power
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ°]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
-_FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|°|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ°]|1\s*/).*)?\s*",
+    re.ASCII | re.DOTALL,
+)
+_FACTOR = re.compile(
+    r"\s*([*·/]?)\s*([A-Za-zµμ]+|°|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII
+)
 LENGTH_LIMIT = 200  #: longest unit text [characters]
 EXPONENT = 12  #: largest power of a base unit
 
@@ -136,7 +164,9 @@ def measure(text: str) -> Quantity:
     match = _QUANTITY.fullmatch(text) if len(text) <= LENGTH_LIMIT else None
     if match is None:
         raise Problem("a number or a quantity", shown(text), "write for instance 0.01 or '10 mm'")
-    scale, exponents, cycles = _unit(match[2].rstrip(), text) if match[2] else (Fraction(1), NUMBER.exponents, 0)
+    scale, exponents, cycles = (
+        _unit(match[2].rstrip(), text) if match[2] else (Fraction(1), NUMBER.exponents, 0)
+    )
     return Quantity(finite(_scaled(float(match[1]), scale), text), exponents, cycles)
 
 
@@ -172,9 +202,21 @@ def _written(exponents: Exponents) -> str:
     """An SI unit such as `N s/m`, in newtons where a mass is divided by times."""
     kg, m, s, rad = exponents
     force = Fraction(kg == 1 and s < 0)
-    powers: dict[str, Fraction] = {"N": force, "kg": kg - force, "m": m - force, "s": s + 2 * force, "rad": rad}
-    above = [name if power == 1 else f"{name}^{power}" for name, power in powers.items() if power > 0]
-    below = [f"/{name}" if power == -1 else f"/{name}^{-power}" for name, power in powers.items() if power < 0]
+    powers: dict[str, Fraction] = {
+        "N": force,
+        "kg": kg - force,
+        "m": m - force,
+        "s": s + 2 * force,
+        "rad": rad,
+    }
+    above = [
+        name if power == 1 else f"{name}^{power}" for name, power in powers.items() if power > 0
+    ]
+    below = [
+        f"/{name}" if power == -1 else f"/{name}^{-power}"
+        for name, power in powers.items()
+        if power < 0
+    ]
     return (" ".join(above) or "1") + "".join(below)
 
 
@@ -201,18 +243,27 @@ def _scaled(value: float, scale: Fraction) -> float:
 
 def _unit(text: str, whole: str) -> tuple[Fraction, Exponents, int]:
     """Scale and exponents of `kg/m^3`, `N m`, `1/s`, and whether it counts turns."""
-    scale, exponents, cycles, position = Fraction(1), NUMBER.exponents, 0, 0
+    scale = Fraction(1)
+    exponents = NUMBER.exponents
+    cycles = 0
+    position = 0
     while position < len(text):
         match = _FACTOR.match(text, position)
         if match is None:
-            raise Problem("a unit such as mm, kg/m^3 or N m", shown(whole), f"'{text[position:][:20]}' is not part of a unit")
+            raise Problem(
+                "a unit such as mm, kg/m^3 or N m",
+                shown(whole),
+                f"'{text[position:][:20]}' is not part of a unit",
+            )
         if match[2] not in UNITS:
             hint = synonyms.meant(match[2], synonyms.UNITS, UNITS).removeprefix("; ")
             raise Problem(f"a known unit ({KNOWN})", shown(match[2]), hint)
         power = int(match[3] or 1) * (-1 if match[1] == "/" else 1)
         factor, own = UNITS[match[2]]
-        scale, exponents = scale * factor**power, tuple(n + power * m for n, m in zip(exponents, own, strict=True))
-        cycles, position = max(cycles, int(CYCLES.get(match[2], 0) * power > 0)), match.end()
+        scale = scale * factor**power
+        exponents = tuple(n + power * m for n, m in zip(exponents, own, strict=True))
+        cycles = max(cycles, int(CYCLES.get(match[2], 0) * power > 0))
+        position = match.end()
         if abs(max(exponents, key=abs)) > EXPONENT:
             raise Problem("a unit with small powers", shown(whole))
     return scale, exponents, 0 if exponents[3] else cycles

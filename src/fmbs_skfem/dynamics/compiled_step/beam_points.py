@@ -1,12 +1,14 @@
 """Which vectors of full beams rotate with them, for the factors of `rotated`.
 
-Unknowns of which every coordinate is a vector in space, as positions and directors are, stand in the lift as S (x) 1: an unknown
-vector, one column of S, rotates with the point whose vectors it moves. A point is a function of a beam with its directors, which
-say how it has rotated, or one of a cable between its neighbours. Beams that are welded share directors, and rotate alike there;
-where they are hinged they share a position, which rotates with none of them. Rigid bodies are isotropic in mass: whatever they
-share rotates with the beam. Beams that are slaved otherwise have no rotated factors, nor has what is stored or coupled in another
-way than beams alone. Beams that nothing holds keep their momenta to round-off with factors of their own, and to the tolerance with
-rotated ones: theirs do not rotate.
+Unknowns of which every coordinate is a vector in space, as positions and directors are, stand in
+the lift as S (x) 1: an unknown vector, one column of S, rotates with the point whose vectors it
+moves. A point is a function of a beam with its directors, which say how it has rotated, or one of a
+cable between its neighbours. Beams that are welded share directors, and rotate alike there; where
+they are hinged they share a position, which rotates with none of them. Rigid bodies are isotropic
+in mass: whatever they share rotates with the beam. Beams that are slaved otherwise have no rotated
+factors, nor has what is stored or coupled in another way than beams alone. Beams that nothing holds
+keep their momenta to round-off with factors of their own, and to the tolerance with rotated ones:
+theirs do not rotate.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ from .rotated import FIRST
 from .step import Rotations
 
 LINES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.BEAM)
-# factors of a double pendulum with one take 1.1 times as long, those of a chain of nine beams twice as long
+# factors of a double pendulum with one take 1.1 times as long, those of a chain of nine beams twice
+# as long
 SHARED = 8  #: positions that several beams share, at most: each costs solutions with every factor
 DIGITS = 12  #: to which factors of the components of a vector agree
 
@@ -55,35 +58,55 @@ def rotations_of(model: Compiled) -> Rotations:
     """Tables of what rotates, and room of this run; empty where nothing does."""
     system, layout = model.system, model.layout
     none = nothing(system.dim, system.size)
-    small = layout.storage in (Storage.DENSE, Storage.BAND) and not layout.loose and model.pattern is None
-    if not small or not is_sparse(system.lift.matrix) or model.arrays.pairs.skew or any(one.low.terms for one in model.forces):
+    small = (
+        layout.storage in (Storage.DENSE, Storage.BAND)
+        and not layout.loose
+        and model.pattern is None
+    )
+    if (
+        not small
+        or not is_sparse(system.lift.matrix)
+        or model.arrays.pairs.skew
+        or any(one.low.terms for one in model.forces)
+    ):
         return none
     # as long as some hundred steps of a fine mesh: found once, whatever runs follow
     parts = system.lift, system.elastic, layout.order
     tables = prepare(system).find("beam points", parts, lambda: find_tables(system, layout.place))
-    return none if tables is None else none._replace(**tables, **room(tables, system.dim, system.size))
+    return (
+        none if tables is None else none._replace(**tables, **room(tables, system.dim, system.size))
+    )
 
 
 def find_tables(system: System, place: np.ndarray) -> dict[str, np.ndarray] | None:
-    """Constant fields of `Rotations` by name, of unknowns at places (n,); None where nothing rotates."""
-    beams, vectors = beams_of(system), vectors_of(system, place)
+    """Constant fields of `Rotations` by name, of unknowns at places (n,); None where nothing
+    rotates.
+    """
+    beams = beams_of(system)
+    vectors = vectors_of(system, place)
     return None if not beams or vectors is None else Joined(beams, vectors).tables(system.dim)
 
 
 def beams_of(system: System) -> list[BeamPoints]:
-    """All beams of a full system that consists of beams, rigid bodies and points; none where something else is in the way."""
+    """All beams of a full system that consists of beams, rigid bodies and points; none where
+    something else is in the way.
+    """
     spans = {name: (first, last) for name, first, last in system.coordinates}
-    found, lift = [], csr_array(system.lift.matrix)
-    # a cable that is slaved to several unknowns, or to a multiple of one, has no points of its own; whether it is slaved to a rigid
-    # body or that to the cable is a matter of the unit
+    found = []
+    lift = csr_array(system.lift.matrix)
+    # a cable that is slaved to several unknowns, or to a multiple of one, has no points of its own;
+    # whether it is slaved to a rigid body or that to the cable is a matter of the unit
     slaved = bool((np.diff(lift.indptr) > 1).any() or (lift.data != 1.0).any())
     for name in dict.fromkeys(elastic.name for elastic in system.elastic):
         gathers = [elastic.gather for elastic in system.elastic if elastic.name == name]
-        if name not in spans or not all(isinstance(one, Cells) and one.law in LINES and one.spread is None for one in gathers):
+        if name not in spans or not all(
+            isinstance(one, Cells) and one.law in LINES and one.spread is None for one in gathers
+        ):
             return []
         if slaved and gathers[0].law.fields == 1:
             return []
-        (first, last), size = spans[name], gathers[0].dim
+        (first, last) = spans[name]
+        size = gathers[0].dim
         near = np.zeros(((last - first) // size,) * 2, bool)
         for nodes in (((one.nodes - first) // size).T for one in gathers):
             for cell in nodes:
@@ -93,8 +116,11 @@ def beams_of(system: System) -> list[BeamPoints]:
 
 
 def vectors_of(system: System, place: np.ndarray) -> Vectors | None:
-    """The unknown vectors of a lift S (x) 1, held components aside; None where a component follows another one."""
-    lift, dim = csc_array(system.lift.matrix), system.dim
+    """The unknown vectors of a lift S (x) 1, held components aside; None where a component follows
+    another one.
+    """
+    lift = csc_array(system.lift.matrix)
+    dim = system.dim
     found: dict[tuple[tuple[int, ...], tuple[float, ...]], np.ndarray] = {}
     for j, (first, last) in enumerate(zip(lift.indptr[:-1], lift.indptr[1:], strict=True)):
         vectors, components = np.divmod(lift.indices[first:last], dim)
@@ -103,8 +129,14 @@ def vectors_of(system: System, place: np.ndarray) -> Vectors | None:
         key = tuple(vectors.tolist()), tuple(lift.data[first:last].round(DIGITS).tolist())
         found.setdefault(key, np.full(dim, -1))[components[0]] = place[j]
     columns = [len(rows) for rows, _ in found]
-    S = np.concatenate([values for _, values in found]), np.concatenate([rows for rows, _ in found]), np.cumsum([0, *columns])
-    return Vectors(np.array(list(found.values())), csc_array(S, shape=(lift.shape[0] // dim, len(found))))
+    S = (
+        np.concatenate([values for _, values in found]),
+        np.concatenate([rows for rows, _ in found]),
+        np.cumsum([0, *columns]),
+    )
+    return Vectors(
+        np.array(list(found.values())), csc_array(S, shape=(lift.shape[0] // dim, len(found)))
+    )
 
 
 class Joined:
@@ -120,8 +152,11 @@ class Joined:
         #: (u) points that a vector moves, with fields and factors
         self.moved: list[list[tuple[Point, int, float]]] = []
         for first, last in zip(vectors.S.indptr[:-1], vectors.S.indptr[1:], strict=True):
-            rows, values = vectors.S.indices[first:last].tolist(), vectors.S.data[first:last].tolist()
-            self.moved.append([(*at[row], value) for row, value in zip(rows, values, strict=True) if row in at])
+            rows = vectors.S.indices[first:last].tolist()
+            values = vectors.S.data[first:last].tolist()
+            self.moved.append(
+                [(*at[row], value) for row, value in zip(rows, values, strict=True) if row in at]
+            )
         self.like: dict[Point, Point] = {}  #: points that rotate as another one
         self.group = list(range(len(beams)))  #: of welded beams: the number of one of them
         self.weld()
@@ -130,7 +165,9 @@ class Joined:
         """Points that share two directors or more rotate alike, and their beams are one."""
         shared: Counter[tuple[Point, Point]] = Counter()
         for moved in self.moved:
-            shared.update(combinations(sorted({point for point, field, _ in moved if field > 0}), 2))
+            shared.update(
+                combinations(sorted({point for point, field, _ in moved if field > 0}), 2)
+            )
         for (one, other), count in sorted(shared.items()):
             if count > 1:
                 self.like[other] = self.like.get(one, one)
@@ -138,7 +175,9 @@ class Joined:
                 self.group = [new if number == old else number for number in self.group]
 
     def points(self, vector: int) -> list[Point]:
-        """The points that an unknown vector moves, without those that rotate as another one of them."""
+        """The points that an unknown vector moves, without those that rotate as another one of
+        them.
+        """
         return sorted({self.like.get(point, point) for point, _, _ in self.moved[vector]})
 
     def held(self) -> set[int]:
@@ -160,37 +199,64 @@ class Joined:
         return held
 
     def is_alone(self, point: Point) -> bool:
-        """Whether the share of a beam in the tangent of a position follows from the positions near it, which have to be whole."""
+        """Whether the share of a beam in the tangent of a position follows from the positions near
+        it, which have to be whole.
+        """
         beam = self.beams[point[0]]
         rows = beam.first + beam.fields * np.flatnonzero(beam.near[point[1]])
         near = self.S[rows]
-        return bool((np.diff(near.indptr) == 1).all() and (near.data == 1.0).all() and self.whole[near.indices].all())
+        return bool(
+            (np.diff(near.indptr) == 1).all()
+            and (near.data == 1.0).all()
+            and self.whole[near.indices].all()
+        )
 
     def sides(self) -> dict[int, list[Point]] | None:
-        """Points by the position that several beams share there; None where these cannot be told apart."""
-        found = {vector: points for vector in range(len(self.moved)) if len(points := self.points(vector)) > 1}
+        """Points by the position that several beams share there; None where these cannot be told
+        apart.
+        """
+        found = {
+            vector: points
+            for vector in range(len(self.moved))
+            if len(points := self.points(vector)) > 1
+        }
         for vector, points in found.items():
             positions = all(field == 0 and value == 1.0 for _, field, value in self.moved[vector])
             if not positions or not self.whole[vector] or not all(map(self.is_alone, points)):
                 return None
         groups = [sorted(self.group[number] for number, _ in points) for points in found.values()]
         pairs = [pair for one in groups for pair in combinations(one, 2)]
-        # of two positions that the same beams share, or one that a beam has twice, shares cannot be told apart
+        # of two positions that the same beams share, or one that a beam has twice, shares cannot be
+        # told apart
         apart = len(pairs) == len(set(pairs)) and all(one != other for one, other in pairs)
         return found if apart and len(found) <= SHARED else None
 
     def tables(self, dim: int) -> dict[str, np.ndarray] | None:
         """See `find_tables`."""
-        sides, held = self.sides(), self.held()
+        sides = self.sides()
+        held = self.held()
         if sides is None:
             return None
-        kept = {vector: points for vector, points in sides.items() if all(self.group[number] in held for number, _ in points)}
-        free = [v for v in range(len(self.moved)) if v not in sides and self.rotates(v) and self.owner(v) in held]
+        kept = {
+            vector: points
+            for vector, points in sides.items()
+            if all(self.group[number] in held for number, _ in points)
+        }
+        free = [
+            v
+            for v in range(len(self.moved))
+            if v not in sides and self.rotates(v) and self.owner(v) in held
+        ]
         if not free:
             return None
         own = [v for v in range(len(self.moved)) if v not in sides and self.moved[v]]
         groups = sorted(set(self.group))
-        members = [np.concatenate([np.zeros(0, int), *(self.unknowns[v] for v in own if self.owner(v) == one)]) for one in groups]
+        members = [
+            np.concatenate(
+                [np.zeros(0, int), *(self.unknowns[v] for v in own if self.owner(v) == one)]
+            )
+            for one in groups
+        ]
         members = [one[one >= 0] for one in members]
         first = dict(zip(groups, np.cumsum([0, *map(len, members)]), strict=False))
         numbers: dict[Point, int] = {}
@@ -220,23 +286,32 @@ class Joined:
         return all(field == 0 and value == 1.0 for _, field, value in self.moved[vector])
 
     def rotates(self, vector: int) -> bool:
-        """Whether an unknown vector rotates with a point; of directors that a hinge holds two components do, in its plane."""
+        """Whether an unknown vector rotates with a point; of directors that a hinge holds two
+        components do, in its plane.
+        """
         directors = any(field > 0 for _, field, _ in self.moved[vector])
-        return bool(self.moved[vector]) and bool(self.whole[vector] or (directors and (self.unknowns[vector] >= 0).sum() == 2))
+        return bool(self.moved[vector]) and bool(
+            self.whole[vector] or (directors and (self.unknowns[vector] >= 0).sum() == 2)
+        )
 
     def ends(self, point: Point, dim: int) -> tuple[int, int, int]:
         """First coordinates of its directors, or of the points after and before it, and -1."""
-        beam, at = self.beams[point[0]], point[1]
+        beam = self.beams[point[0]]
+        at = point[1]
         if beam.fields > 1:
             first = dim * (beam.first + beam.fields * at)
             return first + dim, first + 2 * dim, first + 3 * dim
-        after, before = (k if 0 <= k < len(beam.near) and beam.near[at, k] else at for k in (at + 1, at - 1))
+        after, before = (
+            k if 0 <= k < len(beam.near) and beam.near[at, k] else at for k in (at + 1, at - 1)
+        )
         return dim * (beam.first + after), dim * (beam.first + before), -1
 
 
 def room(tables: dict[str, np.ndarray], dim: int, size: int) -> dict[str, np.ndarray]:
     """The other arrays of `Rotations`, for tables of `size` unknowns."""
-    points, count, many = len(tables["ends"]), tables["shared"].size, len(tables["sides"])
+    points = len(tables["ends"])
+    count = tables["shared"].size
+    many = len(tables["sides"])
     return {
         "start": np.zeros((points, dim * dim)),
         "turns": np.zeros((points, dim * dim)),
@@ -253,7 +328,12 @@ def room(tables: dict[str, np.ndarray], dim: int, size: int) -> dict[str, np.nda
 def nothing(dim: int, size: int) -> Rotations:
     """The tables of no point."""
     groups, shared, sides, ends = (np.zeros((0, width), np.int64) for width in (dim, dim, 5, 3))
-    none, rows, matrix, turns = np.zeros(0, np.int64), np.zeros((0, size)), np.zeros((0, 0)), np.zeros((0, dim * dim))
+    none, rows, matrix, turns = (
+        np.zeros(0, np.int64),
+        np.zeros((0, size)),
+        np.zeros((0, 0)),
+        np.zeros((0, dim * dim)),
+    )
     return Rotations(
         groups=groups,
         turned=none,

@@ -1,10 +1,12 @@
-r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands, blocks or dense ones with a Schur complement of the
-joints, or all dense where W alone may be singular. Cholesky's factors replace W, whose lower half has the form of a band.
+r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands, blocks or dense ones
+with a Schur complement of the joints, or all dense where W alone may be singular. Cholesky's
+factors replace W, whose lower half has the form of a band.
 
     [ c W      Phi_q^T ]        W = bh M + gh C + K
     [ Phi_q    0       ]
 
-Each storage has two routines, `factorise` and `apply` (W^-1 on rows); a model compiles those of its own storage alone.
+Each storage has two routines, `factorise` and `apply` (W^-1 on rows); a model compiles those of its
+own storage alone.
 """
 
 from __future__ import annotations
@@ -25,10 +27,17 @@ from ...systems.terms import corotation
 from .step import Workspace, opened
 from .woodbury import COLUMNS, JOINTS, RHS, rows_of
 
-BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
+BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = (
+    1,
+    2,
+    3,
+    4,
+    5,
+)  #: kinds of factors, L D L^T those of blocks
 ALL, BODIES, REST = 0, 1, 2  #: what `assemble` assembles
-# joints and elastic terms leave 1e-15 at most, what touches with friction between 1e-8 and 1e-4: a hundredth of it decides alike,
-# and what half or twice of it lets through is as small as what the iteration leaves
+# joints and elastic terms leave 1e-15 at most, what touches with friction between 1e-8 and 1e-4: a
+# hundredth of it decides alike, and what half or twice of it lets through is as small as what the
+# iteration leaves
 SYMMETRIC = 1e-8  #: largest difference of entries ij and ji of W, over sqrt(W_ii W_jj), with which half of them is factored
 
 
@@ -37,17 +46,23 @@ def doors(form: Storage) -> tuple[Routine, Routine, Routine]:
     if form is Storage.BLOCKS:
         # three names a storage: another one is three routines and a line here
         return factorise_blocks, solve, apply_blocks
-    return (factorise_dense, solve, apply_dense) if form is Storage.DENSE else (factorise_band, solve, apply_band)
+    return (
+        (factorise_dense, solve, apply_dense)
+        if form is Storage.DENSE
+        else (factorise_band, solve, apply_band)
+    )
 
 
 @routine
 def assemble(table: Any, part: Any) -> int:
-    """J = Phi_q and the front c W + d(Phi_q^T lambda)/dq of the matrix at the trial state, whose y and Phi_y must be current.
+    """J = Phi_q and the front c W + d(Phi_q^T lambda)/dq of the matrix at the trial state, whose y
+    and Phi_y must be current.
 
-    ALL of it, or one part after the other; 0, or 1 where a tangent failed. What terms keep of an assembly may be turned the next
-    time.
+    ALL of it, or one part after the other; 0, or 1 where a tangent failed. What terms keep of an
+    assembly may be turned the next time.
     """
-    # by address: all kinds of factors begin so, and those of beams took 8.9 s to compile with it in each of them, 7.6 s without
+    # by address: all kinds of factors begin so, and those of beams took 8.9 s to compile with it in
+    # each of them, 7.6 s without
     if part != REST and assemble_bodies(table) != 0:
         return 1
     if part != BODIES:
@@ -76,12 +91,14 @@ def assemble_bodies(table: Any) -> int:
     # one pass that writes W, so that it need not be cleared first
     combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
     s.turning[0] = w.kind[1]
-    # tangents of planar reduced bodies are turned, not assembled: with sums that take all lanes a step takes 15 to 40 % less
+    # tangents of planar reduced bodies are turned, not assembled: with sums that take all lanes a
+    # step takes 15 to 40 % less
     if w.kind[1] == 1 and len(A.corotation.table) > 0:
         corotation.add_rotated_tangent(A.corotation, s.x, S.method.gh, s.W)
     elif evaluation.sum_tangents(table) != 0:
         return 1
-    # an exact tangent is there to be turned the next time; `judge` says where that is not good enough
+    # an exact tangent is there to be turned the next time; `judge` says where that is not good
+    # enough
     if len(s.turned) > 0:
         w.kind[1] = 1
     scale(S.method.c, s.W)
@@ -100,7 +117,14 @@ def add_joints(table: Any) -> None:
 
 
 @jit
-def combine(bh: float, mass: np.ndarray, gh: float, damping: np.ndarray, stiffness: np.ndarray, W: np.ndarray) -> None:
+def combine(
+    bh: float,
+    mass: np.ndarray,
+    gh: float,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    W: np.ndarray,
+) -> None:
     """W = bh M + gh C + K."""
     for i in range(W.shape[0]):
         # an expression of arrays would make one of the size of W first
@@ -119,10 +143,12 @@ def scale(c: float, W: np.ndarray) -> None:
 
 @routine
 def factorise_dense(table: Any, _: Any) -> int:
-    """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are forgotten.
+    """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are
+    forgotten.
 
-    Bodies that nothing but joints couples now are factored one by one. Where Cholesky's factorisation of the upper half of W fails,
-    the lower half and the diagonal are what LU starts from.
+    Bodies that nothing but joints couples now are factored one by one. Where Cholesky's
+    factorisation of the upper half of W fails, the lower half and the diagonal are what LU starts
+    from.
     """
     S = opened(table)
     w = S.work
@@ -130,7 +156,8 @@ def factorise_dense(table: Any, _: Any) -> int:
     if invoke(S.doors.assemble, table, ALL) != 0:
         return 1
     W = S.space.W
-    # half of the numbers of LU: a plate thrown round with 75 unknowns takes 0.099 s for 0.118 s, with 69 0.093 s for 0.105 s
+    # half of the numbers of LU: a plate thrown round with 75 unknowns takes 0.099 s for 0.118 s,
+    # with 69 0.093 s for 0.105 s
     if not is_bordered(w) and is_symmetric(W):
         for i in range(len(W)):
             w.diagonal[i] = W[i, i]
@@ -138,7 +165,8 @@ def factorise_dense(table: Any, _: Any) -> int:
         if factor_dense(table) == 0:
             return 0
         for i in range(len(W)):
-            # Cholesky's factorisation has overwritten the upper half alone: no second assembly where W is indefinite
+            # Cholesky's factorisation has overwritten the upper half alone: no second assembly
+            # where W is indefinite
             W[i, i] = w.diagonal[i]
             for j in range(i):
                 W[j, i] = W[i, j]
@@ -148,16 +176,23 @@ def factorise_dense(table: Any, _: Any) -> int:
 
 @jit
 def factor_dense(table: Any) -> int:
-    """Factor W by `kind`, block by block, and the Schur complement of J, or both in one; 0, or LAPACK's info."""
+    """Factor W by `kind`, block by block, and the Schur complement of J, or both in one; 0, or
+    LAPACK's info.
+    """
     S = opened(table)
-    W, w = S.space.W, S.work
+    W = S.space.W
+    w = S.work
     if is_bordered(w):
         # W alone may be singular, where joints alone determine some unknowns
         bordered(W, w.J, S.space.off, w.kkt)
         return factor_lu(w, 0, 0, len(w.kkt))
-    n, first, at, info = len(W), 0, 0, 0
+    n = len(W)
+    first = 0
+    at = 0
+    info = 0
     while first < n and info == 0:
-        # blocks are found anew with each W: of two bodies half of the numbers are zero until they touch
+        # blocks are found anew with each W: of two bodies half of the numbers are zero until they
+        # touch
         last = w.ends[first] = end_of_block(W, first)
         if w.kind[2] == DENSE_CHOLESKY:
             info = factor_cholesky(w, lower_half(W, first, last))
@@ -177,7 +212,8 @@ def is_symmetric(W: np.ndarray) -> bool:
     """Whether W is symmetric but for round-off."""
     for i in range(len(W)):
         for j in range(i):
-            # squares save a root an entry; n^2 / 2 of them are little beside the n^3 / 3 operations of factors
+            # squares save a root an entry; n^2 / 2 of them are little beside the n^3 / 3 operations
+            # of factors
             difference = W[i, j] - W[j, i]
             if difference * difference > SYMMETRIC * SYMMETRIC * W[i, i] * W[j, j]:
                 return False
@@ -186,35 +222,44 @@ def is_symmetric(W: np.ndarray) -> bool:
 
 @jit
 def lower_half(W: np.ndarray, first: int, last: int) -> np.ndarray:
-    """The lower half of a diagonal block of a symmetric W, as a band of all diagonals: B[j, i - j] = W[i, j]."""
-    # rows of n + 1 numbers begin one place further in each: no copy, and the substitution of bands serves it
+    """The lower half of a diagonal block of a symmetric W, as a band of all diagonals: B[j, i - j]
+    = W[i, j].
+    """
+    # rows of n + 1 numbers begin one place further in each: no copy, and the substitution of bands
+    # serves it
     return view(W, first * (len(W) + 1), (last - first, len(W) + 1))
 
 
 @jit
 def is_bordered(w: Workspace) -> bool:
     """Whether dense factors are those of W and the joints in one."""
-    # told by a size, which `initial.workspace` sets: no flag beside it that could say something else
+    # told by a size, which `initial.workspace` sets: no flag beside it that could say something
+    # else
     return len(w.schur) < len(w.J)
 
 
 @jit
 def end_of_block(W: np.ndarray, first: int) -> int:
-    """Where the unknowns end that those from `first` on are coupled with, in a pattern that is symmetric."""
-    last, i = first + 1, first
+    """Where the unknowns end that those from `first` on are coupled with, in a pattern that is
+    symmetric.
+    """
+    last = first + 1
+    i = first
     while i < last:
         j = len(W) - 1
         # from the right, so that coupled unknowns end the search at once; a full W costs n reads
         while j >= last and W[i, j] == 0.0:
             j -= 1
-        last, i = max(last, j + 1), i + 1
+        last = max(last, j + 1)
+        i = i + 1
     return last
 
 
 @jit
 def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
     """Cholesky's factor of a dense block in place, its diagonal inverted; 0, or LAPACK's info."""
-    # LAPACK's factors, but a substitution of one's own below: calls for one vector cost more than the work in them
+    # LAPACK's factors, but a substitution of one's own below: calls for one vector cost more than
+    # the work in them
     info = lapack.potrf(w.addresses, band)
     invert_pivots(band)
     return info
@@ -250,7 +295,8 @@ def factor_lu(w: Workspace, at: int, first: int, last: int) -> int:
 def solve(table: Any, joints: Any) -> int:
     """rhs <- KKT^-1 rhs with the current factors; with `joints` = 1 the front of rhs is zero."""
     S = opened(table)
-    w, rhs = S.work, S.space.rhs
+    w = S.work
+    rhs = S.space.rhs
     if is_bordered(w):
         substitute_dense(w.kkt, w.pivots, rhs[0])
         return 0
@@ -276,16 +322,24 @@ def apply_factors(table: Any, which: int) -> None:
 def apply_dense(table: Any, which: Any) -> int:
     """Rows <- W^-1 rows with the factors of all dense blocks."""
     S = opened(table)
-    W, w, rows = S.space.W, S.work, rows_of(table, which)
+    W = S.space.W
+    w = S.work
+    rows = rows_of(table, which)
     for k in range(len(rows)):
         # row by row, all blocks of one: a row stays in the cache, and blocks are few
-        x, first, at = rows[k], 0, 0
+        x = rows[k]
+        first = 0
+        at = 0
         while first < len(x):
             last = w.ends[first]
             if w.kind[2] == DENSE_CHOLESKY:
                 substitute(lower_half(W, first, last), x[first:last])
             else:
-                substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
+                substitute_dense(
+                    view(w.kkt, at, (last - first, last - first)),
+                    w.pivots[first:last],
+                    x[first:last],
+                )
             first, at = last, at + (last - first) ** 2
     return 0
 
@@ -307,7 +361,8 @@ def bordered(W: np.ndarray, J: np.ndarray, off: np.ndarray, kkt: np.ndarray) -> 
 
 @jit
 def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
-    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than LAPACK's getrs for one vector.
+    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than
+    LAPACK's getrs for one vector.
 
     Four columns at a time: the unknowns of a triangle first, then all that they reach.
     """
@@ -325,7 +380,11 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
         c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
         d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
         x[j + 1], x[j + 2], x[j + 3] = b, c, d
-        rest, A, B, C, D = x[j + 4 :], A[j + 4 :], B[j + 4 :], C[j + 4 :], D[j + 4 :]
+        rest = x[j + 4 :]
+        A = A[j + 4 :]
+        B = B[j + 4 :]
+        C = C[j + 4 :]
+        D = D[j + 4 :]
         for i in range(len(rest)):
             rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
     for j in range(full, n):
@@ -349,9 +408,12 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
 @routine
 def factorise_band(table: Any, _: Any) -> int:
-    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again for LU, which friction needs."""
+    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again
+    for LU, which friction needs.
+    """
     S = opened(table)
-    kind, info = BAND_CHOLESKY, 1
+    kind = BAND_CHOLESKY
+    info = 1
     while info != 0 and kind <= BAND_LU:
         if invoke(S.doors.assemble, table, ALL) != 0:
             return 1
@@ -359,8 +421,10 @@ def factorise_band(table: Any, _: Any) -> int:
         if S.arrays.pairs.skew and kernels.any_of(S.space.H):
             kind = BAND_LU
         S.work.kind[0] = S.work.kind[2] = kind
-        # LAPACK overwrites the band, so that LU begins with a new assembly; it is rare, and a copy of every band would not be
-        info, kind = factor_band(table), kind + 1
+        # LAPACK overwrites the band, so that LU begins with a new assembly; it is rare, and a copy
+        # of every band would not be
+        info = factor_band(table)
+        kind = kind + 1
     return info
 
 
@@ -368,7 +432,8 @@ def factorise_band(table: Any, _: Any) -> int:
 def factor_band(table: Any) -> int:
     """Factor W by `kind`, and the Schur complement of J; 0, or LAPACK's info."""
     S = opened(table)
-    W, w = S.space.W, S.work
+    W = S.space.W
+    w = S.work
     if w.kind[2] == BAND_CHOLESKY:
         info = factor_narrow(w, W)
     else:
@@ -383,7 +448,9 @@ def factor_band(table: Any) -> int:
 
 @jit
 def close_factors(table: Any) -> int:
-    """W^-1 U in `lows`, W^-1 J^T in `spread`, and the factors of what follows from them; 0, or LAPACK's info."""
+    """W^-1 U in `lows`, W^-1 J^T in `spread`, and the factors of what follows from them; 0, or
+    LAPACK's info.
+    """
     S = opened(table)
     w = S.work
     # columns of low rank before joints: J^T is solved for with all of W
@@ -404,7 +471,9 @@ def close_factors(table: Any) -> int:
 
 @jit
 def factor_joints(w: Workspace, off: np.ndarray) -> int:
-    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`, the diagonal of U inverted; 0, or LAPACK's info."""
+    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`, the diagonal of U inverted; 0, or
+    LAPACK's info.
+    """
     m = len(w.J)
     for k in range(m):
         for l in range(m):
@@ -422,13 +491,19 @@ def factor_joints(w: Workspace, off: np.ndarray) -> int:
 def factorise_blocks(table: Any, _: Any) -> int:
     """As `factorise_dense`, for W by its upper triangle."""
     S = opened(table)
-    A, W, w = S.arrays, S.space.W, S.work
+    A = S.arrays
+    W = S.space.W
+    w = S.work
     w.secants[0] = 0
     if invoke(S.doors.assemble, table, ALL) != 0:
         return 1
     w.kind[0] = w.kind[2] = BLOCKS
-    # supernodes, four columns at a time: factors of 100 parts take 0.3 ms for 1.1 ms column by column
-    if direct.eliminate(A.tree, A.blocks.indptr, A.blocks.indices, W[0], w.lower, w.diagonal) != direct.DONE:
+    # supernodes, four columns at a time: factors of 100 parts take 0.3 ms for 1.1 ms column by
+    # column
+    if (
+        direct.eliminate(A.tree, A.blocks.indptr, A.blocks.indices, W[0], w.lower, w.diagonal)
+        != direct.DONE
+    ):
         return 1
     return close_factors(table)
 
@@ -437,7 +512,8 @@ def factorise_blocks(table: Any, _: Any) -> int:
 def apply_blocks(table: Any, which: Any) -> int:
     """As `apply_dense`, for blocks of a sparse W, as many rows at once as there is room for."""
     S = opened(table)
-    w, rows = S.work, rows_of(table, which)
+    w = S.work
+    rows = rows_of(table, which)
     room, n = w.columns.shape
     for first in range(0, len(rows), room):
         # many rows a visit of the factors, which are read from memory once for all of them
@@ -463,9 +539,12 @@ def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
 def apply_band(table: Any, which: Any) -> int:
     """As `apply_dense`, for a band."""
     S = opened(table)
-    W, w, rows = S.space.W, S.work, rows_of(table, which)
+    W = S.space.W
+    w = S.work
+    rows = rows_of(table, which)
     if w.kind[2] == BAND_LU:
-        # LAPACK for a band with pivots: friction is rare, and rows of U are as wide again as the band
+        # LAPACK for a band with pivots: friction is rare, and rows of U are as wide again as the
+        # band
         width = W.shape[1] - 1
         return lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rows)
     for k in range(len(rows)):
@@ -475,21 +554,33 @@ def apply_band(table: Any, which: Any) -> int:
 
 @jit
 def substitute(L: np.ndarray, x: np.ndarray) -> None:
-    """x <- (L L^T)^-1 x with the factor of a band (n, d+1), its diagonal inverted; faster than LAPACK for one vector.
+    """x <- (L L^T)^-1 x with the factor of a band (n, d+1), its diagonal inverted; faster than
+    LAPACK for one vector.
 
-    Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
+    Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that
+    all four reach, then the rest.
     """
-    n, width = len(L), min(L.shape[1], len(L))
-    # 10 us for 18 us at 1206 unknowns of half width 11: nothing waits for what was stored just before
+    n = len(L)
+    width = min(L.shape[1], len(L))
+    # 10 us for 18 us at 1206 unknowns of half width 11: nothing waits for what was stored just
+    # before
     full = n // 4 * 4 if width > 4 else 0
     for j in range(0, full, 4):
-        A, B, C, D, rest, reach = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :], min(width, n - j)
+        A = L[j]
+        B = L[j + 1]
+        C = L[j + 2]
+        D = L[j + 3]
+        rest = x[j + 4 :]
+        reach = min(width, n - j)
         a = x[j] * A[0]
         b = (x[j + 1] - A[1] * a) * B[0]
         c = (x[j + 2] - A[2] * a - B[1] * b) * C[0]
         d = (x[j + 3] - A[3] * a - B[2] * b - C[1] * c) * D[0]
         x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
-        A, B, C, D = A[4:], B[3:], C[2:], D[1:]
+        A = A[4:]
+        B = B[3:]
+        C = C[2:]
+        D = D[1:]
         for i in range(reach - 4):
             rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
         beyond = n - j - reach
@@ -510,7 +601,12 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
             value -= L[j, i] * x[j + i]
         x[j] = value * L[j, 0]
     for j in range(full - 4, -1, -4):
-        A, B, C, D, rest, reach = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :], min(width, n - j)
+        A = L[j, 4:]
+        B = L[j + 1, 3:]
+        C = L[j + 2, 2:]
+        D = L[j + 3, 1:]
+        rest = x[j + 4 :]
+        reach = min(width, n - j)
         a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
         beyond = n - j - reach
         if beyond > 2:
@@ -543,7 +639,8 @@ def close(w: Workspace, rhs: np.ndarray) -> None:
     m, n = w.J.shape
     front, multipliers = rhs[0, :n], rhs[0, n:]
     for k in range(m):
-        # J^T W^-1 is kept: closing costs m products of length n twice, no further application of W^-1
+        # J^T W^-1 is kept: closing costs m products of length n twice, no further application of
+        # W^-1
         multipliers[k] = kernels.dot(w.J[k], front) - multipliers[k]
     substitute_dense(w.schur, w.schur_pivots, multipliers)
     for k in range(m):

@@ -1,22 +1,25 @@
-r"""The solver of large models: sparse factors that serve many steps, turned with the bodies, and small systems for the joints.
+r"""The solver of large models: sparse factors that serve many steps, turned with the bodies, and
+small systems for the joints.
 
-With W = c (bh M + gh C + K) at the configuration where it was factored and R the rotation of every body since then,
+With W = c (bh M + gh C + K) at the configuration where it was factored and R the rotation of every
+body since then,
 
     W^-1 ~ R W0^-1 R^T.
 
-Joints and configuration-dependent loads touch few unknowns, the interface b: their second derivatives H_b and Jacobian J_b enter
-exactly by a small system with F = (W^-1)_bb,
+Joints and configuration-dependent loads touch few unknowns, the interface b: their second
+derivatives H_b and Jacobian J_b enter exactly by a small system with F = (W^-1)_bb,
 
     [ I + F H_b   F J_b^T ] [ d_b ]   [ y_b ]
     [ J_b         0       ] [ l   ] = [ g   ],     y = W^-1 r,     d = y - W^-1 E_b (H_b d_b + J_b^T l),
 
-so the factors depend on the bodies alone. Where H_b and J_b are zero, as of points that touch nothing, unknowns are left out.
-Turned factors contract so well (1e-5 to 1e-3) that most steps need one correction; the contraction is measured again every few
-steps. Interface unknowns without stiffness and mass (massless frames) get a shift in W that H_b takes back. Everything else is the
+so the factors depend on the bodies alone. Where H_b and J_b are zero, as of points that touch
+nothing, unknowns are left out. Turned factors contract so well (1e-5 to 1e-3) that most steps need
+one correction; the contraction is measured again every few steps. Interface unknowns without
+stiffness and mass (massless frames) get a shift in W that H_b takes back. Everything else is the
 compiled step of `stepping`.
 
-Source (re-use of factors in turning bodies): corotational iteration matrices, e.g. Felippa and Haugen, Comput. Methods Appl. Mech.
-Engrg. 194 (2005) 2285-2335, doi 10.1016/j.cma.2004.07.035.
+Source (re-use of factors in turning bodies): corotational iteration matrices, e.g. Felippa and
+Haugen, Comput. Methods Appl. Mech. Engrg. 194 (2005) 2285-2335, doi 10.1016/j.cma.2004.07.035.
 """
 
 from __future__ import annotations
@@ -44,15 +47,20 @@ from ..scheme import Solver
 from . import factors, settling
 from .step import Method, Step
 
-LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
+LOOSE = (
+    1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
+)
 ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
-# a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no stiffness, or that of a body
+# a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no
+# stiffness, or that of a body
 METHOD = place_of(Step, "method")  #: where it begins in a packed step
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
 class Standing(NamedTuple):
-    """Of the interface what is not zero (b unknowns, m constraints), as the bodies stand: [[1 + F H, F J^T], [J, 0]], F = W^-1."""
+    """Of the interface what is not zero (b unknowns, m constraints), as the bodies stand: [[1 + F
+    H, F J^T], [J, 0]], F = W^-1.
+    """
 
     turns: list[np.ndarray]  #: of the bodies since W was factored
     at: np.ndarray = np.zeros(0, np.int64)  #: (b,) where they are in the interface
@@ -63,14 +71,19 @@ class Standing(NamedTuple):
 
 
 class Large:
-    """Factors of one model in the course of a run; `table` is where the step is packed, which takes longer than a routine."""
+    """Factors of one model in the course of a run; `table` is where the step is packed, which takes
+    longer than a routine.
+    """
 
     def __init__(self, model: Compiled, solver: Solver = "own") -> None:
-        self.model, system = model, model.system
+        self.model = model
+        system = model.system
         self.solver: Solver = solver
         self.dim, self.size = system.dim, system.size
         # a rotation of a slaved coordinate would be one of its frame, too
-        self.turns = is_identity(csr_array(system.lift.matrix))  # unknowns are whole vectors, on which a rotation can act
+        self.turns = is_identity(
+            csr_array(system.lift.matrix)
+        )  # unknowns are whole vectors, on which a rotation can act
         # found once: which unknowns joints and loads read does not change in a run
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
@@ -96,14 +109,26 @@ class Large:
         )
 
     def factorise(self, step: Step) -> None:
-        """Factors of W at the trial state, and columns of its inverse that belong to the interface, or SolverError."""
-        system, method, space, work = self.model.system, step.method, step.space, step.work
-        W = method.bh * csr_array(system.mass) + method.gh * csr_array(system.damping) + csr_array(system.stiffness)
+        """Factors of W at the trial state, and columns of its inverse that belong to the interface,
+        or SolverError.
+        """
+        system = self.model.system
+        method = step.method
+        space = step.space
+        work = step.work
+        W = (
+            method.bh * csr_array(system.mass)
+            + method.gh * csr_array(system.damping)
+            + csr_array(system.stiffness)
+        )
         # bodies alone: joints and loads of a step would make every factor one of its own
         W = csr_array(method.c * (W + compiled.elastic_tangent(self.model, space.x, method.gh)))
         diagonal = W.diagonal()
-        # frames without mass and stiffness have zero pivots; H takes the same shift back, so that the solution has none of it
-        self.shift = np.where(diagonal[self.interface] < EMPTY * diagonal.max(), np.median(diagonal), 0.0)
+        # frames without mass and stiffness have zero pivots; H takes the same shift back, so that
+        # the solution has none of it
+        self.shift = np.where(
+            diagonal[self.interface] < EMPTY * diagonal.max(), np.median(diagonal), 0.0
+        )
         shift = np.zeros(self.size)
         shift[self.interface] = self.shift
         W = csr_array(W + diags_array(shift))
@@ -115,7 +140,8 @@ class Large:
         columns[np.arange(len(self.interface)), self.interface] = 1.0
         spread = refined(W, self.inverse, columns)
         self.flexible = np.ascontiguousarray(spread[:, self.interface])
-        # half of the memory, for what enters corrections only: a correction leaves 1e-7 of itself to the next one
+        # half of the memory, for what enters corrections only: a correction leaves 1e-7 of itself
+        # to the next one
         self.spread = spread.astype(np.float32)
         work.kind[0] = work.kind[2] = factors.BAND_CHOLESKY
 
@@ -123,16 +149,16 @@ class Large:
         """rhs <- KKT^-1 rhs."""
         now = self.now = self.standing(step, table)
         r = step.space.f.copy()
-        # into the frame in which W was factored, and back in `close`: factors of the start serve a run, where those that stand
-        # still diverge at 1 rad
+        # into the frame in which W was factored, and back in `close`: factors of the start serve a
+        # run, where those that stand still diverge at 1 rad
         rotate(self, r, [R.T for R in now.turns])
         assert self.inverse is not None
         self.close(step.space, now, self.inverse.solve(r[None, :])[0])
 
     def settle(self, step: Step, table: int) -> None:
         """As `settling.settle`, with the interface of the last correction."""
-        # turns, derivatives and factors of the interface are those of the last correction: made anew, a coarse crank-slider takes
-        # 1.3 times as long
+        # turns, derivatives and factors of the interface are those of the last correction: made
+        # anew, a coarse crank-slider takes 1.3 times as long
         settling.find_drift(table)
         self.close(step.space, self.now, np.zeros(self.size))
         if not settling.move_velocities(table):
@@ -141,24 +167,42 @@ class Large:
     def standing(self, step: Step, table: int) -> Standing:
         """The interface in the trial state."""
         space = step.space
-        turns = [now @ then.T for now, then in zip(fit_rotations(self, space.x), self.factored, strict=True)]
+        turns = [
+            now @ then.T
+            for now, then in zip(fit_rotations(self, space.x), self.factored, strict=True)
+        ]
         if len(self.interface) == 0:
             return Standing(turns)
-        # points that touch nothing are left out: 729 unknowns of a plate of 8 x 8 cells over a floor cost 0.33 s a correction
+        # points that touch nothing are left out: 729 unknowns of a plate of 8 x 8 cells over a
+        # floor cost 0.33 s a correction
         at, H, J = self.slopes(step, table)
-        nb, m, small = len(at), len(J), block_rotations(self, turns, at)
+        nb = len(at)
+        m = len(J)
+        small = block_rotations(self, turns, at)
         F = small @ self.flexible[np.ix_(at, at)] @ small.T
         A = np.zeros((nb + m, nb + m))
-        # LAPACK itself below: the checks of scipy.linalg.solve took a tenth of the time of models with joints
-        A[:nb, :nb], A[:nb, nb:], A[nb:, :nb], A[nb:, nb:] = np.eye(nb) + F @ H, F @ J.T, J, np.diag(space.off)
+        # LAPACK itself below: the checks of scipy.linalg.solve took a tenth of the time of models
+        # with joints
+        A[:nb, :nb], A[:nb, nb:], A[nb:, :nb], A[nb:, nb:] = (
+            np.eye(nb) + F @ H,
+            F @ J.T,
+            J,
+            np.diag(space.off),
+        )
         return Standing(turns, at, small, H, J, dgetrf(A)[:2] if nb + m else (A, np.zeros(0)))
 
     def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
-        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
-        n, nb = self.size, len(now.at)
+        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the
+        bodies stood when W was factored.
+        """
+        n = self.size
+        nb = len(now.at)
         # what the interface takes is one product of its size and one solution, in any step
         if nb:
-            found = dgetrs(*now.factors, np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]))[0]
+            found = dgetrs(
+                *now.factors,
+                np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]),
+            )[0]
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
             r -= (now.small.T @ push).astype(np.float32) @ self.spread[now.at]
             space.rhs[0, n:] = found[nb:]
@@ -166,13 +210,16 @@ class Large:
         space.f[:] = r
 
     def slopes(self, step: Step, table: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where in the interface they are not zero: second derivatives of joints and loads, less the shift, and Phi_q."""
+        """Where in the interface they are not zero: second derivatives of joints and loads, less
+        the shift, and Phi_q.
+        """
         space = step.space
         space.gh[0] = step.method.gh
         evaluation.probe_slopes(table)
         pairs, H = compiled.row_slopes(self.model, space)
         rows, places = np.unique(pairs[H != 0.0], return_inverse=True)
-        y, J = np.zeros((len(rows), len(rows))), space.Jy @ self.probes
+        y = np.zeros((len(rows), len(rows)))
+        J = space.Jy @ self.probes
         np.add.at(y, tuple(places.reshape(-1, 2).T), H[H != 0.0])
         used = self.probes[rows].any(axis=0) | J.any(axis=0) | (self.shift != 0.0)
         if self.turns:  # whole vectors
@@ -184,11 +231,16 @@ class Large:
 
 
 def interface(model: Compiled, whole: bool) -> np.ndarray:
-    """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors where rotations act."""
+    """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors
+    where rotations act.
+    """
     system = model.system
-    # whatever a constraint or a force with derivatives may read in a run: the interface has one size
+    # whatever a constraint or a force with derivatives may read in a run: the interface has one
+    # size
     rows = {int(k) for k in reads(system.constraints, len(system.probes.offset)).indices}
-    rows |= {int(k) for k in model.pairs.ravel()} | {int(k) for force in model.forces if force.low.terms for k in force.alone}
+    rows |= {int(k) for k in model.pairs.ravel()} | {
+        int(k) for force in model.forces if force.low.terms for k in force.alone
+    }
     touched = distinct(csr_array(system.probes.matrix)[sorted(rows)].indices)
     if whole:
         first = distinct(touched // system.dim) * system.dim
@@ -197,19 +249,32 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
 
 
 def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
-    """Coordinates of every surface and G (b, c) = sum w N,k t_k, so that q^T G = sum w r,k t_k^T shows how it has turned."""
-    system, found = model.system, []
+    """Coordinates of every surface and G (b, c) = sum w N,k t_k, so that q^T G = sum w r,k t_k^T
+    shows how it has turned.
+    """
+    system = model.system
+    found = []
     spans = {name: slice(first, last) for name, first, last in system.coordinates}
-    q, dim = system.lift(system.x0), system.dim
+    q = system.lift(system.x0)
+    dim = system.dim
     for elastic in system.elastic:
         if elastic.gather.law in (Law.MEMBRANE, Law.SHELL):
             where = spans[elastic.name]
-            found.append((where, terms.rotation_weights(elastic.gather, q)[where.start // dim : where.stop // dim]))
+            found.append(
+                (
+                    where,
+                    terms.rotation_weights(elastic.gather, q)[
+                        where.start // dim : where.stop // dim
+                    ],
+                )
+            )
     return found
 
 
 def fit_rotations(large: Large, x: np.ndarray) -> list[np.ndarray]:
-    """Rotation of every body that fits its motion from the reference best (polar decomposition of q^T G)."""
+    """Rotation of every body that fits its motion from the reference best (polar decomposition of
+    q^T G).
+    """
     # by all vectors of a body, so that what it bends to one side here it bends to the other there
     return [nearest(x[where].reshape(-1, large.dim).T @ G) for where, G in large.bodies]
 
@@ -224,7 +289,9 @@ def rotate(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
 
 def block_rotations(large: Large, turns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
     """R (b, b) on unknowns at places of the interface (b,)."""
-    out, dim, unknowns = np.eye(len(at)), large.dim, large.interface[at]
+    out = np.eye(len(at))
+    dim = large.dim
+    unknowns = large.interface[at]
     for (where, _), R in zip(large.bodies, turns, strict=True):
         mine = np.flatnonzero((unknowns >= where.start) & (unknowns < where.stop))
         for i in range(dim):
@@ -243,24 +310,37 @@ class Inverse:
     tree: supernodes.Tree | None = None  #: its analysis, where there is one
 
 
-def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own", before: Inverse | None = None) -> Inverse:
-    """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner.
+def inverse(
+    W: csr_array, motions: np.ndarray, solver: Solver = "own", before: Inverse | None = None
+) -> Inverse:
+    """Factors in single precision where they fit into the memory, else conjugate gradients with a
+    multigrid preconditioner.
 
-    Where PARDISO is asked for, its factors in double precision. The analysis of a matrix of `before` serves others of its pattern.
+    Where PARDISO is asked for, its factors in double precision. The analysis of a matrix of
+    `before` serves others of its pattern.
     """
     W.setdiag(W.diagonal())
     W.sum_duplicates()
     if solver == "pardiso":
         found = pardiso.factor(W)
-        return Inverse(lambda rows: pardiso.solve(found, rows), f"PARDISO LDL^T with {found.numbers:.3g} numbers")
-    pattern, tree = (W.indptr, W.indices), None
-    if before is not None and before.pattern is not None and all(map(np.array_equal, pattern, before.pattern)):
+        return Inverse(
+            lambda rows: pardiso.solve(found, rows),
+            f"PARDISO LDL^T with {found.numbers:.3g} numbers",
+        )
+    pattern = (W.indptr, W.indices)
+    tree = None
+    if (
+        before is not None
+        and before.pattern is not None
+        and all(map(np.array_equal, pattern, before.pattern))
+    ):
         # the order of elimination is a fifth of the time where a third of the steps factor anew
         tree = before.tree
     tree = tree or supernodes.analyse(W)
     fill = supernodes.entries(tree)
     if krylov.choose(W.shape[0], fill, machine_memory.free(), 4.0) == "direct":
-        # half of the numbers to read in a solution; six digits are more than turned factors are good for
+        # half of the numbers to read in a solution; six digits are more than turned factors are
+        # good for
         factors = direct.factor(W, np.float32, tree)
         label = f"sparse LDL^T with {fill:.3g} numbers in single precision"
         return Inverse(lambda rows: direct.solve(factors, rows.copy()), label, pattern, tree)
@@ -270,11 +350,15 @@ def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own", before: I
     report = hierarchy.report
     label = f"conjugate gradients, multigrid with {len(report.unknowns)} levels, {report.memory / 2**20:.0f} MiB; "
     label += f"factors of {fill:.3g} numbers do not fit"
-    return Inverse(lambda rows: np.stack([krylov.solve(hierarchy, row, LOOSE)[0] for row in rows]), label)
+    return Inverse(
+        lambda rows: np.stack([krylov.solve(hierarchy, row, LOOSE)[0] for row in rows]), label
+    )
 
 
 def node_size(W: csr_array) -> int:
-    """Largest of the sizes 9, 6, 3, 2 in which whole blocks of unknowns share a row pattern; 1 if none."""
+    """Largest of the sizes 9, 6, 3, 2 in which whole blocks of unknowns share a row pattern; 1 if
+    none.
+    """
     counts = np.diff(W.indptr)
     # multigrid coarsens nodes and not unknowns: nine of plates with gradients, six in the plane
     for size in (9, 6, 3, 2):
@@ -282,18 +366,28 @@ def node_size(W: csr_array) -> int:
             first = W.indptr[:-1].reshape(-1, size)
             same = (counts.reshape(-1, size) == counts[::size, None]).all()
             if same and all(
-                (W.indices[first[k, 0] :][: counts[size * k]] % size == np.arange(counts[size * k]) % size).all() for k in (0, -1)
+                (
+                    W.indices[first[k, 0] :][: counts[size * k]] % size
+                    == np.arange(counts[size * k]) % size
+                ).all()
+                for k in (0, -1)
             ):
                 return size
     return 1
 
 
 def rigid_motions(model: Compiled) -> np.ndarray:
-    """Rigid motions of the whole system in the unknowns (n, 3 to 6), columns of length one; none about a line that all lie on."""
+    """Rigid motions of the whole system in the unknowns (n, 3 to 6), columns of length one; none
+    about a line that all lie on.
+    """
     system = model.system
-    dim, q = system.dim, system.lift(system.x0).reshape(-1, system.dim)
+    dim = system.dim
+    q = system.lift(system.x0).reshape(-1, system.dim)
     fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
-    spins = [np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim] for axis in np.eye(3)[2 if dim == 2 else 0 :]]
+    spins = [
+        np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim]
+        for axis in np.eye(3)[2 if dim == 2 else 0 :]
+    ]
     B = project(system.lift.matrix, np.stack([field.ravel() for field in fields + spins], axis=1))
     sizes = np.linalg.norm(B, axis=0)
     # about a line that all points lie on nothing moves, and multigrid would divide by it
@@ -304,7 +398,8 @@ def rigid_motions(model: Compiled) -> np.ndarray:
 def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarray:
     """W^-1 columns (rows of the array) with three steps of refinement."""
     x = approximate.solve(columns) if len(columns) else columns
-    # single precision gains six digits a step: three of them are full double precision with one to spare
+    # single precision gains six digits a step: three of them are full double precision with one to
+    # spare
     for _ in range(3 if len(columns) else 0):
         x = x + approximate.solve(direct.residual(W, x, columns))
     return x

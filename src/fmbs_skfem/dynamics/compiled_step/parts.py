@@ -1,21 +1,23 @@
-r"""A step in equal parts, inside of the compiled step: h / 2, h / 4, ... until one of these lengths takes it.
+r"""A step in equal parts, inside of the compiled step: h / 2, h / 4, ... until one of these lengths
+takes it.
 
-Nothing that is known is lost on the way. Earlier q'' and multipliers at the new distance are those of the parabola through the
-three that are known,
+Nothing that is known is lost on the way. Earlier q'' and multipliers at the new distance are those
+of the parabola through the three that are known,
 
     q''(t - d h) = (1 - d) (2 - d) / 2 q''_0 + d (2 - d) q''_1 - d (1 - d) / 2 q''_2,
 
-multipliers and the second difference of q'' grow with c and with h^2, and the algorithmic acceleration, which is q'' at the time
-t + (am - af) h, moves on by
+multipliers and the second difference of q'' grow with c and with h^2, and the algorithmic
+acceleration, which is q'' at the time t + (am - af) h, moves on by
 
     (am - af) (h_new - h_old) q''',    q''' = (q''_0 - q''_1) / h,
 
-both ways by the difference of whole steps: where a force begins in the last part, that of two parts would be 64 times as large, and
-two divided steps behind each other move it there and back by the same. Where the last step says that q'' goes on better as it is
-than along that difference (order 0 of the predictor), a stays.
+both ways by the difference of whole steps: where a force begins in the last part, that of two parts
+would be 64 times as large, and two divided steps behind each other move it there and back by the
+same. Where the last step says that q'' goes on better as it is than along that difference (order 0
+of the predictor), a stays.
 
-Source (changes of the step in generalized-alpha): Bruels and Arnold, The generalized-alpha scheme as a linear multistep integrator,
-J. Comput. Nonlinear Dyn. 3 (2008) 041007, doi 10.1115/1.2960475.
+Source (changes of the step in generalized-alpha): Bruels and Arnold, The generalized-alpha scheme
+as a linear multistep integrator, J. Comput. Nonlinear Dyn. 3 (2008) 041007, doi 10.1115/1.2960475.
 """
 
 from __future__ import annotations
@@ -28,7 +30,21 @@ from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
 from . import rotated
-from .step import HALVED, LEAP, LENGTH, LEVEL, NUMBERS, STEPS, TAKEN, Levels, Method, State, opened, opened_kept, opened_state
+from .step import (
+    HALVED,
+    LEAP,
+    LENGTH,
+    LEVEL,
+    NUMBERS,
+    STEPS,
+    TAKEN,
+    Levels,
+    Method,
+    State,
+    opened,
+    opened_kept,
+    opened_state,
+)
 from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, TOUCHES, add_known, look_ahead
 
 # a rolling hoop and a gripper take as many steps at 0.2 and at 0.7
@@ -38,7 +54,8 @@ FINEST = 5  #: halvings by the error of a step
 
 @routine
 def divide(table: Any, status: Any) -> int:
-    """A step that failed with a status in two or more equal parts, or a piece of one (DONE) in those it begins with; the status.
+    """A step that failed with a status in two or more equal parts, or a piece of one (DONE) in
+    those it begins with; the status.
 
     A step whose error is controlled (COARSE) is taken in as few parts as keep it small.
     """
@@ -54,30 +71,36 @@ def divide(table: Any, status: Any) -> int:
 
 @jit
 def control(table: Any, piece: bool) -> int:
-    """A step in as many parts as the one before, once more in shorter ones where its error asks for a quarter of their length.
+    """A step in as many parts as the one before, once more in shorter ones where its error asks for
+    a quarter of their length.
 
     A piece of a step has the length of the first trial.
 
-    Errors fall by 4 where parts are half as long. The next step has half as many parts where its error leaves ROOM for that.
+    Errors fall by 4 where parts are half as long. The next step has half as many parts where its
+    error leaves ROOM for that.
     """
     S = opened(table)
     s, job, levels = S.state, S.job, S.levels
-    steps, leapt = job.counters[STEPS], job.done[1]
+    steps = job.counters[STEPS]
+    leapt = job.done[1]
     for again in range(2):
         parts = s.parts[0]
-        status, levels.found[LEVEL] = COARSE, 0
+        status = COARSE
+        levels.found[LEVEL] = 0
         if parts == 0 and not piece:
             status = invoke(S.doors.take, table, job.done[0])
         if status != DONE and status != TOUCHES:
             status = take_divided(table, status, parts if piece else max(1, parts))
         if status != DONE:
             return status
-        level, error = levels.found[LEVEL], local_error(table, levels.found[LEVEL])
+        level = levels.found[LEVEL]
+        error = local_error(table, levels.found[LEVEL])
         if error < 0.0:
             return STOPPED
         wanted = level
         while error > S.method.local and wanted < FINEST:
-            error, wanted = 0.25 * error, wanted + 1
+            error = 0.25 * error
+            wanted = wanted + 1
         if again == 0 and wanted > level + 1:
             copy_state(levels, True)
             s.parts[0], job.counters[STEPS], job.done[1] = wanted, steps, leapt
@@ -92,16 +115,22 @@ def control(table: Any, piece: bool) -> int:
 
 @jit
 def local_error(table: Any, halvings: int) -> float:
-    """The error of the step that was taken in 2^halvings parts, root mean square [m]; -1 where it cannot be found.
+    """The error of the step that was taken in 2^halvings parts, root mean square [m]; -1 where it
+    cannot be found.
 
-    The part of a change of q'' that the method does not follow in a step, h^2 dq'', through the factors,
+    The part of a change of q'' that the method does not follow in a step, h^2 dq'', through the
+    factors,
 
         e = |(bh M + gh C + K, Phi_q^T; Phi_q, 0)^-1 bh M dq''| H^2 / 4^k,    H the step, dq'' its change over it
 
-    so that waves which no step resolves count with their own size, and not with that of their accelerations.
+    so that waves which no step resolves count with their own size, and not with that of their
+    accelerations.
     """
     S = opened(table)
-    s, t, before, H = S.state, S.space, opened_state(S.levels.before), opened(S.levels.tables[0]).method.h
+    s = S.state
+    t = S.space
+    before = opened_state(S.levels.before)
+    H = opened(S.levels.tables[0]).method.h
     for i in range(len(t.way)):
         t.way[i] = s.acceleration[i] - before.acceleration[i]
     kernels.clear(t.f)
@@ -123,19 +152,24 @@ def local_error(table: Any, halvings: int) -> float:
 def take_divided(table: Any, status: int, first: int) -> int:
     """A step in parts, from the trial `first` on; `status` says why.
 
-    The trials of `Levels` follow each other. Where forces began or ended too fast for longer steps, the next step begins in half as
-    many parts, and the shortest stand. On failure the state is that before the step, and the space keeps the last trial state.
+    The trials of `Levels` follow each other. Where forces began or ended too fast for longer steps,
+    the next step begins in half as many parts, and the shortest stand. On failure the state is that
+    before the step, and the space keeps the last trial state.
     """
     S = opened(table)
     s, job, levels = S.state, S.job, S.levels
-    touching, steps, leapt = status == TOO_LONG, job.counters[STEPS], job.done[1]
+    touching = status == TOO_LONG
+    steps = job.counters[STEPS]
+    leapt = job.done[1]
     failed = job.counters[HALVED]
     foreseen = parts_ahead(table, first) if S.method.allowed < 1.0 else first
     if foreseen > first:
         # what touches asks for shorter parts anyway: that longer ones fail says nothing
-        touching, status = True, TOO_LONG
+        touching = True
+        status = TOO_LONG
     for trial in range(foreseen, len(levels.tables)):
-        # what touches divides steps by plan, and so do errors: only failures of the iteration speak against a motion
+        # what touches divides steps by plan, and so do errors: only failures of the iteration speak
+        # against a motion
         job.counters[HALVED] += status != TOO_LONG and status != DONE and status != COARSE
         forget = may_touch(table) and status != COARSE
         status = take_parts(table, trial, forget)
@@ -144,7 +178,8 @@ def take_divided(table: Any, status: int, first: int) -> int:
             join(table, levels.tables[trial], forget)
             job.counters[STEPS] += 1
             levels.found[LEVEL] = levels.halvings[trial]
-            # a touch takes some steps: the next one begins near what this one needed, and grows back
+            # a touch takes some steps: the next one begins near what this one needed, and grows
+            # back
             s.parts[0] = max(levels.halvings[trial] - 1, 0) if touching else 0
             if leapt == 0 and job.done[1] > 0:
                 levels.found[LEAP], levels.found[LENGTH] = job.done[0], levels.halvings[trial]
@@ -162,9 +197,12 @@ def take_divided(table: Any, status: int, first: int) -> int:
 
 @jit
 def parts_ahead(table: Any, first: int) -> int:
-    """The first judged trial, from `first` on, whose parts are not too long for what touches, with the accelerations of now."""
+    """The first judged trial, from `first` on, whose parts are not too long for what touches, with
+    the accelerations of now.
+    """
     S = opened(table)
-    tables, trial = S.levels.tables, first
+    tables = S.levels.tables
+    trial = first
     while opened(tables[trial + 1]).method.judging:
         method = opened(tables[trial]).method
         look_ahead(table, method.h)
@@ -176,7 +214,9 @@ def parts_ahead(table: Any, first: int) -> int:
 
 @routine
 def begin(table: Any, trial: Any) -> int:
-    """What a trial begins with, from the state before the step: what is known, no factors, and histories."""
+    """What a trial begins with, from the state before the step: what is known, no factors, and
+    histories.
+    """
     return begin_parts(table, trial, may_touch(table))
 
 
@@ -192,7 +232,11 @@ def begin_parts(table: Any, trial: int, forget: bool) -> int:
     if levels.histories == 0:
         return DONE
     # histories are functions of Python: asked for once a trial, and of models that have some
-    return STOPPED if invoke(levels.histories, table, trial + len(levels.tables) * S.job.done[0]) != 0 else DONE
+    return (
+        STOPPED
+        if invoke(levels.histories, table, trial + len(levels.tables) * S.job.done[0]) != 0
+        else DONE
+    )
 
 
 @jit
@@ -233,7 +277,9 @@ def may_touch(table: Any) -> bool:
 
 @jit
 def part(s: State, whole: Method, short: Method, forget: bool) -> None:
-    """What is known of whole steps becomes that of shorter ones; where forces begin or end earlier ones are to be forgotten."""
+    """What is known of whole steps becomes that of shorter ones; where forces begin or end earlier
+    ones are to be forgotten.
+    """
     ratio = short.h / whole.h
     scale_multipliers(s, short.c / whole.c)
     if forget:
@@ -254,7 +300,10 @@ def part(s: State, whole: Method, short: Method, forget: bool) -> None:
 def join(table: Any, level: int, forget: bool) -> None:
     """Parts of the step are one: what was known before it goes on with its end."""
     S, P = opened(table), opened(level)
-    s, before, whole, short = S.state, opened_state(S.levels.before), S.method, P.method
+    s = S.state
+    before = opened_state(S.levels.before)
+    whole = S.method
+    short = P.method
     scale_multipliers(s, whole.c / short.c)
     for k in range(len(s.history)):
         kernels.copy(before.history[k], s.history[k])
@@ -269,8 +318,11 @@ def join(table: Any, level: int, forget: bool) -> None:
 
 @jit
 def move_algorithmic(s: State, whole: Method, longer: float) -> None:
-    """The algorithmic acceleration for steps that are `longer` [s], where differences of q'' say how it goes on."""
-    # by an order of the predictor that has been judged: differences of what no step resolves say nothing
+    """The algorithmic acceleration for steps that are `longer` [s], where differences of q'' say
+    how it goes on.
+    """
+    # by an order of the predictor that has been judged: differences of what no step resolves say
+    # nothing
     if s.order[0] == 0 or s.known[0] < 3:
         return
     factor = (whole.am - whole.af) * longer / whole.h
@@ -289,11 +341,17 @@ def scale_multipliers(s: State, factor: float) -> None:
 
 @jit
 def resample(rows: np.ndarray, known: int, ratio: float) -> None:
-    """The latest of three rows stays, the earlier ones move to a distance of `ratio` and of twice of it."""
+    """The latest of three rows stays, the earlier ones move to a distance of `ratio` and of twice
+    of it.
+    """
     for i in range(rows.shape[1]):
         latest, before, first = rows[0, i], rows[1, i], rows[2, i]
         # one that is not known is on the line of the others
         first = first if known > 2 else 2.0 * before - latest
         for k in range(1, known):
             d = k * ratio
-            rows[k, i] = 0.5 * (1.0 - d) * (2.0 - d) * latest + d * (2.0 - d) * before - 0.5 * d * (1.0 - d) * first
+            rows[k, i] = (
+                0.5 * (1.0 - d) * (2.0 - d) * latest
+                + d * (2.0 - d) * before
+                - 0.5 * d * (1.0 - d) * first
+            )

@@ -1,4 +1,6 @@
-"""Pieces of a step, between events and jumps of loads: by the method, or by the Taylor series where they are too short for it."""
+"""Pieces of a step, between events and jumps of loads: by the method, or by the Taylor series where
+they are too short for it.
+"""
 
 from __future__ import annotations
 
@@ -32,12 +34,15 @@ class Unreached(Exception):
 
 
 def take_piece(run: OpenRun, place: float, to: float) -> None:
-    """Go from a place in the present step to another one, both parts of it, and over the loads that jump between them.
+    """Go from a place in the present step to another one, both parts of it, and over the loads that
+    jump between them.
 
-    Places are from 0 to 1 in the step. Pieces shorter than a hundredth of it go by x + h v + h^2 q'' / 2. Unreached where a piece
-    cannot be taken.
+    Places are from 0 to 1 in the step. Pieces shorter than a hundredth of it go by x + h v + h^2
+    q'' / 2. Unreached where a piece cannot be taken.
     """
-    begin, h, first = run.scheme.step * (run.done + place), run.scheme.step, place == 0.0
+    begin = run.scheme.step * (run.done + place)
+    h = run.scheme.step
+    first = place == 0.0
     for jump, before, behind in run.jumps.get(run.done, ()):
         if place < jump <= to or (first and jump == 0.0):
             go_on(run, begin, before - begin)
@@ -47,7 +52,9 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
 
 
 def jump_over(run: OpenRun, behind: float) -> int:
-    """Accelerations and reactions of the present state with loads as they are behind a jump [s]; the status of `stepping.jump`."""
+    """Accelerations and reactions of the present state with loads as they are behind a jump [s];
+    the status of `stepping.jump`.
+    """
     signals, _ = leading_signals(run.model.system, np.array([behind]), run.scheme.step)
     if not len(signals):
         raise Unreached(stepping.NOT_FINITE)
@@ -59,20 +66,28 @@ def jump_over(run: OpenRun, behind: float) -> int:
 
 
 def release(run: OpenRun, time: float) -> None:
-    """Give a motion that starts from the present state, at a time [s], what its steps begin with, see `initial.begin_steps`.
+    """Give a motion that starts from the present state, at a time [s], what its steps begin with,
+    see `initial.begin_steps`.
 
-    All forces jump onto rest: (M + (gh C + K) / bh) q'' + Phi_q^T lambda = -f. What the state shows, M p + Phi_q^T mu = -f, stays,
-    and is what steps begin with where nothing holds what begins to move, q'' (gh C + K) q'' = bh q'' M (p - q'') < 0.
+    All forces jump onto rest: (M + (gh C + K) / bh) q'' + Phi_q^T lambda = -f. What the state
+    shows, M p + Phi_q^T mu = -f, stays, and is what steps begin with where nothing holds what
+    begins to move, q'' (gh C + K) q'' = bh q'' M (p - q'') < 0.
     """
-    state, counters = run.step.state, run.step.job.counters.copy()
+    state = run.step.state
+    counters = run.step.job.counters.copy()
     shown = State(*(part.copy() for part in state))
     for part in (state.a, state.acceleration, state.multipliers, state.history, state.past):
         part[:] = 0.0
     status = jump_over(run, time)
-    a, multipliers, back = state.acceleration.copy(), state.multipliers.copy(), np.argsort(run.model.order)
+    a = state.acceleration.copy()
+    multipliers = state.multipliers.copy()
+    back = np.argsort(run.model.order)
     put(state, shown)
     run.step.job.counters[:] = counters
-    if status == stepping.DONE and a[back] @ (run.model.system.mass @ (shown.acceleration - a)[back]) >= 0.0:
+    if (
+        status == stepping.DONE
+        and a[back] @ (run.model.system.mass @ (shown.acceleration - a)[back]) >= 0.0
+    ):
         state.a[:], state.history[0], state.past[0] = a, a, multipliers
 
 
@@ -90,7 +105,8 @@ def go_on(run: OpenRun, begin: float, span: float) -> None:
 
 
 def last_place(broken: Callable[[float], bool], place: float, end: float) -> tuple[float, float]:
-    """The last place of a step, from `place` to `end`, to which values are numbers, and the first one where they are `broken`.
+    """The last place of a step, from `place` to `end`, to which values are numbers, and the first
+    one where they are `broken`.
 
     By bisection, to 1e-12 of the step; places are from 0 to 1.
     """

@@ -3,22 +3,23 @@ r"""Factors of full beams that rotate with the beams, point by point, between fa
     W' = R W R^T,    R = diag(R_i),    R_i the rotation since W was factored: of the directors of a beam, or of the direction
                                        x_(i+1) - x_(i-1) of a cable
 
-The energy of a beam does not change with a rotation of all of its points, nor does M = m (x) 1: W' is the matrix of the beam that
-has moved as a rigid body, and nearly that of one that bends as well, as R varies along it. Between the rotations factors contract
-at t h w, t the rotation since, w the frequency of waves along the beam: 1.5 after a step of 2 ms of a double pendulum that W'
-contracts by 0.07.
+The energy of a beam does not change with a rotation of all of its points, nor does M = m (x) 1: W'
+is the matrix of the beam that has moved as a rigid body, and nearly that of one that bends as well,
+as R varies along it. Between the rotations factors contract at t h w, t the rotation since, w the
+frequency of waves along the beam: 1.5 after a step of 2 ms of a double pendulum that W' contracts
+by 0.07.
 
 Points s that several beams share rotate with none of them. They are eliminated last,
 
     [ R W_i R^T     R V_a Q_a^T           ]      Q_a rotation of beam a at the point, K_a its share in the tangent there,
     [ sym.          N + sum Q_a K_a Q_a^T ]      N what is left of it: masses and springs
 
-K_a follows from the rows of W, as a translation of a beam costs nothing: K_a = - sum_(j in a) K_sj. After condensation the matrix
-of the shared points is N + sum_a Q_a (K_a - V_a^T W_i^-1 V_a) Q_a^T, a few numbers that are made and factored anew in every step,
-as is Phi_q W'^-1 Phi_q^T.
+K_a follows from the rows of W, as a translation of a beam costs nothing: K_a = - sum_(j in a) K_sj.
+After condensation the matrix of the shared points is N + sum_a Q_a (K_a - V_a^T W_i^-1 V_a) Q_a^T,
+a few numbers that are made and factored anew in every step, as is Phi_q W'^-1 Phi_q^T.
 
-Source (substructures with rotated condensed matrices): Nour-Omid and Rankin, Comput. Methods Appl. Mech. Eng. 93 (1991) 353-384,
-doi 10.1016/0045-7825(91)90248-5.
+Source (substructures with rotated condensed matrices): Nour-Omid and Rankin, Comput. Methods Appl.
+Mech. Eng. 93 (1991) 353-384, doi 10.1016/0045-7825(91)90248-5.
 """
 
 from __future__ import annotations
@@ -36,13 +37,19 @@ from . import factors
 from .step import Doors, Rotations, opened
 from .woodbury import JOINTS, rows_of
 
-# four-bar of 8 cells, four sides and a joint: rotated factors serve 1.1 steps where others serve 0.6 (560 steps), 2.3 where they
-# serve 0.8 (1440 steps), and pay in neither; a double pendulum with two sides is served three to ten times as long, and gains at
-# twice
-WORTH, EACH = 2.0, 0.2  #: times as long that rotated factors have to serve as others do, and for each side and joint
-# an arm that is regulated: 7 steps at h = T / 4000, where rotated factors save 0.07 factorisations a step and cost 0.6 corrections
+# four-bar of 8 cells, four sides and a joint: rotated factors serve 1.1 steps where others serve
+# 0.6 (560 steps), 2.3 where they serve 0.8 (1440 steps), and pay in neither; a double pendulum with
+# two sides is served three to ten times as long, and gains at twice
+WORTH, EACH = (
+    2.0,
+    0.2,
+)  #: times as long that rotated factors have to serve as others do, and for each side and joint
+# an arm that is regulated: 7 steps at h = T / 4000, where rotated factors save 0.07 factorisations
+# a step and cost 0.6 corrections
 LONG = 4.0  #: steps that factors serve on their own where nothing is left to gain
-FIRST = 8.0  #: steps that rotated ones are believed to serve before there were any: they are made first
+FIRST = (
+    8.0  #: steps that rotated ones are believed to serve before there were any: they are made first
+)
 NEWEST = 0.5  #: weight of the newest factors in the mean
 TRIAL = 16  #: factorisations after which the other kind is tried once
 BACK = -0.9  #: cosine of a rotation beyond which directions say nothing about its axis
@@ -58,7 +65,8 @@ def behind(doors: Doors) -> Doors:
 def factorise(table: Any, _: Any) -> int:
     """Factors at the trial state; 0, or LAPACK's info.
 
-    Those of W as a whole where W is indefinite or unsymmetric, and where rotated ones do not serve for longer.
+    Those of W as a whole where W is indefinite or unsymmetric, and where rotated ones do not serve
+    for longer.
     """
     S = opened(table)
     w, R = S.work, S.rotations
@@ -70,7 +78,8 @@ def factorise(table: Any, _: Any) -> int:
         return 1
     find_shares(table)
     invoke(S.doors.assemble, table, factors.REST)
-    # the band has the symmetric part of W alone; an arm whose regulator makes W unsymmetric divides steps with it
+    # the band has the symmetric part of W alone; an arm whose regulator makes W unsymmetric divides
+    # steps with it
     if S.arrays.dense and not factors.is_symmetric(S.space.W):
         R.on[0], R.lives[1] = 0, 0.0
         return int(invoke(S.doors.whole, table, 0))
@@ -88,7 +97,9 @@ def factorise(table: Any, _: Any) -> int:
 
 @jit
 def forget(table: Any) -> None:
-    """Forget how long factors have served: what follows has none, and does not depend on what was tried before."""
+    """Forget how long factors have served: what follows has none, and does not depend on what was
+    tried before.
+    """
     S = opened(table)
     S.work.kind[0] = S.work.kind[2] = S.work.kind[3] = 0
     S.rotations.lives[0], S.rotations.lives[1], S.rotations.on[:] = 1.0, FIRST, 0
@@ -96,17 +107,23 @@ def forget(table: Any) -> None:
 
 @jit
 def choose(R: Rotations, joints: int, kind: int, age: int) -> bool:
-    """Whether the next factors rotate, after some of a kind (0 for none) that have served for `age` steps."""
+    """Whether the next factors rotate, after some of a kind (0 for none) that have served for `age`
+    steps.
+    """
     if kind != 0:
         R.lives[R.on[0]] += NEWEST * (age - R.lives[R.on[0]])
     R.on[1] += 1
-    better = R.lives[0] < LONG and R.lives[1] >= (WORTH + EACH * (joints + len(R.sides))) * R.lives[0]
+    better = (
+        R.lives[0] < LONG and R.lives[1] >= (WORTH + EACH * (joints + len(R.sides))) * R.lives[0]
+    )
     return better != (R.on[1] % TRIAL == 0)
 
 
 @routine
 def follow(table: Any, _: Any) -> int:
-    """Rotate the factors into the trial state, whose Phi_y must be current; new ones are due where this fails."""
+    """Rotate the factors into the trial state, whose Phi_y must be current; new ones are due where
+    this fails.
+    """
     S = opened(table)
     if S.rotations.on[0] == 0:
         return 0
@@ -118,10 +135,13 @@ def follow(table: Any, _: Any) -> int:
 
 @jit
 def rotate(table: Any) -> int:
-    """Rotations R_i and Q_a, factors of the shared points, and of the joints; 0, or 1 where there are none."""
+    """Rotations R_i and Q_a, factors of the shared points, and of the joints; 0, or 1 where there
+    are none.
+    """
     S = opened(table)
     w, R = S.work, S.rotations
-    dim, room = R.groups.shape[1], np.empty(9)
+    dim = R.groups.shape[1]
+    room = np.empty(9)
     for k in range(len(R.ends)):
         place_axes(R, S.space.cell_x, k, room)
         if R.ends[k, 2] >= 0:
@@ -143,7 +163,8 @@ def rotate(table: Any) -> int:
         return 0
     for k in range(len(w.J)):
         kernels.copy(w.J[k], w.spread[k])
-    # by address: a part of this routine it would be compiled with `factorise` and with `follow`, too
+    # by address: a part of this routine it would be compiled with `factorise` and with `follow`,
+    # too
     invoke(S.doors.apply, table, JOINTS)
     return factors.factor_joints(w, S.space.off)
 
@@ -164,13 +185,17 @@ def add_share(R: Rotations, a: int, b: int, dim: int) -> None:
 
 @jit
 def place_axes(R: Rotations, q: np.ndarray, k: int, axes: np.ndarray) -> None:
-    """Directors of a beam at its point number k, made orthonormal, or the direction of a cable there, at body coordinates q."""
-    dim, (first, second, third) = R.groups.shape[1], R.ends[k]
+    """Directors of a beam at its point number k, made orthonormal, or the direction of a cable
+    there, at body coordinates q.
+    """
+    dim = R.groups.shape[1]
+    (first, second, third) = R.ends[k]
     if third < 0:
         for c in range(dim):
             axes[c] = q[first + c] - q[second + c]
         return
-    # Gram and Schmidt: directors of functions are as orthonormal as the beam is little bent within some cells
+    # Gram and Schmidt: directors of functions are as orthonormal as the beam is little bent within
+    # some cells
     a, b, c = view(axes, 0, (3,)), view(axes, 3, (3,)), view(axes, 6, (3,))
     kernels.copy(q[first : first + 3], a)
     kernels.copy(q[second : second + 3], b)
@@ -179,7 +204,11 @@ def place_axes(R: Rotations, q: np.ndarray, k: int, axes: np.ndarray) -> None:
     for i in range(3):
         b[i] -= along * a[i]
     normalise(b)
-    c[0], c[1], c[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    c[0], c[1], c[2] = (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
 
 
 @jit
@@ -230,7 +259,8 @@ def entry(W: np.ndarray, dense: bool, i: int, j: int) -> float:
     """W[i, j] of a symmetric matrix in its storage."""
     if dense:
         return float(W[i, j])
-    low, off = min(i, j), abs(i - j)
+    low = min(i, j)
+    off = abs(i - j)
     return float(W[low, off]) if off < W.shape[1] else 0.0
 
 
@@ -238,7 +268,9 @@ def entry(W: np.ndarray, dense: bool, i: int, j: int) -> float:
 def elastic(table: Any, i: int, j: int) -> float:
     """K[i, j] of c W, which has no joints in it yet."""
     S = opened(table)
-    A, m, dense = S.arrays, S.method, S.arrays.dense
+    A = S.arrays
+    m = S.method
+    dense = S.arrays.dense
     constant = m.bh * entry(A.mass.store, dense, i, j) + m.gh * entry(A.damping.store, dense, i, j)
     constant += entry(A.stiffness.store, dense, i, j)
     return entry(S.space.W, dense, i, j) - m.c * constant
@@ -246,10 +278,13 @@ def elastic(table: Any, i: int, j: int) -> float:
 
 @jit
 def find_shares(table: Any) -> None:
-    """The share of every beam in the tangent at the points that it shares, in `shares`, before joints are added to W."""
+    """The share of every beam in the tangent at the points that it shares, in `shares`, before
+    joints are added to W.
+    """
     S = opened(table)
     R = S.rotations
-    dim, wide = R.groups.shape[1], S.space.W.shape[1]
+    dim = R.groups.shape[1]
+    wide = S.space.W.shape[1]
     kernels.clear_rows(R.shares)
     for a in range(len(R.sides)):
         point, body = R.sides[a, 0], R.sides[a, 1]
@@ -271,9 +306,14 @@ def find_shares(table: Any) -> None:
 
 @jit
 def isolate(table: Any) -> None:
-    """Take the rows of the shared points out of W: into `rest`, less the shares of beams, and `columns`; ones in their place."""
+    """Take the rows of the shared points out of W: into `rest`, less the shares of beams, and
+    `columns`; ones in their place.
+    """
     S = opened(table)
-    W, R, dense, n = S.space.W, S.rotations, S.arrays.dense, len(S.space.x)
+    W = S.space.W
+    R = S.rotations
+    dense = S.arrays.dense
+    n = len(S.space.x)
     dim = R.groups.shape[1]
     count = dim * len(R.shared)
     for p in range(count):
@@ -287,7 +327,9 @@ def isolate(table: Any) -> None:
             if R.sides[a, 1] == R.sides[b, 1]:
                 for i in range(dim):
                     for j in range(dim):
-                        R.rest[dim * R.sides[a, 0] + i, dim * R.sides[b, 0] + j] -= R.shares[dim * a + i, dim * b + j]
+                        R.rest[dim * R.sides[a, 0] + i, dim * R.sides[b, 0] + j] -= R.shares[
+                            dim * a + i, dim * b + j
+                        ]
     for p in range(count):
         row = R.shared[p // dim, p % dim]
         for i in range(n):
@@ -303,7 +345,8 @@ def isolate(table: Any) -> None:
 def factor_inside(table: Any) -> int:
     """Cholesky's factors of W in its storage; 0, or LAPACK's info."""
     S = opened(table)
-    W, w = S.space.W, S.work
+    W = S.space.W
+    w = S.work
     if not S.arrays.dense:
         return factors.factor_narrow(w, W)
     first, info = 0, 0
@@ -318,7 +361,9 @@ def factor_inside(table: Any) -> int:
 def solve_inside(table: Any, x: np.ndarray) -> None:
     """x <- W^-1 x with these factors."""
     S = opened(table)
-    W, w, first = S.space.W, S.work, 0
+    W = S.space.W
+    w = S.work
+    first = 0
     if not S.arrays.dense:
         factors.substitute(W, x)
         return
@@ -330,7 +375,9 @@ def solve_inside(table: Any, x: np.ndarray) -> None:
 
 @jit
 def condense(table: Any) -> None:
-    """`reach` = W^-1 V, and the shares of beams condensed to their shared points: K_a - V_a^T W^-1 V_a."""
+    """`reach` = W^-1 V, and the shares of beams condensed to their shared points: K_a - V_a^T W^-1
+    V_a.
+    """
     R = opened(table).rotations
     dim = R.groups.shape[1]
     for p in range(len(R.columns)):
@@ -342,7 +389,9 @@ def condense(table: Any) -> None:
                 continue
             for i in range(dim):
                 for j in range(dim):
-                    V, Z, total = R.columns[dim * R.sides[a, 0] + i], R.reach[dim * R.sides[b, 0] + j], 0.0
+                    V = R.columns[dim * R.sides[a, 0] + i]
+                    Z = R.reach[dim * R.sides[b, 0] + j]
+                    total = 0.0
                     for k in range(R.sides[a, 2], R.sides[a, 3]):
                         total += V[R.members[k]] * Z[R.members[k]]
                     R.shares[dim * a + i, dim * b + j] -= total
@@ -362,7 +411,9 @@ def apply(table: Any, which: Any) -> int:
 
 @jit
 def apply_row(table: Any, x: np.ndarray) -> None:
-    """x <- W'^-1 x: into the directions in which W was factored, the shared points, all others, and back."""
+    """x <- W'^-1 x: into the directions in which W was factored, the shared points, all others, and
+    back.
+    """
     S = opened(table)
     R = S.rotations
     dim = R.groups.shape[1]
@@ -371,9 +422,11 @@ def apply_row(table: Any, x: np.ndarray) -> None:
         row = R.shared[p // dim, p % dim]
         R.pull[p], x[row] = x[row], 0.0
     for a in range(len(R.sides)):
-        first, Q = dim * R.sides[a, 0], R.turns[R.sides[a, 4]]
+        first = dim * R.sides[a, 0]
+        Q = R.turns[R.sides[a, 4]]
         for j in range(dim):
-            Z, total = R.reach[first + j], 0.0
+            Z = R.reach[first + j]
+            total = 0.0
             for k in range(R.sides[a, 2], R.sides[a, 3]):
                 total += Z[R.members[k]] * x[R.members[k]]
             for i in range(dim):
@@ -381,9 +434,11 @@ def apply_row(table: Any, x: np.ndarray) -> None:
     factors.substitute_dense(R.border, R.pivots, R.pull)
     solve_inside(table, x)
     for a in range(len(R.sides)):
-        first, Q = dim * R.sides[a, 0], R.turns[R.sides[a, 4]]
+        first = dim * R.sides[a, 0]
+        Q = R.turns[R.sides[a, 4]]
         for j in range(dim):
-            Z, total = R.reach[first + j], 0.0
+            Z = R.reach[first + j]
+            total = 0.0
             for i in range(dim):
                 total += Q[dim * i + j] * R.pull[first + i]
             for k in range(R.sides[a, 2], R.sides[a, 3]):
@@ -398,18 +453,33 @@ def turn_groups(R: Rotations, x: np.ndarray, back: bool) -> None:
     """x <- R x, or R^T x, point by point."""
     if R.groups.shape[1] == 2:
         for g in range(len(R.groups)):
-            i, j, Q = R.groups[g, 0], R.groups[g, 1], R.turns[R.turned[g]]
+            i = R.groups[g, 0]
+            j = R.groups[g, 1]
+            Q = R.turns[R.turned[g]]
             sine = Q[1] if back else -Q[1]
             x[i], x[j] = Q[0] * x[i] - sine * x[j], sine * x[i] + Q[0] * x[j]
         return
     for g in range(len(R.groups)):
-        i, j, k, Q = R.groups[g, 0], R.groups[g, 1], R.groups[g, 2], R.turns[R.turned[g]]
+        i = R.groups[g, 0]
+        j = R.groups[g, 1]
+        k = R.groups[g, 2]
+        Q = R.turns[R.turned[g]]
         # components that are no unknowns are held by a hinge, about whose axis the others rotate
-        a, b, c = x[i] if i >= 0 else 0.0, x[j] if j >= 0 else 0.0, x[k] if k >= 0 else 0.0
+        a = x[i] if i >= 0 else 0.0
+        b = x[j] if j >= 0 else 0.0
+        c = x[k] if k >= 0 else 0.0
         if back:
-            a, b, c = Q[0] * a + Q[3] * b + Q[6] * c, Q[1] * a + Q[4] * b + Q[7] * c, Q[2] * a + Q[5] * b + Q[8] * c
+            a, b, c = (
+                Q[0] * a + Q[3] * b + Q[6] * c,
+                Q[1] * a + Q[4] * b + Q[7] * c,
+                Q[2] * a + Q[5] * b + Q[8] * c,
+            )
         else:
-            a, b, c = Q[0] * a + Q[1] * b + Q[2] * c, Q[3] * a + Q[4] * b + Q[5] * c, Q[6] * a + Q[7] * b + Q[8] * c
+            a, b, c = (
+                Q[0] * a + Q[1] * b + Q[2] * c,
+                Q[3] * a + Q[4] * b + Q[5] * c,
+                Q[6] * a + Q[7] * b + Q[8] * c,
+            )
         if i >= 0:
             x[i] = a
         if j >= 0:

@@ -1,4 +1,5 @@
-"""Steps that are taken one by one, over one packed struct: at a few microseconds beside the compiled step.
+"""Steps that are taken one by one, over one packed struct: at a few microseconds beside the
+compiled step.
 
 Histories are tabulated ahead.
 """
@@ -31,11 +32,14 @@ class SingleSteps(HistorySource):
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
         self.plain = self.system = plain
         self.scheme = scheme
-        self.ahead, self.first = np.zeros((0, 0)), 0
+        self.ahead = np.zeros((0, 0))
+        self.first = 0
         # one memory for the row of all steps, whose address the packed step holds
-        self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
-        # likewise the row of the trajectory: a step one by one costs some 2.5 us beside the compiled one, and 14 us with an
-        # observer for 290 us without this struct
+        self.row = np.zeros(
+            (1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1))
+        )
+        # likewise the row of the trajectory: a step one by one costs some 2.5 us beside the
+        # compiled one, and 14 us with an observer for 290 us without this struct
         self.stored = np.array([-1])
 
     def take(self, run: OpenRun) -> int:
@@ -59,8 +63,10 @@ class SingleSteps(HistorySource):
         if not 0 <= k < len(self.ahead):
             h = self.scheme.step
             self.ahead, broken = leading_signals(self.plain, h * (number + 1 + np.arange(AHEAD)), h)
-            self.first, k = number, 0
-            # a history that is no number at a later step of the table stops the run when that step comes
+            self.first = number
+            k = 0
+            # a history that is no number at a later step of the table stops the run when that step
+            # comes
             if broken is not None and not len(self.ahead):
                 raise broken
         return self.ahead[k]

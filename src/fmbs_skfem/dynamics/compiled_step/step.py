@@ -51,7 +51,9 @@ class State(NamedTuple):
     memory: Vector  #: (l,) what forces keep of it
     speed: Vector  #: (1,) largest speed so far, root mean square [m/s]
     parts: Integers  #: (1,) halvings of the next step
-    change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
+    change: (
+        Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
+    )
     work: Vector  #: (2,) of all that has no potential so far, and heat of elastic damping in it [J], see `systems.work`
     push: Vector  #: (n,) its forces now
     gradients: Vector  #: (g,) of terms that read velocities, the second row of those of the space
@@ -60,7 +62,9 @@ class State(NamedTuple):
 
 # tables of `beam_points`, and what `rotated` writes
 class Rotations(NamedTuple):
-    """Vectors of beams that rotate with k of their points, g by themselves, and s that t sides of beams share; c components."""
+    """Vectors of beams that rotate with k of their points, g by themselves, and s that t sides of
+    beams share; c components.
+    """
 
     groups: IntegerMatrix  #: (g, c) unknowns of vectors, -1 for components that are none
     turned: Integers  #: (g,) the points that they rotate with
@@ -111,7 +115,8 @@ class Workspace(NamedTuple):
     kind: Integers  #: (4,) kind of the factors, 0: anew; 1 if the next tangents are turned; kind of those there are; their age
 
 
-# by address, so that a model compiles the routines of its own storage alone, and large ones may have functions of Python there
+# by address, so that a model compiles the routines of its own storage alone, and large ones may
+# have functions of Python there
 class Doors(NamedTuple):
     """Addresses of the routines that a step calls."""
 
@@ -148,7 +153,8 @@ class StepJob(NamedTuple):
 
 # addresses, so that a trial of another length changes no number and packs nothing
 class Levels(NamedTuple):
-    """The step of a job in parts: the lengths that are tried, one after the other, each a `Step` of its own method and signals.
+    """The step of a job in parts: the lengths that are tried, one after the other, each a `Step` of
+    its own method and signals.
 
     All share space, state, work space and counters.
     """
@@ -158,8 +164,9 @@ class Levels(NamedTuple):
     kept: Integers  #: addresses of `Kept`, one for every array of the state
     before: int  #: address of the copy of the state
     histories: int  #: fills the signals of a trial, its number + t times the row of the job; 0 where there are none
-    #: (5,) rows of signals that are numbers in the last trial, its parts that were taken; row of the job in which something passed
-    #: through what it touches for the first time, -1 for none, and halvings of that step; those of the last step
+    #: (5,) rows of signals that are numbers in the last trial, its parts that were taken; row of
+    #: the job in which something passed through what it touches for the first time, -1 for none,
+    #: and halvings of that step; those of the last step
     found: Integers
 
 
@@ -191,9 +198,12 @@ class JobStart(NamedTuple):
     rows: Integers
 
 
-# places in an array and no fields: compiled steps add to them, Python reads them while a run is watched
+# places in an array and no fields: compiled steps add to them, Python reads them while a run is
+# watched
 NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
-LEAST = 1.0 / 2048.0  #: of the change of speed that forces which begin and end allow a step: it may be anywhere in it
+LEAST = (
+    1.0 / 2048.0
+)  #: of the change of speed that forces which begin and end allow a step: it may be anywhere in it
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
 
 opened = opener(Step)

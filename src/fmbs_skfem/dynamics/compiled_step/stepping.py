@@ -7,31 +7,37 @@ r"""The compiled time step: generalized-alpha for index-3 DAEs with a modified N
 
 Then the velocities settle on the joints, equation (4) in `settling`.
 
-Here lambda is c times the physical multiplier, which makes the condition number independent of h. The predictor extrapolates q''
-by the order (constant, linear, quadratic) that was best in the step before. A factorisation serves until the iteration contracts
-slowly; those of reduced models take up secants of late corrections, so that they contract well for longer (`add_secants`). The
-iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good predictor
-makes the first correction small without making q'' accurate, so there are at least two. |dq| is a root mean square displacement
-(`systems.lengths`).
+Here lambda is c times the physical multiplier, which makes the condition number independent of h.
+The predictor extrapolates q'' by the order (constant, linear, quadratic) that was best in the step
+before. A factorisation serves until the iteration contracts slowly; those of reduced models take up
+secants of late corrections, so that they contract well for longer (`add_secants`). The iteration
+stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same
+step: a good predictor makes the first correction small without making q'' accurate, so there are at
+least two. |dq| is a root mean square displacement (`systems.lengths`).
 
-An error d of q is one of d / (beta h^2) in q'' and in the reactions, which grows as h falls. Beside the tolerance the remaining
-error has therefore to be a small part of beta h^2 |second difference of q''|: the method's own error of q'' is of that size. Where
-round-off is in the way the tolerance alone decides.
+An error d of q is one of d / (beta h^2) in q'' and in the reactions, which grows as h falls. Beside
+the tolerance the remaining error has therefore to be a small part of beta h^2 |second difference of
+q''|: the method's own error of q'' is of that size. Where round-off is in the way the tolerance
+alone decides.
 
-The first tangents of a step take the axial forces of cables in the accepted state: a guess that turns by phi stretches by
-phi^2 / 2, and EA times that is a force that neither end of the step has, which may make the tangent indefinite. Forces of the
-residual are those of the trial state, so that the solution is the same.
+The first tangents of a step take the axial forces of cables in the accepted state: a guess that
+turns by phi stretches by phi^2 / 2, and EA times that is a force that neither end of the step has,
+which may make the tangent indefinite. Forces of the residual are those of the trial state, so that
+the solution is the same.
 
-What an iteration leaves comes back in the guess of the next step, 7 times as large where it alternates and the guess is quadratic.
-Where more than some 0.01 (1 - rho_inf)^2 of the guess's error is left (`scheme.largest_share`), stiff waves grow from step to step
-until the tolerance stops them. Beside a tolerance looser than the default, the remaining error is therefore kept below a part of
-the first correction, which is the error of the guess.
+What an iteration leaves comes back in the guess of the next step, 7 times as large where it
+alternates and the guess is quadratic. Where more than some 0.01 (1 - rho_inf)^2 of the guess's
+error is left (`scheme.largest_share`), stiff waves grow from step to step until the tolerance stops
+them. Beside a tolerance looser than the default, the remaining error is therefore kept below a part
+of the first correction, which is the error of the guess.
 
-Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method); Bottasso, Bauchau
-and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling); Brown, Hindmarsh and Walker, SIAM J. Sci.
-Stat. Comput. 6 (1985) 297-313, doi 10.1137/0906022 (secants that live as long as factors); Deuflhard, Newton Methods for Nonlinear
-Problems, Springer 2004, doi 10.1007/978-3-642-23899-4 (contraction); Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech.
-Engrg. 313 (2017) 986-1005, doi 10.1016/j.cma.2016.10.023 (stresses of their own in tangents).
+Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0
+(method); Bottasso, Bauchau and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi
+10.1137/050638503 (scaling); Brown, Hindmarsh and Walker, SIAM J. Sci. Stat. Comput. 6 (1985)
+297-313, doi 10.1137/0906022 (secants that live as long as factors); Deuflhard, Newton Methods for
+Nonlinear Problems, Springer 2004, doi 10.1007/978-3-642-23899-4 (contraction); Magisano, Leonetti
+and Garcea, Comput. Methods Appl. Mech. Engrg. 313 (2017) 986-1005, doi 10.1016/j.cma.2016.10.023
+(stresses of their own in tangents).
 """
 
 from __future__ import annotations
@@ -47,40 +53,49 @@ from ...systems import evaluation, kernels, work
 from .step import FACTORISATIONS, ITERATIONS, LEAST, STEPS, Method, State, Step, StepJob, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG, COARSE, TOUCHES = range(9)
-# spin-up in 8 cells, 20 s in 800 steps: none is divided, nor at twice of it; of 30 runs in 120 to 300 steps 2 fail, at twice 4
+# spin-up in 8 cells, 20 s in 800 steps: none is divided, nor at twice of it; of 30 runs in 120 to
+# 300 steps 2 fail, at twice 4
 NEAR = 0.05  #: part of the way of a step by which constant q'' may miss its end where the step is taken after a second trial
-# the same in 300 to 810 steps: none of 34 fails; where parts were tried twice as well none did at half of it, 1 of 20 at twice
+# the same in 300 to 810 steps: none of 34 fails; where parts were tried twice as well none did at
+# half of it, 1 of 20 at twice
 MANY = 6  #: corrections after which the energy of a solution is looked at
 # solutions that are none of the motion have 100 to 1000 times of it: 1 and 4 let the same through
 GAIN = 2.0  #: energy of strains after a step, over that before it, beside that of the motion
-# for new factors that leave next to nothing at once; half, twice and a hundred times of it take the same corrections of a double
-# pendulum (60 unknowns, h of 0.5 and 4 ms)
+# for new factors that leave next to nothing at once; half, twice and a hundred times of it take the
+# same corrections of a double pendulum (60 unknowns, h of 0.5 and 4 ms)
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
-# steps of 0.5 ms take 2 corrections, of 4 ms 3 to 4: half and twice of it change none in a double pendulum
+# steps of 0.5 ms take 2 corrections, of 4 ms 3 to 4: half and twice of it change none in a double
+# pendulum
 PATIENT = 6  #: corrections after which the tolerance alone decides
-# spin-up in 10 modes, 120 steps of 5 ms: 53 factorisations, 55 at half and 50 at twice of it, with 248 corrections each
+# spin-up in 10 modes, 120 steps of 5 ms: 53 factorisations, 55 at half and 50 at twice of it, with
+# 248 corrections each
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
 # quadratic at most: see `predict`
 HISTORY = 3  #: accelerations kept for the predictor
-# double pendulum in 30 modes, 80 steps of 1 ms: 264 corrections leave 1.1e-10 of its size, 246 at half 4.2e-10, 281 at twice
-# 0.8e-10
+# double pendulum in 30 modes, 80 steps of 1 ms: 264 corrections leave 1.1e-10 of its size, 246 at
+# half 4.2e-10, 281 at twice 0.8e-10
 SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
-# the same in steps of 4 ms: 255 corrections and 33 factorisations, 253 and 29 at half, 256 and 34 at twice
+# the same in steps of 4 ms: 255 corrections and 33 factorisations, 253 and 29 at half, 256 and 34
+# at twice
 CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
-# sheet of 52 unknowns with sparse factors, 80 steps of 20 us: 96 corrections, 91 at half, 102 at twice, 160 where no contraction
-# is relied on
+# sheet of 52 unknowns with sparse factors, 80 steps of 20 us: 96 corrections, 91 at half, 102 at
+# twice, 160 where no contraction is relied on
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
-# the same sheet: 101 corrections at half, 96 at twice, as a contraction that is falling is measured too late to be used
+# the same sheet: 101 corrections at half, 96 at twice, as a contraction that is falling is measured
+# too late to be used
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
-# double pendulum of 10 cells, 3000 steps: 0.9e-7 m are left with new factors in every step, 1.7e-7 m with rotated ones, 2.6e-6 m
-# with ten times of it
-# the same: 2.99 corrections and 0.08 factorisations a step, 2.9 and 0.11 at a third, 3.7 and 0.05 at twice
+# double pendulum of 10 cells, 3000 steps: 0.9e-7 m are left with new factors in every step, 1.7e-7
+# m with rotated ones, 2.6e-6 m with ten times of it the same: 2.99 corrections and 0.08
+# factorisations a step, 2.9 and 0.11 at a third, 3.7 and 0.05 at twice
 FAITHFUL = 6.0  #: times `slow` where factors rotate: they contract slower and slower, those that do not are lost at once
-# double pendulum of 8 cells in space, 50 steps: 2274 corrections and 79 divided steps with their own stresses, 387 and 3 with those
-# held for four corrections, 393 and 3 throughout; two bodies that lock on impact in 100: 1367, 721, 2603
+# double pendulum of 8 cells in space, 50 steps: 2274 corrections and 79 divided steps with their
+# own stresses, 387 and 3 with those held for four corrections, 393 and 3 throughout; two bodies
+# that lock on impact in 100: 1367, 721, 2603
 HELD = 4  #: corrections of a step whose tangents take the stresses of the accepted state
 LAGGING = 0.1  #: of the tolerance, with factors that rotate
-SLIGHT = 1e-6  #: of the change by forces that begin and end on a way, below which it is at none of them
+SLIGHT = (
+    1e-6  #: of the change by forces that begin and end on a way, below which it is at none of them
+)
 BISECTIONS = 40  #: of a step, to where something touches in it
 
 
@@ -89,16 +104,19 @@ def predict(table: Any) -> None:
     """Trial state from extrapolated q'' and multipliers."""
     S = opened(table)
     s, t, method = S.state, S.space, S.method
-    # spin-up of 14 cells, h = 5 ms: 2.25 corrections a step from constant q'', 2.14 from linear, 2.0 from quadratic; at 0.5 ms 2
-    # from each
-    order, h = min(s.order[0], s.known[0] - 1), method.h
+    # spin-up of 14 cells, h = 5 ms: 2.25 corrections a step from constant q'', 2.14 from linear,
+    # 2.0 from quadratic; at 0.5 ms 2 from each
+    order = min(s.order[0], s.known[0] - 1)
+    h = method.h
     extrapolate(s.history, order, t.acceleration)
-    # with (4) multipliers are smooth enough for it: both together save rigid rods a tenth of the corrections and nine of ten
-    # factorisations (2.0 and 0.05 a step for 2.2 and 0.6)
+    # with (4) multipliers are smooth enough for it: both together save rigid rods a tenth of the
+    # corrections and nine of ten factorisations (2.0 and 0.05 a step for 2.2 and 0.6)
     extrapolate(s.past, order, t.multipliers)
-    # no correction of this step has been made yet, so that the first one of the multipliers never counts as growth
+    # no correction of this step has been made yet, so that the first one of the multipliers never
+    # counts as growth
     S.work.pull[0] = np.inf
-    # x and v follow from the guess of q'' by the method itself: a correction d of q then is gh d in v and bh d in q''
+    # x and v follow from the guess of q'' by the method itself: a correction d of q then is gh d in
+    # v and bh d in q''
     for i in range(len(s.x)):
         a1 = algorithmic(method, t.acceleration[i], s.acceleration[i], s.a[i])
         t.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
@@ -110,7 +128,8 @@ def predict(table: Any) -> None:
 @jit
 def algorithmic(method: Method, new: float, old: float, a: float) -> float:
     """a1 from q1'', q0'' and a0."""
-    # a product with the inverse: the divisor is one for all unknowns, and a division costs several products
+    # a product with the inverse: the divisor is one for all unknowns, and a division costs several
+    # products
     return ((1.0 - method.af) * new + method.af * old - method.am * a) * (1.0 / (1.0 - method.am))
 
 
@@ -131,39 +150,54 @@ def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
 
 
 @summing
-def best_order(norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarray) -> tuple[int, float]:
-    """Order of the extrapolation that came closest to what is `true` now, and the size of the second difference."""
+def best_order(
+    norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarray
+) -> tuple[int, float]:
+    """Order of the extrapolation that came closest to what is `true` now, and the size of the
+    second difference.
+    """
     # all three in one pass, known or not: those that are not known are left out below
     latest, before, first = history[0], history[1], history[2]
     constant, linear, quadratic = 0.0, 0.0, 0.0
     for i in range(len(true)):
-        a, b, c = latest[i] - true[i], 2.0 * latest[i] - before[i] - true[i], 3.0 * (latest[i] - before[i]) + first[i] - true[i]
+        a, b, c = (
+            latest[i] - true[i],
+            2.0 * latest[i] - before[i] - true[i],
+            3.0 * (latest[i] - before[i]) + first[i] - true[i],
+        )
         constant += norm[i] * a * a
         linear += norm[i] * b * b
         quadratic += norm[i] * c * c
     # a tie keeps the lower order, which carries less noise on
     order = 1 if known > 1 and linear < constant else 0
     order = 2 if known > 2 and quadratic < min(constant, linear) else order
-    # what linear extrapolation misses is the second difference of q'', of the size of the method's own error of q''
+    # what linear extrapolation misses is the second difference of q'', of the size of the method's
+    # own error of q''
     return order, np.sqrt(linear) if known > 1 else np.inf
 
 
 @jit
 def remember(history: np.ndarray, new: np.ndarray) -> None:
     """Put the newest values before the earlier ones."""
-    # rows move, so that all readers find the latest first; an index that turns would be in every loop
+    # rows move, so that all readers find the latest first; an index that turns would be in every
+    # loop
     for i in range(len(new)):
         history[2, i], history[1, i], history[0, i] = history[1, i], history[0, i], new[i]
 
 
 @jit
-def add_known(s: State, norm: np.ndarray, acceleration: np.ndarray, multipliers: np.ndarray) -> None:
-    """Put q'' and multipliers of a step that is done before the earlier ones, and choose the predictor of the next step."""
+def add_known(
+    s: State, norm: np.ndarray, acceleration: np.ndarray, multipliers: np.ndarray
+) -> None:
+    """Put q'' and multipliers of a step that is done before the earlier ones, and choose the
+    predictor of the next step.
+    """
     # before the history is moved on: the guesses of this step are judged by what it has found
     s.order[0], s.change[0] = best_order(norm, s.history, s.known[0], acceleration)
     remember(s.history, acceleration)
     remember(s.past, multipliers)
-    # an order that was not known before has not been judged: it is tried once, and judged by the next step
+    # an order that was not known before has not been judged: it is tried once, and judged by the
+    # next step
     if s.known[0] < HISTORY:
         s.known[0] += 1
         s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
@@ -208,17 +242,23 @@ def change_signals(table: Any, signals: np.ndarray) -> float:
     count = len(S.state.signals)
     if count == 0:
         return 0.0
-    # histories of potentials and drives do work at a standstill, of which the sum over the way sees nothing
+    # histories of potentials and drives do work at a standstill, of which the sum over the way sees
+    # nothing
     place_accepted(table)
     return work.changed(table, S.state.signals, signals[:count])
 
 
 @jit
 def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
-    """Add the work of the step that was accepted, `begun` that of its signals at its begin, by the trapezoidal rule."""
+    """Add the work of the step that was accepted, `begun` that of its signals at its begin, by the
+    trapezoidal rule.
+    """
     S = opened(table)
-    s, t, count = S.state, S.space, len(S.state.signals)
-    # strains and rates of the last evaluation give the heat of damping; forces evaluated again for it took 10 to 90 % of a step
+    s = S.state
+    t = S.space
+    count = len(S.state.signals)
+    # strains and rates of the last evaluation give the heat of damping; forces evaluated again for
+    # it took 10 to 90 % of a step
     if S.arrays.elastic.damped:
         heat = work.find_heat(table, S.method.h)
         s.work[0] -= heat
@@ -227,7 +267,8 @@ def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
     if count == 0 and work.idle(table):
         return
     place_accepted(table)
-    # the same way under the forces of both ends: of second order, and no matter which states are stored
+    # the same way under the forces of both ends: of second order, and no matter which states are
+    # stored
     begun += kernels.dot(s.push, t.way)
     work.find_forces(table)
     kernels.copy(t.f, s.push)
@@ -240,22 +281,30 @@ def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
 
 @jit
 def judge_changes(table: Any) -> int:
-    """TOO_LONG where forces that begin or end would change speeds too much, beside the largest so far, in the step that converged.
+    """TOO_LONG where forces that begin or end would change speeds too much, beside the largest so
+    far, in the step that converged.
 
-    TOUCHES where one begins from nothing, or ends, and its place in the step counts: a step ends there. Others that are not divided
-    any further are taken, and those counted in which something passed through what it touches.
+    TOUCHES where one begins from nothing, or ends, and its place in the step counts: a step ends
+    there. Others that are not divided any further are taken, and those counted in which something
+    passed through what it touches.
     """
     S = opened(table)
     if len(S.arrays.forces.judged) == 0:
         return DONE
-    # beside the largest speed so far: what comes to rest would divide its steps for touches that change nothing
+    # beside the largest speed so far: what comes to rest would divide its steps for touches that
+    # change nothing
     square = 0.0
     for i in range(len(S.state.v)):
         square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
     S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
     impulse = evaluation.find_impulse(table)
-    # in trials that are not judged as well: what is left of a touch in the shortest parts has one sign at all impacts
-    if S.method.locating and impulse < np.inf and S.method.h * S.space.impulse[1] > LEAST * S.state.speed[0]:
+    # in trials that are not judged as well: what is left of a touch in the shortest parts has one
+    # sign at all impacts
+    if (
+        S.method.locating
+        and impulse < np.inf
+        and S.method.h * S.space.impulse[1] > LEAST * S.state.speed[0]
+    ):
         return TOUCHES
     # an infinite impulse stands for something that has passed through what it touches
     if not S.method.judging:
@@ -266,13 +315,16 @@ def judge_changes(table: Any) -> int:
 
 @routine
 def find_touch(table: Any, _: Any) -> int:
-    """Where a force begins or ends first on x + t v + t^2 q'' / 2, of t up to touch[0] [s]: DONE, t before it in touch[0], behind
-    it in touch[1].
+    """Where a force begins or ends first on x + t v + t^2 q'' / 2, of t up to touch[0] [s]: DONE, t
+    before it in touch[0], behind it in touch[1].
 
-    TOO_LONG where none does. What changes by less than SLIGHT of all that begins and ends up to the end of the way does not count.
+    TOO_LONG where none does. What changes by less than SLIGHT of all that begins and ends up to the
+    end of the way does not count.
     """
     S = opened(table)
-    touch, low, high = S.job.touch, 0.0, S.job.touch[0]
+    touch = S.job.touch
+    low = 0.0
+    high = S.job.touch[0]
     most = change_ahead(table, high)
     if not 0.0 < most < np.inf:
         return TOO_LONG
@@ -288,7 +340,9 @@ def find_touch(table: Any, _: Any) -> int:
 
 @jit
 def change_ahead(table: Any, span: float) -> float:
-    """The change by forces that have begun or ended where the accepted state is after a span [s], with the accelerations it has."""
+    """The change by forces that have begun or ended where the accepted state is after a span [s],
+    with the accelerations it has.
+    """
     look_ahead(table, span)
     return opened(table).space.impulse[1]
 
@@ -307,20 +361,25 @@ def look_ahead(table: Any, span: float) -> None:
 
 @jit
 def add_secants(table: Any, repeated: bool) -> None:
-    """rhs, a solution d with the factors, becomes one with the factors and the secants of the corrections made with them.
+    """rhs, a solution d with the factors, becomes one with the factors and the secants of the
+    corrections made with them.
 
-    Where the factors have served in this step before, for the correction s, d is what they have left of it: Broyden's update
+    Where the factors have served in this step before, for the correction s, d is what they have
+    left of it: Broyden's update
 
         K^-1 <- (1 + u g^T) K^-1,    u = d / (1 - g d),    g = <s, .> / <s, s>
 
     with the scalar product of displacements makes u of d, and holds for the corrections after it.
     """
     S = opened(table)
-    w, d, norm = S.work, S.space.rhs[0], S.arrays.norm
+    w = S.work
+    d = S.space.rhs[0]
+    norm = S.arrays.norm
     kept, n = len(w.updates), len(w.moved)
     if kept == 0:
         return
-    # latest last, each on what those before have made of d; of more than there is room for the oldest are overwritten
+    # latest last, each on what those before have made of d; of more than there is room for the
+    # oldest are overwritten
     for k in range(max(0, w.secants[0] - kept), w.secants[0]):
         add_update(w.updates[k % kept], kernels.dot(w.shares[k % kept], d[:n]), d)
     if repeated:
@@ -328,7 +387,8 @@ def add_secants(table: Any, repeated: bool) -> None:
         for i in range(n):
             square += norm[i] * w.moved[i] * w.moved[i]
             part += norm[i] * w.moved[i] * d[i]
-        # 1 - g d is the divisor: a correction far along the one before asks for new factors rather than for a secant
+        # 1 - g d is the divisor: a correction far along the one before asks for new factors rather
+        # than for a secant
         if abs(part) < CLEAR * square:
             place = w.secants[0] % kept
             for i in range(len(d)):
@@ -354,7 +414,8 @@ def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
 def correction_size(table: Any) -> float:
     """The size of dq [m] of the correction in rhs."""
     S = opened(table)
-    norm, square = S.arrays.norm, 0.0
+    norm = S.arrays.norm
+    square = 0.0
     # f is the front of rhs, where the solution is
     for i in range(len(S.space.f)):
         square += norm[i] * S.space.f[i] * S.space.f[i]
@@ -365,8 +426,9 @@ def correction_size(table: Any) -> float:
 def apply(table: Any) -> None:
     """Add the correction in rhs to the trial state.
 
-    Factors with which the multipliers' corrections grow are discarded: near singular positions |dq| does not show it. What a
-    displacement of the tolerance stands for, |dlambda| = tolerance times mass, does not count.
+    Factors with which the multipliers' corrections grow are discarded: near singular positions |dq|
+    does not show it. What a displacement of the tolerance stands for, |dlambda| = tolerance times
+    mass, does not count.
     """
     S = opened(table)
     t, w, method = S.space, S.work, S.method
@@ -392,14 +454,18 @@ def apply(table: Any) -> None:
 def goal(method: Method, change: float, iteration: int, begun: float, rotated: bool) -> float:
     """Remaining error of q [m] at which the iteration may stop.
 
-    `change` is the second difference of q'' in the step before [m/s2], `begun` the first correction of this one [m].
+    `change` is the second difference of q'' in the step before [m/s2], `begun` the first correction
+    of this one [m].
     """
-    # the sharper goal is beta h^2 beside q'': below the round-off of forces over c it would never be met
+    # the sharper goal is beta h^2 beside q'': below the round-off of forces over c it would never
+    # be met
     if iteration >= PATIENT:
         return method.tolerance
-    # what factors leave that lag behind a rotation has one sign for long, and adds up with the square of the steps
+    # what factors leave that lag behind a rotation has one sign for long, and adds up with the
+    # square of the steps
     tolerance = LAGGING * method.tolerance if rotated else method.tolerance
-    # what is left of guesses must not grow from step to step, but for what adds up to nothing in a run
+    # what is left of guesses must not grow from step to step, but for what adds up to nothing in a
+    # run
     tolerance = min(tolerance, max(method.share * begun, method.unseen))
     # never looser than the tolerance, never below the round-off of positions
     return max(min(tolerance, method.sharp * change), method.floor)
@@ -407,38 +473,57 @@ def goal(method: Method, change: float, iteration: int, begun: float, rotated: b
 
 @jit
 def judge(
-    table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float, growing: bool, begun: float
+    table: Any,
+    step: int,
+    iteration: int,
+    norm: float,
+    last: float,
+    fresh: int,
+    exact: float,
+    growing: bool,
+    begun: float,
 ) -> int:
-    """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
+    """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow
+    iteration discards its factors.
 
     `begun` is the first correction of the step, which is the error of its guess.
 
-    `fresh` counts the corrections with factors of this step, 0 where they are older: with old directions of the joints a correction
-    of the multipliers leaves forces behind, however small that of q is, so the first one is not believed, unless directions are
-    current and MARGIN times the contraction of steps before promises enough. Turned tangents that contract slowly when they are
-    new are given up for the exact ones.
+    `fresh` counts the corrections with factors of this step, 0 where they are older: with old
+    directions of the joints a correction of the multipliers leaves forces behind, however small
+    that of q is, so the first one is not believed, unless directions are current and MARGIN times
+    the contraction of steps before promises enough. Turned tangents that contract slowly when they
+    are new are given up for the exact ones.
 
-    `exact` is the last correction of this step with an exact tangent, 0 for none or where this one has another. Near a solution the
-    next one is smaller; where it is not, another solution, far from the path, is as likely as the one wanted, and a shorter step is
-    the way to that (Deuflhard); but where derivatives of forces jump, corrections may grow on the way to the right one, and where
-    it says `growing`. A tangent with the forces of the accepted state contracts by 0.9 where those change by as much as a slender
-    beam carries: the first correction with an exact one behind it is larger, and near the solution.
+    `exact` is the last correction of this step with an exact tangent, 0 for none or where this one
+    has another. Near a solution the next one is smaller; where it is not, another solution, far
+    from the path, is as likely as the one wanted, and a shorter step is the way to that
+    (Deuflhard); but where derivatives of forces jump, corrections may grow on the way to the right
+    one, and where it says `growing`. A tangent with the forces of the accepted state contracts by
+    0.9 where those change by as much as a slender beam carries: the first correction with an exact
+    one behind it is larger, and near the solution.
     """
     S = opened(table)
     w, method = S.work, S.method
     enough = goal(method, S.state.change[0], iteration, begun, S.rotations.on[0] == 1)
-    # one correction a step in place of two where a solution is the dearest part of a step: those of large models
+    # one correction a step in place of two where a solution is the dearest part of a step: those of
+    # large models
     if method.trusting:
         if iteration == 1 and last > 0.0:
             # falls slowly and rises at once: one step that contracts well by chance is not believed
             w.rate[0] = max(0.9 * w.rate[0], norm / last)
-        if iteration == 0 and fresh == 0 and step % REMEASURE != 0 and norm * MARGIN * w.rate[0] <= enough:
+        if (
+            iteration == 0
+            and fresh == 0
+            and step % REMEASURE != 0
+            and norm * MARGIN * w.rate[0] <= enough
+        ):
             return DONE
     # a first correction has nothing to be compared with: it counts as no contraction at all
     rate = norm / last if iteration > 0 and last > 0.0 else 1.0
     slow = CHEAP * method.slow if w.kind[1] == 1 else method.slow
     slow = FAITHFUL * slow if S.rotations.on[0] == 1 else slow
-    # the second correction with new factors tells what the turned tangent that they are made of is worth
+    # the second correction with new factors tells what the turned tangent that they are made of is
+    # worth
     if fresh > 1 and rate > method.slow:
         w.kind[1] = 0
     if not np.isfinite(norm):
@@ -446,10 +531,15 @@ def judge(
     # `apply` has discarded old factors: nothing that they say is believed
     if w.kind[0] == 0 and fresh == 0:
         return NOT_CONVERGED
-    # the geometric series of what is left; secants make single corrections short, so that what is left counts more
-    sure, rest = iteration > 0 or fresh > 0, norm * rate * (SURELY if len(w.updates) > 0 else 1.0)
-    if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and rest <= enough * (1.0 - rate)):
-        # the step is done, and the next one begins with new factors: as cheap as now, and fresh for longer
+    # the geometric series of what is left; secants make single corrections short, so that what is
+    # left counts more
+    sure = iteration > 0 or fresh > 0
+    rest = norm * rate * (SURELY if len(w.updates) > 0 else 1.0)
+    if (sure and norm <= max(FLOOR * enough, method.floor)) or (
+        rate < 1.0 and rest <= enough * (1.0 - rate)
+    ):
+        # the step is done, and the next one begins with new factors: as cheap as now, and fresh for
+        # longer
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
@@ -463,8 +553,14 @@ def judge(
         and norm > max(exact, method.tolerance)
     ):
         return DIVERGED
-    # four corrections and new factors have not helped: a shorter step costs less than the 25 that are allowed
-    if iteration > 3 and rate > 2.0 and norm > method.tolerance and (fresh > 1 or (fresh == 1 and exact == last)):
+    # four corrections and new factors have not helped: a shorter step costs less than the 25 that
+    # are allowed
+    if (
+        iteration > 3
+        and rate > 2.0
+        and norm > method.tolerance
+        and (fresh > 1 or (fresh == 1 and exact == last))
+    ):
         return DIVERGED
     # slow contraction alone is not worth new factors within a step: one more correction is cheaper
     if iteration > 0 and rate > 5.0 * slow:
@@ -474,17 +570,27 @@ def judge(
 
 @jit
 def iterate(table: Any, step: int, growing: bool) -> int:
-    """Newton's iteration from the predicted state of a step; status. Corrections may grow if it says so."""
+    """Newton's iteration from the predicted state of a step; status. Corrections may grow if it
+    says so.
+    """
     S = opened(table)
-    w, last, fresh, exact, brief, turned, held, begun = S.work, 0.0, 0, 0.0, False, False, False, 0.0
+    w = S.work
+    last = 0.0
+    fresh = 0
+    exact = 0.0
+    brief = False
+    turned = False
+    held = False
+    begun = 0.0
     for iteration in range(S.method.iterations):
         S.space.c[0] = S.method.c
         if invoke(S.doors.residual, table, 0) != 0:
             return STOPPED
         if w.kind[0] == 0:
-            # factors that last one step only are made anew at the begin of the next one: renewed in its middle, each would cost a
-            # correction with old ones before
-            brief, turned = iteration > 0 and w.kind[3] < 2, w.kind[1] == 1
+            # factors that last one step only are made anew at the begin of the next one: renewed in
+            # its middle, each would cost a correction with old ones before
+            brief = iteration > 0 and w.kind[3] < 2
+            turned = w.kind[1] == 1
             S.job.counters[FACTORISATIONS] += 1
             held = iteration < HELD and S.arrays.elastic.holds
             S.space.holding[0] = AXIAL if held else evaluation.EXACT
@@ -502,8 +608,9 @@ def iterate(table: Any, step: int, growing: bool) -> int:
         norm = correction_size(table)
         S.job.counters[ITERATIONS] += 1
         if iteration > 0 and fresh != 1 and S.arrays.forces.smooth and not norm <= last:
-            # what factors of another state make grow is none of the solution: a thin shaft went from a guess with an error of 6 um
-            # to corrections of 88 um and 75 m with factors of the step before, and in 20 more to no solution at all
+            # what factors of another state make grow is none of the solution: a thin shaft went
+            # from a guess with an error of 6 um to corrections of 88 um and 75 m with factors of
+            # the step before, and in 20 more to no solution at all
             w.kind[0] = 0
             if fresh == 0:
                 predict(table)
@@ -512,34 +619,56 @@ def iterate(table: Any, step: int, growing: bool) -> int:
             continue
         apply(table)
         begun = norm if last == 0.0 else begun
-        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned or held else exact, growing, begun)
+        status = judge(
+            table,
+            step,
+            iteration,
+            norm,
+            last,
+            fresh,
+            0.0 if turned or held else exact,
+            growing,
+            begun,
+        )
         if status == DONE:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
             return status
         # between two factorisations corrections say little of how near the solution is
         exact = norm if fresh == 1 and not turned and not held else exact
-        last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
+        last = norm
+        fresh = fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
     return NOT_CONVERGED
 
 
 @jit
 def solve(table: Any, growing: bool) -> int:
-    """Newton's iteration, and whether what it found after many corrections that may grow is on the path; the status."""
+    """Newton's iteration, and whether what it found after many corrections that may grow is on the
+    path; the status.
+    """
     S = opened(table)
     before = S.job.counters[ITERATIONS]
     status = iterate(table, S.job.counters[STEPS], growing)
-    # corrections that must not grow stay on the path; loads may well give a body at rest more energy than it had
-    if status == DONE and growing and S.method.judging and S.job.counters[ITERATIONS] - before > MANY and gains_energy(table):
+    # corrections that must not grow stay on the path; loads may well give a body at rest more
+    # energy than it had
+    if (
+        status == DONE
+        and growing
+        and S.method.judging
+        and S.job.counters[ITERATIONS] - before > MANY
+        and gains_energy(table)
+    ):
         status = DIVERGED
     return status
 
 
 @jit
 def gains_energy(table: Any) -> bool:
-    """Whether strains have more energy in the trial state than strains and motion had at the begin of the step.
+    """Whether strains have more energy in the trial state than strains and motion had at the begin
+    of the step.
 
-    A beam that is spun up, h a tenth of a turn, had 274 J of 1 J after a step in which a cell had turned over.
+    A beam that is spun up, h a tenth of a turn, had 274 J of 1 J after a step in which a cell had
+    turned over.
     """
     S = opened(table)
     s, t = S.state, S.space
@@ -556,13 +685,18 @@ def gains_energy(table: Any) -> bool:
 
 @jit
 def is_near(table: Any) -> bool:
-    """Whether the trial state is where constant q'' leads, but for a small part of the way from the accepted state."""
+    """Whether the trial state is where constant q'' leads, but for a small part of the way from the
+    accepted state.
+    """
     S = opened(table)
-    s, t, norm = S.state, S.space, S.arrays.norm
+    s = S.state
+    t = S.space
+    norm = S.arrays.norm
     off, way = 0.0, 0.0
     for i in range(len(s.x)):
         # a change of q'' is bh times that of q
-        change, d = (t.acceleration[i] - s.acceleration[i]) / S.method.bh, t.x[i] - s.x[i]
+        change = (t.acceleration[i] - s.acceleration[i]) / S.method.bh
+        d = t.x[i] - s.x[i]
         off += norm[i] * change * change
         way += norm[i] * d * d
     return off <= NEAR * NEAR * way
@@ -570,13 +704,17 @@ def is_near(table: Any) -> bool:
 
 @jit
 def try_straight(table: Any) -> int:
-    """The step that failed once more, from constant q'' and with first factors at x + h v; the status.
+    """The step that failed once more, from constant q'' and with first factors at x + h v; the
+    status.
 
-    Where steps are large guesses compress what is stiff along its axis, and there tangents are indefinite: corrections of 25 mm are
-    followed by one of 14 m. On a straight way nothing that turns becomes shorter, so that stresses hold what is slender.
+    Where steps are large guesses compress what is stiff along its axis, and there tangents are
+    indefinite: corrections of 25 mm are followed by one of 14 m. On a straight way nothing that
+    turns becomes shorter, so that stresses hold what is slender.
     """
     S = opened(table)
-    s, t, order = S.state, S.space, S.state.order[0]
+    s = S.state
+    t = S.space
+    order = S.state.order[0]
     place_accepted(table)
     for i in range(len(s.x)):
         t.x[i] += S.method.h * s.v[i]
@@ -598,7 +736,9 @@ def try_straight(table: Any) -> int:
 
 @routine
 def take(table: Any, row: Any) -> int:
-    """Take a step with a row of signals at its end; the status. On failure the space keeps the trial state."""
+    """Take a step with a row of signals at its end; the status. On failure the space keeps the
+    trial state.
+    """
     S = opened(table)
     signals = S.job.signals[row]
     # in the state before the step, with signals of both its ends
@@ -627,10 +767,11 @@ def take(table: Any, row: Any) -> int:
 
 @routine
 def advance(table: Any, _: Any) -> int:
-    """Take the steps of the job, one that fails or is too coarse in parts; the status, and the number of steps done in the job.
+    """Take the steps of the job, one that fails or is too coarse in parts; the status, and the
+    number of steps done in the job.
 
-    On failure the state stays at the last good step, and the space keeps the trial state. Those that the job has done already are
-    left out.
+    On failure the state stays at the last good step, and the space keeps the trial state. Those
+    that the job has done already are left out.
     """
     S = opened(table)
     job = S.job
@@ -653,13 +794,17 @@ def advance(table: Any, _: Any) -> int:
 
 @routine
 def jump(table: Any, _: Any) -> int:
-    """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories that jump there; the status.
+    """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories
+    that jump there; the status.
 
     (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0:    as loads that begin with a step, see `initial`.
     What predicts the next step jumps as well, so that steps on both sides are of second order.
     """
     S = opened(table)
-    s, t, w, n = S.state, S.space, S.work, len(S.state.x)
+    s = S.state
+    t = S.space
+    w = S.work
+    n = len(S.state.x)
     for i in range(S.job.signals.shape[1]):
         t.signals[i] = S.job.signals[0, i]
     kernels.copy(s.x, t.x)
@@ -699,10 +844,16 @@ def jump(table: Any, _: Any) -> int:
 
 
 def keep(step: Step, row: int) -> None:
-    """`store` as Python calls it: that of compiled code takes half a second to load, as much as a small run."""
+    """`store` as Python calls it: that of compiled code takes half a second to load, as much as a
+    small run.
+    """
     s, job = step.state, step.job
     job.out[:, row, job.order] = s.x, s.v, s.acceleration
-    job.multipliers[row], job.memory[row], job.work[row] = s.multipliers / step.method.c, s.memory, s.work[0]
+    job.multipliers[row], job.memory[row], job.work[row] = (
+        s.multipliers / step.method.c,
+        s.memory,
+        s.work[0],
+    )
 
 
 @jit

@@ -1,11 +1,14 @@
-r"""Steps in which something touches: where a rope, a stop or a contact begins or ends, a part of the step ends, and another begins.
+r"""Steps in which something touches: where a rope, a stop or a contact begins or ends, a part of
+the step ends, and another begins.
 
     t_n to t* - tau,    x + tau v + tau^2 q'' / 2,    q'' + dq'' at t*,    t* to t_n + h,      tau at most a hundredth of h
 
-t* is where a force begins or ends on the way with the accelerations of now, which the method then takes but for a hundredth: a
-guess that is too late is seen, and taken back. What acts from t* on acts in no part before it, so that an impact does not depend on
-where in a step it begins: errors of a jump of forces would be of first order, and those of a kink of second order with another
-factor in every step. Models in which many places touch divide steps alone, see `scheme.touches_in_few_places`.
+t* is where a force begins or ends on the way with the accelerations of now, which the method then
+takes but for a hundredth: a guess that is too late is seen, and taken back. What acts from t* on
+acts in no part before it, so that an impact does not depend on where in a step it begins: errors of
+a jump of forces would be of first order, and those of a kink of second order with another factor in
+every step. Models in which many places touch divide steps alone, see
+`scheme.touches_in_few_places`.
 """
 
 from __future__ import annotations
@@ -26,22 +29,37 @@ if TYPE_CHECKING:
     from .packing import PackedStep
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
-#: halvings that are tried, and whether steps are judged: judged ones first, from long to short; where the shortest fails as well
-#: longer ones stand as they are, so that nothing that went through fails, and a failure shows the shortest
-TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
+#: halvings that are tried, and whether steps are judged: judged ones first, from long to short;
+#: where the shortest fails as well longer ones stand as they are, so that nothing that went through
+#: fails, and a failure shows the shortest
+TRIALS = [
+    *((k, True) for k in range(HALVINGS)),
+    *((k, False) for k in range(HALVINGS, -1, -1)),
+    (HALVINGS, False),
+]
 SHORTEST = TRIALS.index((HALVINGS, False))
 TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
-# parts turn what vibrates by 0.05 rad: the series over a tenth of one misses 1e-5 of its speed, over TINY of 64 of them 5e-4
+# parts turn what vibrates by 0.05 rad: the series over a tenth of one misses 1e-5 of its speed,
+# over TINY of 64 of them 5e-4
 SHORT = 0.1  #: of a part, the same on the way to a touch
 MOST = 4  #: touches that are located in a step; what others leave is that of divided steps
 TRIES = 8  #: pieces on the way to each of them
-EARLY = (0.99, 0.9, 0.5)  #: parts of a way that is known but for h^3 which end before its end, for sure
+EARLY = (
+    0.99,
+    0.9,
+    0.5,
+)  #: parts of a way that is known but for h^3 which end before its end, for sure
 
 
 def take(packed: PackedStep, begin: float, span: float) -> int:
-    """Take a span from a time on [s] from touch to touch; the status. On failure the state is as it was."""
-    state, counters = packed.step.state, packed.step.job.counters
-    before, steps, failed = [part.copy() for part in state], int(counters[STEPS]), int(counters[HALVED])
+    """Take a span from a time on [s] from touch to touch; the status. On failure the state is as it
+    was.
+    """
+    state = packed.step.state
+    counters = packed.step.job.counters
+    before = [part.copy() for part in state]
+    steps = int(counters[STEPS])
+    failed = int(counters[HALVED])
     try:
         status = take_in_pieces(packed, begin, span)
         if status != stepping.DONE:
@@ -60,7 +78,9 @@ def take(packed: PackedStep, begin: float, span: float) -> int:
 
 def take_in_pieces(packed: PackedStep, begin: float, span: float) -> int:
     """The same; on failure the state is that before the last piece."""
-    done, touches, tries = 0.0, 0, 0
+    done = 0.0
+    touches = 0
+    tries = 0
     while True:
         locating = touches < MOST and tries < TRIES * MOST
         packed.locate(locating)
@@ -72,11 +92,15 @@ def take_in_pieces(packed: PackedStep, begin: float, span: float) -> int:
         known, end = done + taken * part, done + (taken + 1) * part
         fails = status not in (stepping.DONE, stepping.TOUCHES, stepping.STOPPED)
         # an iteration finds no solution where a damped force jumps
-        if status != stepping.TOUCHES and not (locating and fails and find_touch(packed, end - done)[1] > 0.0):
+        if status != stepping.TOUCHES and not (
+            locating and fails and find_touch(packed, end - done)[1] > 0.0
+        ):
             return status
         short = min(TINY * span, SHORT * part)
         for _ in range(TRIES):
-            way, beyond = (known - done, math.inf) if known - done > short else find_touch(packed, end - done)
+            way, beyond = (
+                (known - done, math.inf) if known - done > short else find_touch(packed, end - done)
+            )
             if way <= short and beyond > 0.0:
                 go_by_series(packed, begin + done, beyond)
                 jump(packed, begin + done + beyond)
@@ -95,7 +119,9 @@ def take_in_pieces(packed: PackedStep, begin: float, span: float) -> int:
 
 
 def find_touch(packed: PackedStep, span: float) -> tuple[float, float]:
-    """Times from now on, within a span [s], just before something touches and just behind it; zeros where that is not seen."""
+    """Times from now on, within a span [s], just before something touches and just behind it; zeros
+    where that is not seen.
+    """
     touch = packed.step.job.touch
     touch[0] = span
     found = packed.call(stepping.find_touch)
@@ -103,9 +129,11 @@ def find_touch(packed: PackedStep, span: float) -> tuple[float, float]:
 
 
 def approach(packed: PackedStep, begin: float, way: float, longest: float) -> float:
-    """Go most of the way to a touch from a time on, and how far that was [s]; 0 where it touches before.
+    """Go most of the way to a touch from a time on, and how far that was [s]; 0 where it touches
+    before.
 
-    In parts of a `longest` length [s] or shorter ones: in those that have come so far. Longer ones may touch before.
+    In parts of a `longest` length [s] or shorter ones: in those that have come so far. Longer ones
+    may touch before.
     """
     parts = max(0, math.ceil(math.log2(way / longest)))
     for part in EARLY:
@@ -117,25 +145,35 @@ def approach(packed: PackedStep, begin: float, way: float, longest: float) -> fl
 
 def go_by_series(packed: PackedStep, begin: float, span: float) -> None:
     """Go on from a time for a span [s] by x + h v + h^2 q'' / 2."""
-    model, state = packed.model, packed.step.state
+    model = packed.model
+    state = packed.step.state
     way = span * state.v + 0.5 * span**2 * state.acceleration
     state.x[:] += way
     state.v[:] += span * state.acceleration
     back = np.argsort(model.order)
-    state.memory[:] = compilation.accepted(model, state.x[back], state.v[back], state.memory.copy(), begin + span)
-    push, gradients = compilation.working(model, state.x[back], state.v[back], begin + span, state.memory)
+    state.memory[:] = compilation.accepted(
+        model, state.x[back], state.v[back], state.memory.copy(), begin + span
+    )
+    push, gradients = compilation.working(
+        model, state.x[back], state.v[back], begin + span, state.memory
+    )
     state.work[0] += 0.5 * (state.push + push) @ way
     state.push[:], state.gradients[:] = push, gradients
     restart(state, packed.step.work)
 
 
 def jump(packed: PackedStep, time: float) -> None:
-    """Accelerations and reactions of the present state with the forces that have begun in it at a time [s]; see `stepping.jump`."""
-    lengths, state, h = packed.lengths, packed.step.state, packed.span / 2**HALVINGS
+    """Accelerations and reactions of the present state with the forces that have begun in it at a
+    time [s]; see `stepping.jump`.
+    """
+    lengths = packed.lengths
+    state = packed.step.state
+    h = packed.span / 2**HALVINGS
     assert lengths is not None  # of the span in which it touches
     signals, _ = leading_signals(packed.model.system, np.array([time]), h)
     lengths.signals[: len(signals)] = signals
-    # in the shortest parts: over whole steps a damper would take of the jump what it takes of the speed in a step
+    # in the shortest parts: over whole steps a damper would take of the jump what it takes of the
+    # speed in a step
     factor = (h / packed.step.method.h) ** 2
     for part in (state.multipliers, state.past):
         part *= factor
@@ -144,6 +182,7 @@ def jump(packed: PackedStep, time: float) -> None:
         packed.check()
     for part in (state.multipliers, state.past):
         part /= factor
-    # as at the start of a motion: of what the accelerations did before, half would be won at each impact and none lost
+    # as at the start of a motion: of what the accelerations did before, half would be won at each
+    # impact and none lost
     state.a[:] = state.acceleration
     restart(state, packed.step.work)

@@ -2,9 +2,9 @@ r"""Factors of W + U V^T from those of W, by the terms of low rank of `systems.f
 
     (W + U V^T)^-1 = W^-1 - Z (1 + V^T Z)^-1 V^T W^-1 = (1 + Z V^T)^-1 W^-1,    Z = W^-1 U
 
-by the smaller of the two matrices in brackets.
-Few pieces of beams touch at a time: their rows cost as many solutions with W as they have columns, and the factors of W stay those
-of a narrow symmetric band.
+by the smaller of the two matrices in brackets. Few pieces of beams touch at a time: their rows cost
+as many solutions with W as they have columns, and the factors of W stay those of a narrow symmetric
+band.
 
 Source: Hager, SIAM Rev. 31 (1989) 221-239, doi 10.1137/1031049.
 """
@@ -23,7 +23,11 @@ from ...systems import kernels
 from ...systems.forces import low_rank
 from .step import opened
 
-RHS, JOINTS, COLUMNS = 0, 1, 2  #: rows that W^-1 is applied to: the front of the right-hand side, J, and U^T
+RHS, JOINTS, COLUMNS = (
+    0,
+    1,
+    2,
+)  #: rows that W^-1 is applied to: the front of the right-hand side, J, and U^T
 
 
 @jit
@@ -42,14 +46,18 @@ def rows_of(table: Any, which: int) -> np.ndarray:
         return S.work.spread
     n = len(S.space.x)
     # views, no copies: the routines of a storage take any of the three
-    return view(S.space.rhs, 0, (1, n)) if which == RHS else view(S.work.lows, 0, (rank_of(table), n))
+    return (
+        view(S.space.rhs, 0, (1, n)) if which == RHS else view(S.work.lows, 0, (rank_of(table), n))
+    )
 
 
 @routine
 def fill(table: Any, _: Any) -> int:
     """The rows of `lows` become those of U^T."""
     S = opened(table)
-    low, Z, rank = S.space.low, S.work.lows, S.space.low.left.shape[1]
+    low = S.space.low
+    Z = S.work.lows
+    rank = S.space.low.left.shape[1]
     for k in range(low.used[0]):
         for i in range(rank):
             row = Z[rank * k + i]
@@ -63,16 +71,21 @@ def fill(table: Any, _: Any) -> int:
 def close(table: Any, _: Any) -> int:
     """Factors of 1 + V^T Z, or of 1 + Z V^T, from the rows Z^T of `lows`; 0, or LAPACK's info."""
     S = opened(table)
-    w, low, rank, n = S.work, S.space.low, rank_of(table), len(S.space.x)
+    w = S.work
+    low = S.space.low
+    rank = rank_of(table)
+    n = len(S.space.x)
     # the smaller one: beams that touch at very many nodes cost no more than dense factors
     size = min(rank, n)
-    A, v = view(w.inner, 0, (size, size)), np.empty(n)
+    A = view(w.inner, 0, (size, size))
+    v = np.empty(n)
     kernels.clear_rows(A)
     for a in range(rank):
         if rank <= n:
             low_rank.read_terms(low, S.arrays.probes, w.lows[a], A[a])
             continue
-        k, i = a // low.right.shape[1], a % low.right.shape[1]
+        k = a // low.right.shape[1]
+        i = a % low.right.shape[1]
         kernels.clear(v)
         low_rank.add_column(S.arrays.probes, low.rows[k], low.right[k, i], v)
         for j in range(n):
@@ -90,11 +103,15 @@ def close(table: Any, _: Any) -> int:
 def correct(table: Any, which: Any) -> int:
     """Solutions with the factors of W, RHS or JOINTS, become those of W + U V^T."""
     S = opened(table)
-    w, n, rank = S.work, len(S.space.x), rank_of(table)
+    w = S.work
+    n = len(S.space.x)
+    rank = rank_of(table)
     if rank == 0:
         return 0
-    found, size = np.empty((1, rank)), min(rank, n)
-    rows, A = rows_of(table, which), view(w.inner, 0, (size, size))
+    found = np.empty((1, rank))
+    size = min(rank, n)
+    rows = rows_of(table, which)
+    A = view(w.inner, 0, (size, size))
     if rank > n:
         # here the small system is that of the unknowns: it acts on whole rows
         return lapack.getrs(w.addresses, A, w.inner_pivots[:size], rows)

@@ -2,8 +2,9 @@ r"""Beams with directors whose axes turn so far within a cell that splines do no
 
     turn of a cell = int |kappa| dS,    kappa the torsion and curvatures of the state
 
-A slender shaft that is twisted by 45 degrees a cell turns by 0.4 % too little, at 51 degrees 1.2 %, at 60 degrees 3.2 %, at 90
-degrees 10 %; one that is rolled up the same to a factor of two. An `accuracy` chooses cells, and nothing is to be said then.
+A slender shaft that is twisted by 45 degrees a cell turns by 0.4 % too little, at 51 degrees 1.2 %,
+at 60 degrees 3.2 %, at 90 degrees 10 %; one that is rolled up the same to a factor of two. An
+`accuracy` chooses cells, and nothing is to be said then.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from ..observers import FoundEquilibria, Judge, RunSetting, offered, reviews
 from ..tracing import FEW
 from ..trajectory import Trajectory
 
-FAR = np.radians(50.0)  #: turn of a cell from which is warned; at 40 degrees twist errs by 0.2 %, at 60 by 3 %
+FAR = np.radians(
+    50.0
+)  #: turn of a cell from which is warned; at 40 degrees twist errs by 0.2 %, at 60 by 3 %
 WANTED = np.radians(40.0)  #: turn of a cell with the cells that are named
 
 
@@ -45,7 +48,9 @@ def _(found: FoundEquilibria) -> Trajectory:
 
 
 def warn(motion: Trajectory) -> None:
-    """A notice of every beam with a cell that turns by more than FAR in one of up to 40 stored states, with the cells it needs."""
+    """A notice of every beam with a cell that turns by more than FAR in one of up to 40 stored
+    states, with the cells it needs.
+    """
     motion = motion.states
     most = dict[str, tuple[float, float]]()
     for k in evenly(0, len(motion.times) - 1, FEW):
@@ -56,15 +61,23 @@ def warn(motion: Trajectory) -> None:
         if turn > FAR:
             text = f"body '{name}' turns by up to {np.degrees(turn):.0f} degrees in a cell, which splines do not follow"
             off = "deflections there err by 1 % at 50 degrees, 3 % at 60, 10 % at 90"
-            notify(f"{text}: {off}; take {int(np.ceil(cells))} cells of equal length, or an accuracy")
+            notify(
+                f"{text}: {off}; take {int(np.ceil(cells))} cells of equal length, or an accuracy"
+            )
 
 
 def turns_of(system: System, x: np.ndarray) -> dict[str, np.ndarray]:
     """By how much the axes of beams turn in each cell (e,) [rad], by their names, in a state (n,)."""
-    q, found = system.lift(x), {}
+    q = system.lift(x)
+    found = {}
     for elastic in system.elastic:
-        if elastic.gather.law is Law.BEAM and (u := terms.position_gradients(elastic.gather, x, q)) is not None:
+        if (
+            elastic.gather.law is Law.BEAM
+            and (u := terms.position_gradients(elastic.gather, x, q)) is not None
+        ):
             vectors = u.reshape(8, 3, *u.shape[1:])
             kappa = strains(vectors)[3:6]
-            found[elastic.name] = np.sum(np.linalg.norm(kappa, axis=0) * elastic.gather.section[-1], axis=0)
+            found[elastic.name] = np.sum(
+                np.linalg.norm(kappa, axis=0) * elastic.gather.section[-1], axis=0
+            )
     return found

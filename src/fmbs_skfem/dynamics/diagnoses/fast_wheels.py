@@ -3,7 +3,8 @@ r"""What gears pass on, where their wheels turn far in a step.
     axes e of a wheel:   e'' = -w^2 e + w' n,   of which a step gives the first part turned by LAG theta^3,   theta = w h
     that turn accelerates the wheel by  r = LAG theta^3 w^2,   and the gear holds it back:   M x'' + J^T l = 0,   J x'' = r
 
-The motion keeps its second order, as all wheels are held back by as much, but the moment l errs whatever the gear passes on.
+The motion keeps its second order, as all wheels are held back by as much, but the moment l errs
+whatever the gear passes on.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ GEAR = "gear_"  #: how the laws of gears begin
 LAG = 0.05  #: as measured with rho_inf of 0.5 to 1, a fifth of what it is after a start; nearer to 1 where rho_inf is 0
 SMALL_TURN = 0.02  #: in a step, up to which a wheel is not looked at [rad]
 # at 0.2 rad a step a moment of 0.25 N m comes out as 0.34 N m at 200 rad/s
-SHARE = 0.05  #: error of a moment, of the root mean square of the gear's, from which a warning is shown
+SHARE = (
+    0.05  #: error of a moment, of the root mean square of the gear's, from which a warning is shown
+)
 
 
 @offered
@@ -34,21 +37,26 @@ def _(setting: RunSetting) -> Iterator[Judge]:
 
 
 def warn_of_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> None:
-    """A warning where the moment of a gear errs by SHARE of its usual size or more, as a wheel turns far in a step [s]."""
+    """A warning where the moment of a gear errs by SHARE of its usual size or more, as a wheel
+    turns far in a step [s].
+    """
     system = motion.system
     for laws in system.constraints.laws:
         if not laws.law.name.startswith(GEAR):
             continue
         for row, rows, numbers in zip(laws.row, laws.rows, laws.numbers, strict=True):
             P = csr_array(system.probes.matrix)[rows]
-            arms, rates = (P @ motion.x.T).T + system.probes.offset[rows], (P @ motion.v.T).T
+            arms = (P @ motion.x.T).T + system.probes.offset[rows]
+            rates = (P @ motion.v.T).T
             w = np.imag((rates[:, ::2] + 1j * rates[:, 1::2]) / (arms[:, ::2] + 1j * arms[:, 1::2]))
             turns = np.abs(w * step)
             pushes = LAG * (turns**3 * np.abs(w) * w) @ numbers[: w.shape[1]]
             if turns.max() > SMALL_TURN:
                 at = int(np.abs(pushes).argmax())
                 error = moment_of(model, motion, row, pushes[at], at)
-                tell(system.constraints.names[row][0], turns.max(), error, motion.multipliers[:, row])
+                tell(
+                    system.constraints.names[row][0], turns.max(), error, motion.multipliers[:, row]
+                )
 
 
 def tell(gear: str, turn: float, error: float, moments: np.ndarray) -> None:
@@ -56,11 +64,15 @@ def tell(gear: str, turn: float, error: float, moments: np.ndarray) -> None:
     if error > SHARE * (usual := float(np.sqrt(np.mean(moments**2)))):
         wrong = f"its moment is wrong by about {error:.2g} N m (root mean square {usual:.2g} N m)"
         turns = f"a wheel turns by up to {turn:.2g} rad a step"
-        notify(f"the step is too large for gear '{gear}': {wrong}, since {turns}; half the step makes an eighth of the error")
+        notify(
+            f"the step is too large for gear '{gear}': {wrong}, since {turns}; half the step makes an eighth of the error"
+        )
 
 
 def moment_of(model: Compiled, motion: Trajectory, row: int, push: float, at: int) -> float:
-    """The moment of a gear that holds back an acceleration `push` of its row; 0 where the joints determine no moments."""
+    """The moment of a gear that holds back an acceleration `push` of its row; 0 where the joints
+    determine no moments.
+    """
     system = motion.system
     J = compiled.gap(model, motion.x[at], float(motion.times[at]))[1]
     wanted = np.zeros(system.size + len(J))

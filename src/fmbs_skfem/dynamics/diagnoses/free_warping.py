@@ -1,12 +1,15 @@
-r"""Thin open sections under torsion at a clamp, which holds their warping in reality and leaves it free here.
+r"""Thin open sections under torsion at a clamp, which holds their warping in reality and leaves it
+free here.
 
     l = sqrt(E C_w / (G J)),    C_w = A <w^2>,    twist of a length L, warping held at one end / free = 1 - tanh(L/l) / (L/l)
 
-with the warping w of Saint-Venant's torsion, here along the contour and less its part of 1, y and z: that about the shear centre.
-Of an I-section of 100 x 200 mm C_w is 3 % too large by that. Sections that are closed or thick have a C_w that matters nowhere, as
-angles and plates have, l is about their width; those of I- and C-sections are as long as beams.
+with the warping w of Saint-Venant's torsion, here along the contour and less its part of 1, y and
+z: that about the shear centre. Of an I-section of 100 x 200 mm C_w is 3 % too large by that.
+Sections that are closed or thick have a C_w that matters nowhere, as angles and plates have, l is
+about their width; those of I- and C-sections are as long as beams.
 
-V. Z. Vlasov, Thin-walled Elastic Beams, 2nd ed. 1961; S. P. Timoshenko, J. M. Gere, Theory of Elastic Stability, 2nd ed., ch. 5.3.
+V. Z. Vlasov, Thin-walled Elastic Beams, 2nd ed. 1961; S. P. Timoshenko, J. M. Gere, Theory of
+Elastic Stability, 2nd ed., ch. 5.3.
 """
 
 from __future__ import annotations
@@ -64,7 +67,14 @@ def held(system: System) -> Iterator[OpenClamp]:
         if kind not in ("clamp", "weld") or len(rows) != base.dim:
             continue
         read = csr_array(base.sensors.matrix)[list(rows)]
-        body = next((name for name, first, last in base.coordinates if first <= min(read.indices, default=-1) < last), "")
+        body = next(
+            (
+                name
+                for name, first, last in base.coordinates
+                if first <= min(read.indices, default=-1) < last
+            ),
+            "",
+        )
         swept = next((line.swept for line in base.lines if line.name == body), None)
         if body in beams and swept is not None:
             length = float(beams[body].gather.section[-1].sum())
@@ -76,7 +86,9 @@ def held(system: System) -> Iterator[OpenClamp]:
 
 
 def is_open(elastic: Elastic) -> bool:
-    """Whether a beam in full may have a thin open section, by its stiffnesses G J and E I: J is small over the polar moment."""
+    """Whether a beam in full may have a thin open section, by its stiffnesses G J and E I: J is
+    small over the polar moment.
+    """
     law, section = elastic.gather.law, elastic.gather.section
     if law is not Law.BEAM or section.shape[1] == 1:
         return False
@@ -90,18 +102,24 @@ def warping_length(profile: Profile) -> float:
     if not profile.points.size:
         return 0.0
     (C,), (points,), (unit,) = profile.at(profile.stations[[len(profile.stations) // 2]])
-    E, GJ = profile.young_modulus, 1.0 / np.linalg.inv(C)[3, 3]
+    E = profile.young_modulus
+    GJ = 1.0 / np.linalg.inv(C)[3, 3]
     J = 2.0 * (1.0 + profile.poisson_ratio) * GJ / E
     warping, weights = np.zeros(len(points)), np.zeros(len(points))
     for loop in profile.loops:
-        place, shear = points[loop], unit[1:, 3, loop].T
-        step, mid = np.roll(place, -1, 0) - place, 0.5 * (place + np.roll(place, -1, 0))
+        place = points[loop]
+        shear = unit[1:, 3, loop].T
+        step = np.roll(place, -1, 0) - place
+        mid = 0.5 * (place + np.roll(place, -1, 0))
         slope = 0.5 * J * (shear + np.roll(shear, -1, 0)) - np.column_stack([-mid[:, 1], mid[:, 0]])
         warping[loop] = np.append(0.0, np.cumsum(np.sum(slope * step, axis=1))[:-1])
         size = np.linalg.norm(step, axis=1)
         weights[loop] = 0.5 * (size + np.roll(size, 1))
-    planes, root = np.column_stack([np.ones(len(points)), points]), np.sqrt(weights)
-    rest = root * (warping - planes @ np.linalg.lstsq(root[:, None] * planes, root * warping, rcond=None)[0])
+    planes = np.column_stack([np.ones(len(points)), points])
+    root = np.sqrt(weights)
+    rest = root * (
+        warping - planes @ np.linalg.lstsq(root[:, None] * planes, root * warping, rcond=None)[0]
+    )
     return float(np.sqrt(C[0, 0] * (rest @ rest) / weights.sum() / GJ))
 
 
@@ -109,18 +127,26 @@ def warn(motion: Trajectory, clamps: list[OpenClamp]) -> None:
     """One notice of all these clamps where a beam is twisted, in one of up to 40 stored states."""
     if not clamps:
         return
-    motion, told = motion.states, []
+    motion = motion.states
+    told = []
     base = motion.system.full or motion.system
     for one in clamps:
         start = gradients(one.beam, base, base.x0)
         cell = int(np.linalg.norm(start[:3].mean(axis=1).T - one.place, axis=1).argmin())
         twist = bent = 0.0
         for k in evenly(0, len(motion.times) - 1, FEW):
-            kappa = beam_strains(gradients(one.beam, base, motion.system.lift(motion.x[k])), one.beam.gather.section)[3:]
-            twist, bent = max(twist, abs(float(kappa[0, :, cell].mean()))), max(bent, float(np.abs(kappa[1:]).max()))
+            kappa = beam_strains(
+                gradients(one.beam, base, motion.system.lift(motion.x[k])), one.beam.gather.section
+            )[3:]
+            twist, bent = (
+                max(twist, abs(float(kappa[0, :, cell].mean()))),
+                max(bent, float(np.abs(kappa[1:]).max())),
+            )
         if twist > max(TWISTED * bent, NONE / float(one.beam.gather.section[-1].sum())):
             shown = ", ".join(f"{x:.4g}" for x in one.place + base.origin + 0.0)
-            told.append(f"'{one.beam.name}' at joint '{one.joint}', ({shown}) m, {one.left:.2g} of the twist")
+            told.append(
+                f"'{one.beam.name}' at joint '{one.joint}', ({shown}) m, {one.left:.2g} of the twist"
+            )
     if told:
         text = "warping is free, also where thin open sections are clamped under torsion; a support that holds it leaves"
         notify(f"{text}: {'; '.join(told)}; take a closed section, or plates, where supports do so")

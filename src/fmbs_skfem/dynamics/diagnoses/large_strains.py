@@ -1,10 +1,12 @@
-r"""Strains beyond what laws of small strains mean: axial ones of lines, principal ones of surfaces and of beams, which shear.
+r"""Strains beyond what laws of small strains mean: axial ones of lines, principal ones of surfaces
+and of beams, which shear.
 
     E = (stretch^2 - 1)/2,    force of a bar / (EA (stretch - 1)) = stretch (stretch + 1) / 2
 
-The laws of this package are linear in Green's strain E: their forces are those of Hooke's law where strains are small. At a stretch
-of 1.1 a bar is pulled by 1.16 times as much, at 1.5 by 1.9 times; below 0.58 it gives way. Beams with torsion are linear in stretch
-and shear of a section that keeps its size. Energies of one's own are not looked at.
+The laws of this package are linear in Green's strain E: their forces are those of Hooke's law where
+strains are small. At a stretch of 1.1 a bar is pulled by 1.16 times as much, at 1.5 by 1.9 times;
+below 0.58 it gives way. Beams with torsion are linear in stretch and shear of a section that keeps
+its size. Energies of one's own are not looked at.
 """
 
 from __future__ import annotations
@@ -25,7 +27,14 @@ from . import stopped
 
 LARGE = 0.1  #: strain from which is warned: forces are then off by 15 %; half of it is 7 %
 ROUND_OFF = 1e-12  #: of the size of the system, below which a place is 0
-SMALL = Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.SHELL, Law.BEAM  #: laws that are linear in strains
+SMALL = (
+    Law.QUADRATIC,
+    Law.MATERIAL,
+    Law.EXACT,
+    Law.MEMBRANE,
+    Law.SHELL,
+    Law.BEAM,
+)  #: laws that are linear in strains
 
 
 @dataclass(frozen=True)
@@ -42,21 +51,22 @@ class LargeStrain:
         stretch = float(np.sqrt(max(1.0 + 2.0 * self.strain, 0.0)))
         where = f" near ({', '.join(f'{x:.3g}' for x in self.place)}) m" if self.place else ""
         if self.shear is None:
-            force = (
-                f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
-            )
+            force = f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
         else:
             force = f"with a shear of {self.shear:.2g}, while its section keeps its size"
         return f"'{self.body}' is strained by {100 * self.strain:.3g} %{where} at {self.at:.4g}, {force}"
 
 
 def find(trajectory: Trajectory) -> list[LargeStrain]:
-    """Bodies with strains above LARGE, each where it has the largest of the states that are looked at.
+    """Bodies with strains above LARGE, each where it has the largest of the states that are looked
+    at.
 
-    Looked at are up to 40 states of the motion, and bodies whose laws are linear in Green's strain; LARGE is 0.1.
+    Looked at are up to 40 states of the motion, and bodies whose laws are linear in Green's strain;
+    LARGE is 0.1.
     """
     trajectory = trajectory.states
-    system, worst = trajectory.system, dict[str, LargeStrain]()
+    system = trajectory.system
+    worst = dict[str, LargeStrain]()
     small = {one.name for one in system.elastic if one.gather.law in SMALL}
     for k in evenly(0, len(trajectory.times) - 1, FEW):
         for name, (low, high) in stopped.strains(system, trajectory.x[k]).items():
@@ -68,25 +78,38 @@ def find(trajectory: Trajectory) -> list[LargeStrain]:
     return list(worst.values())
 
 
-def worst_point(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple[tuple[float, ...], float | None]:
+def worst_point(
+    system: System, x: np.ndarray, name: str, shortened: bool
+) -> tuple[tuple[float, ...], float | None]:
     """Where a body is strained most in a state (n,) [m], and the shear of a beam there."""
     elastic = next(one for one in system.elastic if one.name == name)
     if elastic.gather.law is not Law.BEAM:
         return place_of(system, x, name, shortened), None
-    section, u = elastic.gather.section, terms.position_gradients(elastic.gather, x, system.lift(x))
+    section = elastic.gather.section
+    u = terms.position_gradients(elastic.gather, x, system.lift(x))
     assert u is not None
     strain = extreme_strains(Law.BEAM, section, u, system.dim).reshape(2, -1)
     used = carrying(Law.BEAM, section)
     point = int(strain[0].argmin() if shortened else strain[1].argmax())
-    return shown(system, u[: system.dim, used][:, point]), float(np.hypot(*beam_strains(u, section)[1:3, used][:, point]))
+    return shown(system, u[: system.dim, used][:, point]), float(
+        np.hypot(*beam_strains(u, section)[1:3, used][:, point])
+    )
 
 
 def place_of(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple[float, ...]:
     """Where a body is strained most in a state (n,), from the samples that pictures take of it."""
-    q, sign = system.lift(x), -1.0 if shortened else 1.0
+    q = system.lift(x)
+    sign = -1.0 if shortened else 1.0
     sampled = {one: found[0] for one, found in centre_lines(system, q[None]).items()}
-    lines = [(one, found[0], 0.5 * (np.sum(found[1] ** 2, axis=1) - 1.0)) for one, found in sampled.items()]
-    surfaces = [(one.name, *on_surface(skins(system, q)[one.name], shortened)) for one in system.skins if one.name == name]
+    lines = [
+        (one, found[0], 0.5 * (np.sum(found[1] ** 2, axis=1) - 1.0))
+        for one, found in sampled.items()
+    ]
+    surfaces = [
+        (one.name, *on_surface(skins(system, q)[one.name], shortened))
+        for one in system.skins
+        if one.name == name
+    ]
     for one, places, strain in [*lines, *surfaces]:
         if one == name and len(places):
             return shown(system, places[int(np.argmax(sign * strain))])
@@ -100,7 +123,9 @@ def shown(system: System, place: np.ndarray) -> tuple[float, ...]:
 
 
 def on_surface(found: np.ndarray, shortened: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Places (x, c) and the largest or smallest principal strains (x,) of samples (1 + k, x, c) of a surface."""
+    """Places (x, c) and the largest or smallest principal strains (x,) of samples (1 + k, x, c) of
+    a surface.
+    """
     u = found[1:3].transpose(0, 2, 1).reshape(-1, found.shape[1])
     return found[0], principal(strains(u, found.shape[2]))[int(shortened)]
 
@@ -113,5 +138,9 @@ def warn(found: list[LargeStrain]) -> None:
     others = [f"'{one.body}'" for one in found if one is not worst]
     more = f"; strains above {100 * LARGE:.0f} % as well: {', '.join(others)}" if others else ""
     law = "laws are linear in Green's strain, as for small ones: take an energy of your own for large ones"
-    law = law if worst.shear is None else "forces of beams with torsion are linear in stretch and shear, as for small ones"
+    law = (
+        law
+        if worst.shear is None
+        else "forces of beams with torsion are linear in stretch and shear, as for small ones"
+    )
     notify(f"{worst}{more}; {law}")

@@ -1,4 +1,6 @@
-"""A failed time step once more, in all lengths that were tried, to see the course of Newton's iteration."""
+"""A failed time step once more, in all lengths that were tried, to see the course of Newton's
+iteration.
+"""
 
 from __future__ import annotations
 
@@ -16,28 +18,35 @@ from ..dividing import put
 from ..integration import REASONS
 from ..run import OpenRun
 
-ITERATIONS = METHOD + place_of(Method, "iterations")  #: where their largest number is in a packed step
+ITERATIONS = METHOD + place_of(
+    Method, "iterations"
+)  #: where their largest number is in a packed step
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A step that was tried in one length: what every correction of Newton's iteration changed, and what it left.
+    """A step that was tried in one length: what every correction of Newton's iteration changed, and
+    what it left.
 
-    The k-th of `corrections` and of `residuals` are those of the k-th iteration of the step that failed; both are empty for one
-    that was taken.
+    The k-th of `corrections` and of `residuals` are those of the k-th iteration of the step that
+    failed; both are empty for one that was taken.
     """
 
     step: float  #: [s]
     time: float  #: at the end of the part that failed [s]
     outcome: Reason | None  #: None where it was taken
-    corrections: tuple[float, ...]  #: root mean square of the change of positions over the size of the mechanism
+    corrections: tuple[
+        float, ...
+    ]  #: root mean square of the change of positions over the size of the mechanism
     residuals: tuple[float, ...]  #: norm of the force residual after the correction [N]
 
 
 def replay(run: OpenRun) -> tuple[Attempt, ...]:
-    """The failed step again, in all lengths that were tried; of large models in the full and the shortest one.
+    """The failed step again, in all lengths that were tried; of large models in the full and the
+    shortest one.
 
-    The iteration is repeated with one correction more each time, so that its course shows without another copy of the step.
+    The iteration is repeated with one correction more each time, so that its course shows without
+    another copy of the step.
     """
     return tuple(attempt(run, k) for k in ((0, HALVINGS) if run.large else range(HALVINGS + 1)))
 
@@ -45,19 +54,29 @@ def replay(run: OpenRun) -> tuple[Attempt, ...]:
 def attempt(run: OpenRun, halvings: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails.
 
-    They are not judged, as in the last tries of each length: Newton's iteration ends them, and no leap.
+    They are not judged, as in the last tries of each length: Newton's iteration ends them, and no
+    leap.
     """
-    whole, model, space, trial = run.packed, run.model, run.step.space, TRIALS.index((halvings, False))
+    whole = run.packed
+    model = run.model
+    space = run.step.space
+    trial = TRIALS.index((halvings, False))
     assert whole.lengths is not None  # of a step that failed in all of them
     table = whole.lengths.tables[trial].copy()
-    method, held = unpacked(Method, address_of(table[METHOD:])), [*run.step.work, *run.step.rotations, space.W]
+    method = unpacked(Method, address_of(table[METHOD:]))
+    held = [*run.step.work, *run.step.rotations, space.W]
     before = [part.copy() for part in (*run.step.state, run.step.job.counters)]
     whole.call(parts.begin, trial)
-    status, taken, count = stepping.DONE, -1, int(whole.lengths.found[NUMBERS])
+    status = stepping.DONE
+    taken = -1
+    count = int(whole.lengths.found[NUMBERS])
     while status == stepping.DONE and taken + 1 < count:
-        kept, taken = [part.copy() for part in held], taken + 1
+        kept = [part.copy() for part in held]
+        taken = taken + 1
         status = stepping.take(table, taken)
-    corrections, residuals, last = [], [], status
+    corrections = []
+    residuals = []
+    last = status
     for many in range(1, method.iterations + 1 if last != stepping.DONE else 0):
         put(held, kept)
         table[ITERATIONS] = many
@@ -72,4 +91,10 @@ def attempt(run: OpenRun, halvings: int) -> Attempt:
     put([*run.step.state, run.step.job.counters], before)
     whole.check()
     outcome = None if last == stepping.DONE else REASONS[last]
-    return Attempt(method.h, whole.time_of((taken + 1) / 2**halvings), outcome, tuple(corrections), tuple(residuals))
+    return Attempt(
+        method.h,
+        whole.time_of((taken + 1) / 2**halvings),
+        outcome,
+        tuple(corrections),
+        tuple(residuals),
+    )

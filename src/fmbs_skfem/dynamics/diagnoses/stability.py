@@ -1,9 +1,11 @@
-r"""Motions whose energy balance rises: how far a computed motion can be believed, and the error where it explodes.
+r"""Motions whose energy balance rises: how far a computed motion can be believed, and the error
+where it explodes.
 
     rise = (T + U + V - W)(t) - (T + U + V - W)(0),    known = T(0) + U(0) + max |V| + max |W| up to t
 
-T, U kinetic and strain energy, V the potential of constant loads from the start, W the work of loads, drives and damping. A method
-that dissipates lets the balance fall, and what does work is in W: a rise beyond what is known is the step's own.
+T, U kinetic and strain energy, V the potential of constant loads from the start, W the work of
+loads, drives and damping. A method that dissipates lets the balance fall, and what does work is in
+W: a rise beyond what is known is the step's own.
 """
 
 from __future__ import annotations
@@ -22,12 +24,16 @@ TENFOLD = 9.0  #: rise over the known energy at which the energy is ten times wh
 
 
 def rises(trajectory: Trajectory) -> np.ndarray:
-    """Rise of the energy balance over the known energy (s,), less than zero where it falls; 0 where it cannot be judged.
+    """Rise of the energy balance over the known energy (s,), less than zero where it falls; 0 where
+    it cannot be judged.
 
-    Where forces do work between states that are not stored, and no step has summed it, the balance says nothing.
+    Where forces do work between states that are not stored, and no step has summed it, the balance
+    says nothing.
     """
     count = len(trajectory.times)
-    if count < 2 or (trajectory.work is None and count <= trajectory.statistics.steps and not passive(trajectory)):
+    if count < 2 or (
+        trajectory.work is None and count <= trajectory.statistics.steps and not passive(trajectory)
+    ):
         return np.zeros(count)
     stored, work, doubt, balance, rest = balance_of(trajectory)
     return Rise().over_known(stored, work, balance, rest, doubt)
@@ -42,7 +48,8 @@ def passive(trajectory: Trajectory) -> bool:
 def last_sound(trajectory: Trajectory) -> int:
     """Number of the last stored state before the energy balance rises.
 
-    The state before the first one whose rise is above 5 % of the known energy; the last one where there is none.
+    The state before the first one whose rise is above 5 % of the known energy; the last one where
+    there is none.
     """
     wrong = np.flatnonzero(rises(trajectory) > SOUND)
     return max(int(wrong[0]) - 1, 0) if len(wrong) else len(trajectory.times) - 1
@@ -50,20 +57,23 @@ def last_sound(trajectory: Trajectory) -> int:
 
 @checked
 def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
-    """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its sound part; else None.
+    """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its
+    sound part; else None.
 
-    `step` is that of the method. The error has the reason UNSTABLE, and as `partial` the motion up to the last sound state. It is
-    returned, not raised; None also where the balance cannot be judged.
+    `step` is that of the method. The error has the reason UNSTABLE, and as `partial` the motion up
+    to the last sound state. It is returned, not raised; None also where the balance cannot be
+    judged.
     """
     rise = rises(trajectory)
     wrong = np.flatnonzero(rise > TENFOLD)
     if not len(wrong):
         return None
-    good, at = last_sound(trajectory), int(wrong[0])
+    good = last_sound(trajectory)
+    at = int(wrong[0])
     steps = round(float(trajectory.times[good]) / step)
-    partial = replace(trajectory.part(slice(good + 1)), statistics=replace(trajectory.statistics, steps=steps))
-    text = (
-        f"{Reason.UNSTABLE.value}: at t = {trajectory.times[at]:.6g} s it is {1 + rise[at]:.3g} times what start, loads and drives "
+    partial = replace(
+        trajectory.part(slice(good + 1)), statistics=replace(trajectory.statistics, steps=steps)
     )
+    text = f"{Reason.UNSTABLE.value}: at t = {trajectory.times[at]:.6g} s it is {1 + rise[at]:.3g} times what start, loads and drives "
     text += f"can give, and it rises from t = {trajectory.times[good]:.6g} s on; try a smaller step, or a smaller rho_inf"
     return SolverError(text, Reason.UNSTABLE, float(trajectory.times[good]) + step, (), partial)

@@ -1,7 +1,9 @@
-"""Whether the steps of a run are short enough for what they read of time, of angles and of tables, and for Newton's iteration.
+"""Whether the steps of a run are short enough for what they read of time, of angles and of tables,
+and for Newton's iteration.
 
-Observers that look at a motion when its run has ended, each with one warning: histories that change inside of steps, drives that
-jump, angles that jump or tilt, tables that were left, failed iterations, what functions of Python cost.
+Observers that look at a motion when its run has ended, each with one warning: histories that change
+inside of steps, drives that jump, angles that jump or tilt, tables that were left, failed
+iterations, what functions of Python cost.
 """
 
 from __future__ import annotations
@@ -28,21 +30,33 @@ from ..observers import Judge, Looks, Observer, RunSetting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
 
-STRAIGHT = 1e-9  #: of the largest slope of a table, by which those of two of its lines differ by round-off
-# twice as many cost twice as much, 8 ms in a run of 6000 steps, and say the same of what a step misses
+STRAIGHT = (
+    1e-9  #: of the largest slope of a table, by which those of two of its lines differ by round-off
+)
+# twice as many cost twice as much, 8 ms in a run of 6000 steps, and say the same of what a step
+# misses
 INSIDE = 4  #: instants inside of a step at which histories are looked at
-# a pulse between two ends gives nothing, one that begins at an end up to 25 times its impulse: what is resolved misses far less
+# a pulse between two ends gives nothing, one that begins at an end up to 25 times its impulse: what
+# is resolved misses far less
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
-#: steps from where a history begins to the end of a run, up to which it may have only begun: after n steps t^2 is missed by
-#: 1 / (2 n^2), t^6 by 3.5 / n^2, however short the steps are; and how far it leaves the range of the ends of a step, of its size,
-#: where they do not see it
-BRIEF, UNSEEN = 10, 0.1
+#: steps from where a history begins to the end of a run, up to which it may have only begun: after
+#: n steps t^2 is missed by 1 / (2 n^2), t^6 by 3.5 / n^2, however short the steps are; and how far
+#: it leaves the range of the ends of a step, of its size, where they do not see it
+BRIEF = 10
+UNSEEN = 0.1
 AT_ONCE = 10_000  #: steps
-#: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps; its rate alike
+#: what a drive changes in a step, of its range and of the change in the steps beside, above which
+#: it jumps; its rate alike
 LEAP = 1e-3, 10.0
-ROUND_OFF = 8.0  #: in units of the last place of the largest value of a drive, which its differences have
+ROUND_OFF = (
+    8.0  #: in units of the last place of the largest value of a drive, which its differences have
+)
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
-ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
+ROWS_OF_ANGLES = {
+    "torque": 2,
+    "torsion_spring": 2,
+    "torque in space": 9,
+}  #: of coordinates and laws about axes in space
 
 
 class Tables(Observer):
@@ -67,7 +81,8 @@ class Tables(Observer):
 class PythonCost(Observer):
     """A remark of what forces that are functions of Python cost in a run."""
 
-    looks, reads_states = "end", False
+    looks = "end"
+    reads_states = False
 
     def begin(self, run: OpenRun) -> None:
         self.before_run = forces.cost_of(run.model.forces)
@@ -88,7 +103,10 @@ def _(setting: RunSetting) -> Iterator[Observer]:
     if not setting.live:
         yield Judge(lambda run, motion: warn_of_division(motion.statistics), reads_states=False)
         if setting.system.signals:
-            yield Judge(lambda run, motion: warn_of_histories(run, motion, setting.steps), any(one.law.maker for one in laws))
+            yield Judge(
+                lambda run, motion: warn_of_histories(run, motion, setting.steps),
+                any(one.law.maker for one in laws),
+            )
         if any(one.law.memory or coordinate_of(one.law.name) in ROWS_OF_ANGLES for one in laws):
             yield Judge(warn_of_angles)
         if any(isinstance(one, forces.OfPython) for one in setting.system.loads.forces):
@@ -101,7 +119,9 @@ def warn_of_division(cost: Statistics) -> None:
     """A notice where the iteration failed so often that the motion is hardly resolved."""
     if cost.unresolved:
         failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
-        notify(f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step")
+        notify(
+            f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step"
+        )
 
 
 def warn_of_histories(run: OpenRun, motion: Trajectory, steps: int) -> None:
@@ -116,48 +136,72 @@ def warn_of_angles(run: OpenRun, motion: Trajectory) -> None:
         warn_of_tilts(motion)
 
 
-def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: int, whole: Collection[int]) -> None:
-    """A warning where histories and forces by expressions of t change inside of steps [s], which read them at their ends alone.
+def warn_of_coarse_steps(
+    motion: Trajectory, plain: System, step: float, steps: int, whole: Collection[int]
+) -> None:
+    """A warning where histories and forces by expressions of t change inside of steps [s], which
+    read them at their ends alone.
 
-    `plain` is the system before it was told its inputs; what reads inputs, which are held from step to step, is left out. Nothing
-    is missed in steps that end where loads jump in them, `whole` by their numbers.
+    `plain` is the system before it was told its inputs; what reads inputs, which are held from step
+    to step, is left out. Nothing is missed in steps that end where loads jump in them, `whole` by
+    their numbers.
 
-    The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where S_h is that of the straight lines
-    between the ends of the steps.
+    The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where
+    S_h is that of the straight lines between the ends of the steps.
     """
     wrong = dict[str, float]()
-    found = of_histories(plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps, whole)))
+    found = of_histories(
+        plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps, whole))
+    )
     coarse = [(signal_names(plain)[k], share) for k, share in found]
     for owner, share in (*coarse, *coarse_forces(motion, plain, step, steps, whole)):
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
         text = f"{owner} changes faster than the step of {step:g} s"
-        notify(f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step", kind=CoarseStep)
+        notify(
+            f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step",
+            kind=CoarseStep,
+        )
 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
-    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse."""
+    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s]
+    to the next: an impulse.
+    """
     corners = warn_of_corners(plain, step * np.arange(steps + 1))
     found = of_histories(plain, "jumps", step, steps, lambda: drives_that_jump(plain, step, steps))
-    for name, (what, t) in {signal_names(plain)[k]: jump for k, jump in reversed(found.items()) if k not in corners}.items():
+    for name, (what, t) in {
+        signal_names(plain)[k]: jump for k, jump in reversed(found.items()) if k not in corners
+    }.items():
         text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
-        notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
+        notify(
+            f"{text}: forces there are impulses that depend on the step; let it change over many steps"
+        )
 
 
 def warn_of_corners(plain: System, times: np.ndarray) -> set[int]:
-    """Warnings of tables of straight lines that drive joints, at the first of the times (s,) [s] at which their rates jump.
+    """Warnings of tables of straight lines that drive joints, at the first of the times (s,) [s] at
+    which their rates jump.
 
     The numbers of the signals that read them.
     """
-    found, signals = dict[str, str](), dict[int, dict[Table, float]]()
-    if any(straight_tables(signal) for signal in plain.signals):  # rows are many, and few systems read tables
-        signals = {k: corners(plain.signals[k], times) for k in sorted({k for _, k in driving(plain.constraints)})}
+    found = dict[str, str]()
+    signals = dict[int, dict[Table, float]]()
+    if any(
+        straight_tables(signal) for signal in plain.signals
+    ):  # rows are many, and few systems read tables
+        signals = {
+            k: corners(plain.signals[k], times)
+            for k in sorted({k for _, k in driving(plain.constraints)})
+        }
     for k, tables in signals.items():
         for table, at in tables.items():
             text = f"{signal_names(plain)[k]} is driven by the straight lines of table '{table.call[:-2]}', whose rate jumps"
             found.setdefault(text, f"{text} at each point, first at t = {at:.4g} s")
     for text in found.values():
-        notify(f"{text}: forces there are impulses that depend on the step; `smooth: true` makes it a smooth curve")
+        notify(
+            f"{text}: forces there are impulses that depend on the step; `smooth: true` makes it a smooth curve"
+        )
     return {k for k, tables in signals.items() if tables}
 
 
@@ -169,9 +213,11 @@ def straight_tables(signal: Signal) -> list[Table]:
 
 
 def corners(signal: Signal, times: np.ndarray) -> dict[Table, float]:
-    """Tables of straight lines that a function of time reads, and the first of the times (s,) [s] behind a corner of theirs.
+    """Tables of straight lines that a function of time reads, and the first of the times (s,) [s]
+    behind a corner of theirs.
 
-    A corner counts where the value changes the function: not in the branch of `where` that is not taken.
+    A corner counts where the value changes the function: not in the branch of `where` that is not
+    taken.
     """
     read: Any = signal.angle if isinstance(signal, Cosine | Sine) else signal
     read = of_time(read.name, inputs={read.name: read}) if isinstance(read, Table) else read
@@ -186,9 +232,14 @@ def corners(signal: Signal, times: np.ndarray) -> dict[Table, float]:
             return np.where(np.diff(piece, prepend=piece[:1]) != 0, np.nan, table(x))
 
         names = {one.call: one for one in read.inputs if one.call} | {table.call: behind}
-        values = {one.name: one(times) for one in read.inputs} | {table.name: behind(times), "t": times}
+        values = {one.name: one(times) for one in read.inputs} | {
+            table.name: behind(times),
+            "t": times,
+        }
         with np.errstate(all="ignore"):
-            marked = np.zeros(times.shape) + expressions.evaluate(read.program, values | names, expressions.ARRAY)
+            marked = np.zeros(times.shape) + expressions.evaluate(
+                read.program, values | names, expressions.ARRAY
+            )
         at = times[np.isnan(marked) & ~np.isnan(read(times))]
         if len(at):
             found[table] = float(at[0])
@@ -196,20 +247,28 @@ def corners(signal: Signal, times: np.ndarray) -> dict[Table, float]:
 
 
 def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[str, float]]:
-    """Numbers of the signals that drive joints and jump, or whose rates do: which of both, and when [s].
+    """Numbers of the signals that drive joints and jump, or whose rates do: which of both, and when
+    [s].
 
-    A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h, which no smaller step makes
-    right. A corner between two steps shows in the second differences of both. Angles are looked at themselves, as second
-    differences of their cosines vanish at every half turn.
+    A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h,
+    which no smaller step makes right. A corner between two steps shows in the second differences of
+    both. Angles are looked at themselves, as second differences of their cosines vanish at every
+    half turn.
     """
-    times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
+    times = step * np.arange(steps + 1)
+    driven = {signal for _, signal in driving(plain.constraints)}
     jumps = dict[int, tuple[str, float]]()
     for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
         signal = plain.signals[k]
-        values = (signal.angle if isinstance(signal, Cosine | Sine) else signal)(times) + np.zeros(len(times))
+        values = (signal.angle if isinstance(signal, Cosine | Sine) else signal)(times) + np.zeros(
+            len(times)
+        )
         noise = ROUND_OFF * np.finfo(float).eps * np.abs(values).max()
         changes, bends = np.abs(np.diff(values)), np.abs(np.diff(values, 2))
-        for what, found, size, apart in ((" that", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
+        for what, found, size, apart in (
+            (" that", changes, np.ptp(values), 1),
+            (" whose rate", bends, changes.max(), 2),
+        ):
             limit = np.maximum(LEAP[0] * size, LEAP[1] * beside(found, apart))
             for at in np.flatnonzero(found > limit + noise)[:1]:
                 jumps.setdefault(k, (what, times[at + 1]))
@@ -217,7 +276,8 @@ def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[
 
 
 def beside(found: np.ndarray, apart: int) -> np.ndarray:
-    """The larger one (s,) of the values `apart` before and behind every value (s,); near the ends the largest of three inside.
+    """The larger one (s,) of the values `apart` before and behind every value (s,); near the ends
+    the largest of three inside.
 
     A smooth function may vanish at the one that there is.
     """
@@ -225,13 +285,18 @@ def beside(found: np.ndarray, apart: int) -> np.ndarray:
     before[apart:], behind[:-apart] = found[:-apart], found[apart:]
     largest = np.maximum(before, behind)
     for k in range(min(apart, len(found))):
-        inside = found[k + apart : k + apart + 3], found[max(len(found) - k - apart - 3, 0) : max(len(found) - k - apart, 0)]
+        inside = (
+            found[k + apart : k + apart + 3],
+            found[max(len(found) - k - apart - 3, 0) : max(len(found) - k - apart, 0)],
+        )
         largest[k], largest[-1 - k] = (part.max(initial=0.0) for part in inside)
     return largest
 
 
 def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
-    """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through its axis, or turns too fast."""
+    """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through
+    its axis, or turns too fast.
+    """
     found = False
     if motion.memory is None or len(motion.times) < 2:
         return found
@@ -241,29 +306,48 @@ def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
         if not isinstance(source, LawForces) or not force.turns.any():
             continue
         with np.errstate(invalid="ignore"):  # values of events may be infinite beside
-            jumps = np.where(force.turns * near[:, None] > 0.0, np.abs(np.diff(motion.memory[:, held], axis=0)), 0.0)
+            jumps = np.where(
+                force.turns * near[:, None] > 0.0,
+                np.abs(np.diff(motion.memory[:, held], axis=0)),
+                0.0,
+            )
         s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
         if jumps[s, k] > DOUBT:
-            name = pushed_body(motion.system, int(source.rows[k * len(source) // len(force.memory), 0]))
+            name = pushed_body(
+                motion.system, int(source.rows[k * len(source) // len(force.memory), 0])
+            )
             at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
             why = "its place tilts into the axis there, or turns too fast"
-            notify(f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt")
+            notify(
+                f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt"
+            )
             found = True
     return found
 
 
 def warn_of_tilts(motion: Trajectory) -> None:
-    """A warning where the place of a torque about an axis in space tilts: the direction u whose angle it counts leaves its plane.
+    """A warning where the place of a torque about an axis in space tilts: the direction u whose
+    angle it counts leaves its plane.
 
-    The torque does the work of that angle, tau theta', so that at a tilt phi it has a part tau tan(phi) across the axis.
+    The torque does the work of that angle, tau theta', so that at a tilt phi it has a part tau
+    tan(phi) across the axis.
     """
-    system, worst = motion.system, dict[int, float]()
+    system = motion.system
+    worst = dict[int, float]()
     for source in system.loads.forces if system.dim == 3 else ():
-        if isinstance(source, LawForces) and (size := ROWS_OF_ANGLES.get(coordinate_of(source.law.name))):
+        if isinstance(source, LawForces) and (
+            size := ROWS_OF_ANGLES.get(coordinate_of(source.law.name))
+        ):
             for rows in source.rows[:, :size]:
-                y = np.asarray(csr_array(system.probes.matrix)[rows] @ motion.x.T).T + system.probes.offset[rows]
-                u, normals = y[:, :3], y[:, 3:].reshape(len(y), -1, 3)
-                inside = np.linalg.norm(y if size == 2 else np.einsum("sc,skc->sk", u, normals), axis=1)
+                y = (
+                    np.asarray(csr_array(system.probes.matrix)[rows] @ motion.x.T).T
+                    + system.probes.offset[rows]
+                )
+                u = y[:, :3]
+                normals = y[:, 3:].reshape(len(y), -1, 3)
+                inside = np.linalg.norm(
+                    y if size == 2 else np.einsum("sc,skc->sk", u, normals), axis=1
+                )
                 length = 1.0 if size == 2 else np.linalg.norm(u, axis=1)
                 worst[int(rows[0])] = float(np.arccos(np.clip(inside / length, 0.0, 1.0)).max())
     row = max(worst, key=worst.__getitem__, default=-1)
@@ -280,10 +364,14 @@ def coordinate_of(law: str) -> str:
     return rest.partition("|")[0] if kind == responses.WORD else kind
 
 
-def coarse_histories(system: System, step: float, steps: int, whole: Collection[int]) -> Iterator[tuple[int, float]]:
+def coarse_histories(
+    system: System, step: float, steps: int, whole: Collection[int]
+) -> Iterator[tuple[int, float]]:
     """Numbers of the signals that are too far off, and the share that is missed."""
     known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
-    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps, whole)
+    size, missed = integrals(
+        lambda times: signal_table(system, times.ravel())[:, known], step, steps, whole
+    )
     for k in np.flatnonzero(missed > MISSED * size):
         yield known[k], missed[k] / size[k]
 
@@ -296,13 +384,19 @@ def coarse_forces(
     |S| is at least what it is with the state of the start: of a force that follows a history little is left in the motion. That is
     looked at where the motion alone does not clear a force.
     """
-    for found in (one for one in plain.loads.forces if isinstance(one, LawForces) and one.law.maker):
+    for found in (
+        one for one in plain.loads.forces if isinstance(one, LawForces) and one.law.maker
+    ):
         for rows, numbers, signals in zip(found.rows, found.numbers, found.signals, strict=True):
-            read, size, missed = [plain.signals[k] for k in signals if k >= 0], 0.0, 0.0
+            read = [plain.signals[k] for k in signals if k >= 0]
+            size = 0.0
+            missed = 0.0
             if not len(rows) or not read or any(read_inputs(one) for one in read):
                 continue
             for moves in (True, False):
-                summed, off = integrals(pushes(motion, found.law, rows, numbers, signals, moves), step, steps, whole)
+                summed, off = integrals(
+                    pushes(motion, found.law, rows, numbers, signals, moves), step, steps, whole
+                )
                 size, missed = max(size, summed.max()), max(missed, off.max())
                 if missed <= MISSED * size:
                     break
@@ -311,19 +405,31 @@ def coarse_forces(
 
 
 def pushes(
-    motion: Trajectory, law: ForceLaw, rows: np.ndarray, numbers: np.ndarray, signals: np.ndarray, moves: bool
+    motion: Trajectory,
+    law: ForceLaw,
+    rows: np.ndarray,
+    numbers: np.ndarray,
+    signals: np.ndarray,
+    moves: bool,
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Forces (s i, r) by times (s, i) in s steps, with the state of the middle of a step, or of the start where nothing `moves`."""
+    """Forces (s i, r) by times (s, i) in s steps, with the state of the middle of a step, or of the
+    start where nothing `moves`.
+    """
     system = motion.system
     matrix = csr_array(system.probes.matrix)[rows]
     states = (matrix @ motion.x.T).T + system.probes.offset[rows], (matrix @ motion.v.T).T
 
     def pushed(times: np.ndarray) -> np.ndarray:
-        middle, (steps, count), table = times.mean(axis=1), times.shape, signal_table(system, times.ravel())
+        middle = times.mean(axis=1)
+        (steps, count) = times.shape
+        table = signal_table(system, times.ravel())
         histories = np.where(signals < 0, 1.0, table[:, signals])
         many = np.repeat(numbers[None], steps * count, axis=0)
         if moves:
-            between = (np.stack([np.interp(middle, motion.times, row) for row in part.T], axis=1) for part in states)
+            between = (
+                np.stack([np.interp(middle, motion.times, row) for row in part.T], axis=1)
+                for part in states
+            )
             y, rates = (np.repeat(part, count, axis=0) for part in between)
         else:
             y, rates = (np.repeat(part[:1], steps * count, axis=0) for part in states)
@@ -335,13 +441,17 @@ def pushes(
 def integrals(
     values: Callable[[np.ndarray], np.ndarray], step: float, steps: int, whole: Collection[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s i, k).
+    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s
+    i, k).
 
-    Zero for the latter where a function has only BRIEF steps since it began, in which it stays between the ends of its steps. Steps
-    with the numbers `whole` miss nothing.
+    Zero for the latter where a function has only BRIEF steps since it began, in which it stays
+    between the ends of its steps. Steps with the numbers `whole` miss nothing.
     """
     inside = np.array([0.0, *(np.arange(INSIDE) + 0.5) / INSIDE, 1.0])
-    carried, size, missed, began = np.zeros(1), np.zeros(1), np.zeros(1), np.array([steps])
+    carried = np.zeros(1)
+    size = np.zeros(1)
+    missed = np.zeros(1)
+    began = np.array([steps])
     most, beyond = np.zeros(1), np.zeros(1)
     for first in range(0, steps, AT_ONCE):
         numbers = np.arange(first, min(first + AT_ONCE, steps))
@@ -355,8 +465,12 @@ def integrals(
         carried = sums[:, -1:]
         size = np.maximum(size, np.abs(sums).max(axis=(0, 1)))
         missed = np.maximum(missed, np.abs(sums[1] - sums[0]).max(axis=0))
-        began = np.minimum(began, np.where((found != 0.0).any(axis=1), numbers[:, None], steps).min(axis=0))
-        low, high = (choose(found[:, 0], found[:, -1])[:, None] for choose in (np.minimum, np.maximum))
+        began = np.minimum(
+            began, np.where((found != 0.0).any(axis=1), numbers[:, None], steps).min(axis=0)
+        )
+        low, high = (
+            choose(found[:, 0], found[:, -1])[:, None] for choose in (np.minimum, np.maximum)
+        )
         most = np.maximum(most, np.abs(found).max(axis=(0, 1)))
         beyond = np.maximum(beyond, np.maximum(low - found, found - high).max(axis=(0, 1)))
     return size, np.where((steps - began <= BRIEF) & (beyond <= UNSEEN * most), 0.0, missed)

@@ -7,7 +7,8 @@ r"""What can be measured where a solve stopped, without knowing why.
     dead centre          smallest singular value of the unit rows of J, beside that of the start
     stiffest wave        h omega >= h max_i sqrt(K_ii / M_ii)      (Rayleigh quotients of unit vectors)
 
-Source of the inverse iteration: Golub and Van Loan, Matrix Computations, 4th ed., Johns Hopkins 2013, section 8.2.
+Source of the inverse iteration: Golub and Van Loan, Matrix Computations, 4th ed., Johns Hopkins
+2013, section 8.2.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ SPARSE = 20_000  #: unknowns up to which the weakest direction is found
 DENSE = 1_500  #: unknowns up to which eigenvalues are found
 WINDOW = 32  #: steps before the failure to which a change of a signal is compared
 FINE = 4096  #: parts of a step in which a jump of a signal is looked for
-AHEAD, PLACES = 2.0, 16  #: steps over which a dead centre is looked for on the way ahead, and positions there
+AHEAD = 2.0
+PLACES = 16  #: steps over which a dead centre is looked for on the way ahead, and positions there
 WAY = (0.25, 0.5, 0.75, 1.0)  #: parts of a step at which loads are looked at
 SHORTEST = 1e-9  #: step where none is known [s]
 SIZE = 1e-12  #: relative size below which a mass is none
@@ -52,7 +54,8 @@ SIZE = 1e-12  #: relative size below which a mass is none
 class StoppedSolve:
     """Last good state and the trial state beyond it, in the order of the system's unknowns.
 
-    W = K + gh C + bh M at the trial state, with bh and gh of the `short` step, and J the rows of the joints; in statics W = K.
+    W = K + gh C + bh M at the trial state, with bh and gh of the `short` step, and J the rows of
+    the joints; in statics W = K.
     """
 
     model: Compiled
@@ -78,7 +81,8 @@ class StoppedSolve:
         at = self.at if self.h else self.good
         bh, gh = self.short
         return csr_array(
-            compiled.tangent(self.model, self.trial, self.multipliers, at, gh, self.memory) + bh * csr_array(self.system.mass)
+            compiled.tangent(self.model, self.trial, self.multipliers, at, gh, self.memory)
+            + bh * csr_array(self.system.mass)
         )
 
     @cached_property
@@ -90,19 +94,25 @@ class StoppedSolve:
 def stop_of(error: SolverError) -> StoppedSolve | None:
     """Where a solve stopped; None where it never started.
 
-    Of a time step from its run, else from the motion found so far, `error.partial`; None where that is missing.
+    Of a time step from its run, else from the motion found so far, `error.partial`; None where that
+    is missing.
     """
     if isinstance(error, FailedStep):
         return stop_of_run(error.run, error.time)
     if error.partial is None:
         return None
-    last, static = error.partial, error.partial.statistics.solver == ""
-    model, x = compile_system(last.system), last.x[-1]
+    last = error.partial
+    static = error.partial.statistics.solver == ""
+    model = compile_system(last.system)
+    x = last.x[-1]
     kept = last.states
-    multipliers, memory = last.multipliers[-1], compiled.memories(model, kept.times, last.x, last.v, last.a, last.memory)[-1]
+    multipliers = last.multipliers[-1]
+    memory = compiled.memories(model, kept.times, last.x, last.v, last.a, last.memory)[-1]
     residual = np.full(len(x) + len(multipliers), np.nan)
     if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
-        residual = np.concatenate(compiled.evaluate(model, x, last.v[-1], error.time, memory, multipliers))
+        residual = np.concatenate(
+            compiled.evaluate(model, x, last.v[-1], error.time, memory, multipliers)
+        )
     h = 0.0 if static else float(error.time - last.times[-1])
     if not static and error.reason is not Reason.UNSTABLE:
         h = max(h, float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
@@ -124,10 +134,14 @@ def stop_of(error: SolverError) -> StoppedSolve | None:
 
 def stop_of_run(run: OpenRun, time: float) -> StoppedSolve:
     """The same for a step that was halved in vain."""
-    model, back = run.model, np.argsort(run.model.order)
+    model = run.model
+    back = np.argsort(run.model.order)
     method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model)
-    rest, state, whole = last_residual(run, time), run.step.state, run.step.method
-    x, trial = state.x[back], run.step.space.x[back]
+    rest = last_residual(run, time)
+    state = run.step.state
+    whole = run.step.method
+    x = state.x[back]
+    trial = run.step.space.x[back]
     return StoppedSolve(
         model=model,
         good=run.scheme.step * run.done,
@@ -156,14 +170,17 @@ def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
 
 
 def saddle_of(stop: StoppedSolve) -> Saddle | None:
-    """Factors of the matrix (n + m, n + m) at the trial state, joint rows of length 1, shifted so that they exist; None if not."""
+    """Factors of the matrix (n + m, n + m) at the trial state, joint rows of length 1, shifted so
+    that they exist; None if not.
+    """
     size = saddle.scales(stop.matrix)
     scale = np.append(size, 1.0 / ranks.lengths(stop.jacobian * size))
     return saddle.factor(saddle.matrix(stop.matrix, stop.jacobian), SHIFT, scale)
 
 
 def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
-    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns.
+    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced
+    unknowns.
 
     None for more than 20000 unknowns, and where the matrix is not finite or has no factors.
     """
@@ -172,15 +189,23 @@ def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
     found = saddle_of(stop)
     if found is None:
         return None
-    A, y = found.balanced, np.cos(np.arange(len(found.scale)))
+    A = found.balanced
+    y = np.cos(np.arange(len(found.scale)))
     for _ in range(4):
         y = found.factors.solve(found.factors.solve(y, trans="T"))
         y = y / np.linalg.norm(y)
-    return (float(np.linalg.norm(A @ y) / abs(A).sum(axis=0).max()), y) if np.isfinite(y).all() else None
+    return (
+        (float(np.linalg.norm(A @ y) / abs(A).sum(axis=0).max()), y)
+        if np.isfinite(y).all()
+        else None
+    )
 
 
-def eigenvalues(stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: float) -> np.ndarray | None:
-    """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,) and a time, ascending.
+def eigenvalues(
+    stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: float
+) -> np.ndarray | None:
+    """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,)
+    and a time, ascending.
 
     Those of Z^T D W D Z, with Z the null space of the balanced J. None for more than 1500 unknowns,
     where W is not finite, and where the joints leave no motion.
@@ -188,7 +213,9 @@ def eigenvalues(stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: f
     if stop.system.size > DENSE:
         return None
     bh, gh = stop.whole
-    K = compiled.tangent(stop.model, x, multipliers, t, gh, stop.memory) + bh * csr_array(stop.system.mass)
+    K = compiled.tangent(stop.model, x, multipliers, t, gh, stop.memory) + bh * csr_array(
+        stop.system.mass
+    )
     if not np.isfinite(K.data).all():
         return None
     symmetric = csr_array(0.5 * (K + K.T))
@@ -198,11 +225,13 @@ def eigenvalues(stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: f
 
 
 def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Smallest and largest axial or principal Green strain [-] of every elastic body at x (n,), at its quadrature points.
+    """Smallest and largest axial or principal Green strain [-] of every elastic body at x (n,), at
+    its quadrature points.
 
     Loads that follow a surface are left out, and terms that have no position gradients.
     """
-    q, found = system.lift(x), {}
+    q = system.lift(x)
+    found = {}
     for elastic in system.elastic:
         gradients = terms.position_gradients(elastic.gather, x, q)
         if gradients is not None and not elastic.gather.law.follows:
@@ -227,9 +256,13 @@ def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
     """Largest |t'| normal to t over |t|, rows (x, c)."""
     square = np.sum(slope**2, axis=1)
     used = square > 0.0
-    slope, change, square = slope[used], change[used], square[used]
+    slope = slope[used]
+    change = change[used]
+    square = square[used]
     along = np.sum(slope * change, axis=1) / square
-    return float((np.linalg.norm(change - along[:, None] * slope, axis=1) / np.sqrt(square)).max(initial=0.0))
+    return float(
+        (np.linalg.norm(change - along[:, None] * slope, axis=1) / np.sqrt(square)).max(initial=0.0)
+    )
 
 
 def stiffest(stop: StoppedSolve) -> float:
@@ -239,7 +272,9 @@ def stiffest(stop: StoppedSolve) -> float:
     """
     system = stop.system
     m = csr_array(system.mass).diagonal()
-    k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good, 0.0, stop.memory).diagonal()
+    k = compiled.tangent(
+        stop.model, stop.x, stop.multipliers, stop.good, 0.0, stop.memory
+    ).diagonal()
     heavy = m > SIZE * m.max(initial=0.0)
     return float(stop.h * np.sqrt(np.maximum(k[heavy] / m[heavy], 0.0).max(initial=0.0)))
 
@@ -247,39 +282,57 @@ def stiffest(stop: StoppedSolve) -> float:
 def stiffest_force(stop: StoppedSolve) -> tuple[str, float]:
     """Kind and owner of the stiffest force on probe rows, and its h omega; 0 for none.
 
-    omega^2 is the largest eigenvalue of S G, S = - dF/dy of its rows y = P x, and G = P a with the accelerations a of unit forces
-    on these rows that the joints permit, M a + J^T l = P^T, J a = 0.
+    omega^2 is the largest eigenvalue of S G, S = - dF/dy of its rows y = P x, and G = P a with the
+    accelerations a of unit forces on these rows that the joints permit, M a + J^T l = P^T, J a = 0.
     """
     system, model = stop.system, stop.model
-    if not any(len(force.pairs) or force.low.terms for force in model.forces) or system.size > SPARSE:
+    if (
+        not any(len(force.pairs) or force.low.terms for force in model.forces)
+        or system.size > SPARSE
+    ):
         return "", 0.0
-    factors = saddle.factor(saddle.matrix(system.mass, compiled.gap(model, stop.x, stop.good)[1]), SHIFT)
+    factors = saddle.factor(
+        saddle.matrix(system.mass, compiled.gap(model, stop.x, stop.good)[1]), SHIFT
+    )
     if factors is None:
         return "", 0.0
-    names, P, found = owners(system), csr_array(system.probes.matrix), []
-    for force, pairs, slopes in compiled.force_slopes(model, stop.x, stop.v, stop.good, stop.memory):
+    names = owners(system)
+    P = csr_array(system.probes.matrix)
+    found = []
+    for force, pairs, slopes in compiled.force_slopes(
+        model, stop.x, stop.v, stop.good, stop.memory
+    ):
         if not np.isfinite(slopes).all():
             continue
         rows, local = np.unique(pairs, return_inverse=True)
-        S, pushed = np.zeros((len(rows), len(rows))), np.zeros((system.size + model.constraints, len(rows)))
+        S, pushed = (
+            np.zeros((len(rows), len(rows))),
+            np.zeros((system.size + model.constraints, len(rows))),
+        )
         np.add.at(S, tuple(local.reshape(-1, 2).T), slopes)
         pushed[: system.size] = P[rows].toarray().T
         squares, modes = np.linalg.eig(S @ (pushed.T @ saddle.solve(factors, pushed)))
         k = int(squares.real.argmax())
         owner = names[int(np.abs(pushed[: system.size] @ modes[:, k]).argmax())]
-        found.append((f"{force.name} on {owner}", float(stop.h * np.sqrt(max(squares[k].real, 0.0)))))
+        found.append(
+            (f"{force.name} on {owner}", float(stop.h * np.sqrt(max(squares[k].real, 0.0))))
+        )
     return max(found, key=lambda one: one[1], default=("", 0.0))
 
 
 def closeness(stop: StoppedSolve, x: np.ndarray) -> tuple[float, np.ndarray]:
-    """Smallest singular value of the unit rows of J at x, and the combination of rows (m,) that nearly vanishes."""
+    """Smallest singular value of the unit rows of J at x, and the combination of rows (m,) that
+    nearly vanishes.
+    """
     J = ranks.unit_rows(compiled.gap(stop.model, x, stop.at)[1])
     values, vectors = np.linalg.eigh(J @ J.T)
     return float(np.sqrt(max(values[0], 0.0))), vectors[:, 0]
 
 
 def ahead(stop: StoppedSolve) -> np.ndarray:
-    """The position x + s h v, 0 <= s <= AHEAD, in which the unit rows of J are nearest to depend on each other."""
+    """The position x + s h v, 0 <= s <= AHEAD, in which the unit rows of J are nearest to depend on
+    each other.
+    """
     from scipy.optimize import minimize_scalar
 
     if not stop.h or not np.isfinite(stop.v).all():
@@ -288,8 +341,12 @@ def ahead(stop: StoppedSolve) -> np.ndarray:
     near = [closeness(stop, stop.x + s * stop.h * stop.v)[0] for s in sizes]
     best = int(np.argmin(near))
     ends = sizes[max(best - 1, 0)], sizes[min(best + 1, PLACES)]
-    found = minimize_scalar(lambda s: closeness(stop, stop.x + s * stop.h * stop.v)[0], bounds=ends, method="bounded")
-    return np.asarray(stop.x + (found.x if found.fun < near[best] else sizes[best]) * stop.h * stop.v)
+    found = minimize_scalar(
+        lambda s: closeness(stop, stop.x + s * stop.h * stop.v)[0], bounds=ends, method="bounded"
+    )
+    return np.asarray(
+        stop.x + (found.x if found.fun < near[best] else sizes[best]) * stop.h * stop.v
+    )
 
 
 def broken_signals(stop: StoppedSolve) -> list[str]:
@@ -298,12 +355,20 @@ def broken_signals(stop: StoppedSolve) -> list[str]:
     Names as of `signal_names`, at the time that was not reached.
     """
     values = signal_table(stop.system, np.array([stop.at]))[0]
-    return [name for name, value in zip(signal_names(stop.system), values, strict=True) if not np.isfinite(value)]
+    return [
+        name
+        for name, value in zip(signal_names(stop.system), values, strict=True)
+        if not np.isfinite(value)
+    ]
 
 
 def broken_forces(stop: StoppedSolve) -> list[str]:
-    """Bodies on which a load is no finite number in the last good or the trial state, or on the way of the last velocities."""
-    system, found, v = stop.system, list[str](), np.where(np.isfinite(stop.v), stop.v, 0.0)
+    """Bodies on which a load is no finite number in the last good or the trial state, or on the way
+    of the last velocities.
+    """
+    system = stop.system
+    found = list[str]()
+    v = np.where(np.isfinite(stop.v), stop.v, 0.0)
     places = [stop.x, stop.trial, *(stop.x + s * stop.h * v for s in WAY)]
     names = np.array(owners(system)[: system.size])
     for force in system.loads.forces:
@@ -316,13 +381,15 @@ def broken_forces(stop: StoppedSolve) -> list[str]:
 def jumps(stop: StoppedSolve) -> list[tuple[str, float, float]]:
     """Signals that jump in the failed step: name, value before and after.
 
-    A jump is a change far beyond those of the steps before, more than half of it within a small part of the step.
+    A jump is a change far beyond those of the steps before, more than half of it within a small
+    part of the step.
     """
     if stop.h <= 0.0 or not stop.system.signals:
         return []
     past = signal_table(stop.system, np.maximum(stop.good + stop.h * np.arange(-WINDOW, 1), 0.0))
     inside = signal_table(stop.system, stop.good + stop.h * np.linspace(0.0, 1.0, FINE + 1))
-    change, usual = np.abs(inside[-1] - inside[0]), np.abs(np.diff(past, axis=0)).max(axis=0)
+    change = np.abs(inside[-1] - inside[0])
+    usual = np.abs(np.diff(past, axis=0)).max(axis=0)
     sudden = np.abs(np.diff(inside, axis=0)).max(axis=0)
     with np.errstate(invalid="ignore"):
         found = np.flatnonzero((change > 20 * usual) & (sudden > 0.5 * change))
@@ -333,15 +400,24 @@ def jumps(stop: StoppedSolve) -> list[tuple[str, float, float]]:
 def push(stop: StoppedSolve) -> tuple[str, float]:
     """Owner that the loads move furthest, and the way [m].
 
-    In a step of dynamics |dQ_i| h^2 / M_ii by the change dQ of loads since the start, in statics by the tangent, K^-1 R.
+    In a step of dynamics |dQ_i| h^2 / M_ii by the change dQ of loads since the start, in statics by
+    the tangent, K^-1 R.
     """
-    names, n = owners(stop.system), stop.system.size
+    names = owners(stop.system)
+    n = stop.system.size
     if not stop.h:
         factors = saddle_of(stop)
-        way = np.full(n, np.inf) if factors is None else np.abs(saddle.solve(factors, stop.residual))[:n]
+        way = (
+            np.full(n, np.inf)
+            if factors is None
+            else np.abs(saddle.solve(factors, stop.residual))[:n]
+        )
     else:
         m = csr_array(stop.system.mass).diagonal()
-        now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t, stop.memory) for t in (stop.at, 0.0))
+        now, then = (
+            compiled.forces(stop.model, stop.x, 0.0 * stop.v, t, stop.memory)
+            for t in (stop.at, 0.0)
+        )
         heavy = m > SIZE * m.max(initial=0.0)
         way = np.where(heavy, np.abs(now - then), 0.0) * stop.h**2 / np.where(heavy, m, 1.0)
     k = int(np.nan_to_num(way, nan=np.inf).argmax())

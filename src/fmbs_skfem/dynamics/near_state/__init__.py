@@ -1,1 +1,3 @@
-"""Linear equations about a state: vibration modes, buckling, frequencies over a parameter, answers to inputs."""
+"""Linear equations about a state: vibration modes, buckling, frequencies over a parameter, answers
+to inputs.
+"""

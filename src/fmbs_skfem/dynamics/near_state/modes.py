@@ -3,14 +3,17 @@ r"""Vibration modes of constrained systems, undamped and damped, about any equil
     K v = omega^2 M v  on the null space of Phi_x                                                                         (1)
     u = v exp(s t):    (s^2 M + s C + K) v = 0;     frequency |Im s|, damping ratio -Re s / |s|                             (2)
 
-K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a rotating frame), so its eigenvalues are
-complex, and an equilibrium is unstable where one has a positive real part: flutter with, divergence without an imaginary one.
+K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a rotating
+frame), so its eigenvalues are complex, and an equilibrium is unstable where one has a positive real
+part: flutter with, divergence without an imaginary one.
 
-A structure that is loaded beyond its buckling load without imperfections keeps its straight state, as does a pendulum that stands
-on its head: Newton's iteration finds such states as it finds others, where (1) has an omega^2 < 0.
+A structure that is loaded beyond its buckling load without imperfections keeps its straight state,
+as does a pendulum that stands on its head: Newton's iteration finds such states as it finds others,
+where (1) has an omega^2 < 0.
 
-Sources: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, chs. 2 and 3; Fan, Lin and Van Dooren, SIAM J. Matrix Anal.
-Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of the quadratic eigenproblem).
+Sources: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, chs. 2 and 3; Fan, Lin and
+Van Dooren, SIAM J. Matrix Anal. Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of
+the quadratic eigenproblem).
 """
 
 from __future__ import annotations
@@ -38,14 +41,18 @@ SMALL = 400  #: independent unknowns up to which all eigenvalues are found
 PAIR = 1e-6  #: sum of two real eigenvalues, over one of them, up to which they are a pair s, -s of a system without damping
 ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
 GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
-# round-off parts the double zero of a free motion into s and -s, of the root of it: 1e-16 becomes 1e-8
+# round-off parts the double zero of a free motion into s and -s, of the root of it: 1e-16 becomes
+# 1e-8
 STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
 ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
-MIRRORED = 0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
+MIRRORED = (
+    0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
+)
 FEW = 6  #: modes next to zero, of which one would have passed it, where a state may not stand
 LARGE = 6000  #: unknowns beyond which nothing is said of that: factors of their stiffness cost as much as a load step
 WIDE = 1_000_000  #: numbers of the rows of constraints beyond which nothing is said, either: they are dense
-# free motions near a shift next to zero drown the digits of the others: frequencies of a fine lug scattered by 3e-5
+# free motions near a shift next to zero drown the digits of the others: frequencies of a fine lug
+# scattered by 3e-5
 LIGHT = 1e-12  #: mass of a direction in units of the masses of its unknowns, up to which it is round-off: others have 1e-6
 STIFFLESS = 1e-12  #: stiffness of a direction without mass, over the largest of these, up to which it is round-off
 INFINITE = 1e12  #: eigenvalue over the largest frequency of the matrices, from which it is round-off of 1/0
@@ -70,13 +77,18 @@ class VibrationModes:
 
 @checked
 def vibration_modes(
-    system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None
+    system: System,
+    count: int = 10,
+    x: np.ndarray | None = None,
+    multipliers: np.ndarray | None = None,
 ) -> VibrationModes:
-    """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
+    """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all
+    constraints in linear form.
 
-    All where there are fewer. Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
-    Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
-    where most modes are wanted, by a dense solution on the null space of the constraints.
+    All where there are fewer. Cables curved in space have no stiffness out of their plane in the
+    reference, and are refused there. Found by Lanczos iteration on the inverse of the bordered
+    matrix, shifted a little below zero so that free bodies have one; where most modes are wanted,
+    by a dense solution on the null space of the constraints.
     """
     if x is None:
         free_motions.refuse_limp("vibration_modes", system)
@@ -85,21 +97,28 @@ def vibration_modes(
 
 @checked
 def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
-    """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out.
+    """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in
+    their stiffness left out.
 
-    K is taken as (K + K^T)/2. There are as many modes as unknowns n less the rows m and directions without mass, which follow at
-    rest, if `count` asks for more. InputError for a count below 1, where the joints leave no motion, where no motion has a mass,
-    and where some direction has neither mass nor stiffness.
+    K is taken as (K + K^T)/2. There are as many modes as unknowns n less the rows m and directions
+    without mass, which follow at rest, if `count` asks for more. InputError for a count below 1,
+    where the joints leave no motion, where no motion has a mass, and where some direction has
+    neither mass nor stiffness.
     """
     large, (K, M, J) = in_alike_units(linear)
     possible = len(linear.x) - len(J)
-    count, heavy = at_most(count, possible), int(np.sum(abs(M).sum(axis=0) > 0.0))
-    squares, vectors = (dense_modes if 3 * count + 20 > min(possible, heavy) else sparse_modes)(symmetric(K), M, J, count)
+    count = at_most(count, possible)
+    heavy = int(np.sum(abs(M).sum(axis=0) > 0.0))
+    squares, vectors = (dense_modes if 3 * count + 20 > min(possible, heavy) else sparse_modes)(
+        symmetric(K), M, J, count
+    )
     return VibrationModes(squares, large[:, None] * vectors)
 
 
 def in_alike_units(linear: Linear) -> tuple[np.ndarray, tuple[Array, Array, np.ndarray]]:
-    """S (n,) of v = S y, by which positions and axes count alike, however small a body is; S K S, S M S and unit rows of J S."""
+    """S (n,) of v = S y, by which positions and axes count alike, however small a body is; S K S, S
+    M S and unit rows of J S.
+    """
     large = np.broadcast_to(linear.large, len(linear.x))
     large = large / large.max()
     K, M = (scaled(A, large, large) for A in (linear.stiffness, linear.mass))
@@ -107,7 +126,9 @@ def in_alike_units(linear: Linear) -> tuple[np.ndarray, tuple[Array, Array, np.n
 
 
 def at_most(count: int, possible: int) -> int:
-    """`count`, or the number of independent motions where there are fewer; InputError where that is none."""
+    """`count`, or the number of independent motions where there are fewer; InputError where that is
+    none.
+    """
     if count < 1:
         raise InputError(say("modes, count", "1 or more", count))
     if not possible:
@@ -120,28 +141,32 @@ def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarr
 
         v = R y + N z,   M N = 0:      N^T K N z = - N^T K R y,     (R^T K R + R^T K N z) y = omega^2 y
 
-    K and M (n, n), J (m, n): the `count` lowest eigenvalues (i,) [1/s2], all where there are fewer, rising, and vectors (n, i) with
-    v^T M v = 1.
+    K and M (n, n), J (m, n): the `count` lowest eigenvalues (i,) [1/s2], all where there are fewer,
+    rising, and vectors (n, i) with v^T M v = 1.
     """
     R, N = split_by_mass(M, J)
     if not N.shape[1]:
         squares, vectors = eigh(R.T @ (K @ R), R.T @ (M @ R), subset_by_index=[0, count - 1])
         return squares, R @ vectors
     if not R.shape[1]:
-        raise InputError(say("modes", "motions that have a mass", "none", "give the bodies a density"))
+        raise InputError(
+            say("modes", "motions that have a mass", "none", "give the bodies a density")
+        )
     Z = R + N @ follow(K, R, N)
     vectors = Z @ eigh(Z.T @ (K @ Z), subset_by_index=[0, min(count, R.shape[1]) - 1])[1]
-    # the shapes keep the digits that slow ones lose beside the fastest, 1e12 times as stiff in a beam of five cells
+    # the shapes keep the digits that slow ones lose beside the fastest, 1e12 times as stiff in a
+    # beam of five cells
     squares = np.sum(vectors * (K @ vectors), axis=0)
     order = np.argsort(squares, kind="stable")
     return squares[order], vectors[:, order]
 
 
 def split_by_mass(M: Array, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n): M N = 0, and R^T M R = 1 where there are such N.
+    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n): M N = 0, and R^T
+    M R = 1 where there are such N.
 
-    Unknowns count in units of their own mass, in which that of a direction is either of the size of 1 or round-off: directors of
-    thin beams weigh 1e-10 of what positions do, and some nothing.
+    Unknowns count in units of their own mass, in which that of a direction is either of the size of
+    1 or round-off: directors of thin beams weigh 1e-10 of what positions do, and some nothing.
     """
     own = np.maximum(M.diagonal(), 0.0)
     none = own <= np.finfo(float).eps * own.max(initial=0.0)
@@ -157,37 +182,58 @@ def split_by_mass(M: Array, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def follow(K: Array, R: np.ndarray, N: np.ndarray) -> np.ndarray:
-    """z (i, r) by which directions N (n, i) without mass follow motions R (n, r) at rest: N^T K (R + N z) = 0.
+    """z (i, r) by which directions N (n, i) without mass follow motions R (n, r) at rest: N^T K (R
+    + N z) = 0.
 
     InputError where some of them have no stiffness.
     """
     stiff = N.T @ (K @ N)
     own = np.abs(np.linalg.eigvalsh(stiff))
     if not own.min() > STIFFLESS * own.max():
-        raise InputError(say("modes", "a mass or a stiffness in every direction", "one without both"))
+        raise InputError(
+            say("modes", "a mass or a stiffness in every direction", "one without both")
+        )
     return np.asarray(np.linalg.solve(stiff, -(N.T @ (K @ R))))
 
 
-def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration in shift-invert mode.
+def sparse_modes(
+    K: csr_array, M: csr_array, J: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration
+    in shift-invert mode.
 
-    Near a shift close to zero the free motions of a body drown the digits of all others: where there are any, the lowest other
-    eigenvalue, negative, is the second shift.
+    Near a shift close to zero the free motions of a body drown the digits of all others: where
+    there are any, the lowest other eigenvalue, negative, is the second shift.
     """
     shift = -1e-9 * float(abs(K).max() / abs(M).max())
     squares, vectors = shifted_modes(K, M, J, count, shift)
     others = squares[squares > 10.0 * abs(shift)]
-    return shifted_modes(K, M, J, count, -float(others[0])) if 0 < len(others) < count else (squares, vectors)
+    return (
+        shifted_modes(K, M, J, count, -float(others[0]))
+        if 0 < len(others) < count
+        else (squares, vectors)
+    )
 
 
-def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float) -> tuple[np.ndarray, np.ndarray]:
+def shifted_modes(
+    K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float
+) -> tuple[np.ndarray, np.ndarray]:
     """The modes next to a shift below all of them."""
-    n, inverse = K.shape[0], saddle.constrained(K - shift * M, J)
+    n = K.shape[0]
+    inverse = saddle.constrained(K - shift * M, J)
     if inverse is None:
-        raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
+        raise InputError(
+            say("vibration_modes", "a mass or a stiffness in every direction", "one without both")
+        )
     start = inverse(M @ np.cos(np.arange(n)))
     squares, vectors = eigsh(
-        K, count, M=M, sigma=shift, OPinv=LinearOperator((n, n), matvec=inverse, dtype=float), v0=start, tol=1e-14
+        K,
+        count,
+        M=M,
+        sigma=shift,
+        OPinv=LinearOperator((n, n), matvec=inverse, dtype=float),
+        v0=start,
+        tol=1e-14,
     )
     order = np.argsort(squares)
     return squares[order], vectors[:, order]
@@ -195,14 +241,18 @@ def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: 
 
 @dataclass(frozen=True)
 class ComplexModes:
-    """Motions u = Re v exp(s t) by (2), each of a conjugate pair once, slowest first: by |s|, rising.
+    """Motions u = Re v exp(s t) by (2), each of a conjugate pair once, slowest first: by |s|,
+    rising.
 
-    A motion grows where Re s > 0, and the equilibrium is unstable then: flutter with, divergence without an imaginary part.
+    A motion grows where Re s > 0, and the equilibrium is unstable then: flutter with, divergence
+    without an imaginary part.
     """
 
     eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
     shapes: np.ndarray  #: (n, i) complex, of largest entry 1
-    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) s [1/s] of motions that grow beside these
+    beyond: np.ndarray = field(
+        default_factory=lambda: np.empty(0)
+    )  #: (j,) s [1/s] of motions that grow beside these
     unknown: int = 0  #: faster motions of which nothing says whether they grow
 
     @property
@@ -214,16 +264,20 @@ class ComplexModes:
     def damping_ratios(self) -> np.ndarray:
         """-Re s / |s| (i,), negative where a motion grows."""
         size = np.abs(self.eigenvalues)
-        return np.asarray(np.divide(0.0 - self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0))
+        return np.asarray(
+            np.divide(0.0 - self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0)
+        )
 
 
 @checked
 def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
-    """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more where that parts a pair s, -s.
+    """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more
+    where that parts a pair s, -s.
 
-    What grows beside them is among those `beyond`, as far as it is found: of a small system, all of which is found by a dense
-    solution on the null space of the constraints. Those of a large one are found by Arnoldi's iteration on the inverse, and the
-    others are `unknown` unless none `can_grow`; SolverError where that does not converge.
+    What grows beside them is among those `beyond`, as far as it is found: of a small system, all of
+    which is found by a dense solution on the null space of the constraints. Those of a large one
+    are found by Arnoldi's iteration on the inverse, and the others are `unknown` unless none
+    `can_grow`; SolverError where that does not converge.
     """
     possible = len(linear.x) - len(linear.rows)
     few = at_most(count, possible)
@@ -236,23 +290,32 @@ def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
     kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))]
     kept, rest = np.split(kept, [whole_pairs(values[kept], count)])
     size = max(np.abs(values[kept]).max(initial=0.0), STILL * fastest(linear))
-    return ComplexModes(values[kept], largest_one(shapes[:, kept]), values[rest][values[rest].real > GROWS * size], unknown)
+    return ComplexModes(
+        values[kept],
+        largest_one(shapes[:, kept]),
+        values[rest][values[rest].real > GROWS * size],
+        unknown,
+    )
 
 
 def can_grow(linear: Linear) -> bool:
-    """Whether linear motions may grow; not where K is symmetric and positive, and the symmetric part D of C is not negative.
+    """Whether linear motions may grow; not where K is symmetric and positive, and the symmetric
+    part D of C is not negative.
 
         d/dt (v'^T M v' + v^T K v) / 2 = - v'^T D v' <= 0
 
-    then holds them (Kelvin, Tait and Chetaev; A. P. Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical
-    Applications, World Scientific 2003, ch. 6). Gyroscopic terms, the other part of C, do no work.
+    then holds them (Kelvin, Tait and Chetaev; A. P. Seyranian, A. A. Mailybaev, Multiparameter
+    Stability Theory with Mechanical Applications, World Scientific 2003, ch. 6). Gyroscopic terms,
+    the other part of C, do no work.
     """
     D = csr_array(0.5 * (linear.damping + linear.damping.T))
     return not (is_positive(linear, linear.stiffness) and is_positive(linear, D))
 
 
 def is_positive(linear: Linear, A: csr_array) -> bool:
-    """Whether A (n, n) is symmetric and has no negative eigenvalue on the null space of the rows, beside the mass and to SEEN."""
+    """Whether A (n, n) is symmetric and has no negative eigenvalue on the null space of the rows,
+    beside the mass and to SEEN.
+    """
     if not (size := abs(A).max()):
         return True
     shifted = csr_array(A + SEEN * size / abs(linear.mass).max() * linear.mass)
@@ -261,7 +324,9 @@ def is_positive(linear: Linear, A: csr_array) -> bool:
 
 
 def whole_pairs(values: np.ndarray, count: int) -> int:
-    """How many of eigenvalues (i,), slowest first, are listed where `count` are asked for: a real pair s, -s is not parted."""
+    """How many of eigenvalues (i,), slowest first, are listed where `count` are asked for: a real
+    pair s, -s is not parted.
+    """
     cut = 0 < count < len(values) and values[count - 1].imag == values[count].imag == 0.0
     return count + bool(cut and abs(values[count - 1] + values[count]) <= PAIR * abs(values[count]))
 
@@ -271,7 +336,10 @@ def without_round_off(values: np.ndarray) -> np.ndarray:
 
     Real or imaginary parts up to 1e-9 of |s| become zero.
     """
-    real, imaginary = (np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part) for part in (values.real, values.imag))
+    real, imaginary = (
+        np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part)
+        for part in (values.real, values.imag)
+    )
     return np.asarray(real + 1j * imaginary)
 
 
@@ -284,23 +352,29 @@ def fastest(linear: Linear) -> float:
 
 
 def once(values: np.ndarray, shapes: np.ndarray, still: float) -> np.ndarray:
-    """Which motions (i,) are left when those slower than `still` [rad/s], sorted, are kept only where their shapes (n, i) are new.
+    """Which motions (i,) are left when those slower than `still` [rad/s], sorted, are kept only
+    where their shapes (n, i) are new.
 
-    A free motion u = a + b t has the eigenvalue 0 twice with one shape; round-off parts it into s and -s, real or imaginary, where
-    damped motions have negative real parts alone.
+    A free motion u = a + b t has the eigenvalue 0 twice with one shape; round-off parts it into s
+    and -s, real or imaginary, where damped motions have negative real parts alone.
     """
     slow = int(np.sum(np.abs(values) <= still))
     if abs(values[:slow].real.sum()) > MIRRORED * np.abs(values[:slow]).sum():
         return np.arange(len(values))
-    first = ranks.independent_rows(largest_one(shapes[:, :slow]).real.T, ALONE) if slow else np.zeros(0, np.int64)
+    first = (
+        ranks.independent_rows(largest_one(shapes[:, :slow]).real.T, ALONE)
+        if slow
+        else np.zeros(0, np.int64)
+    )
     return np.append(first, np.arange(slow, len(values)))
 
 
 def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (i,) and vectors (n, i) of (2) on the null space Z of the rows, by the companion form in the time 1/w.
+    """Eigenvalues (i,) and vectors (n, i) of (2) on the null space Z of the rows, by the companion
+    form in the time 1/w.
 
-    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions; unknowns in metres and slopes are
-    counted in what is large of each.
+    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions;
+    unknowns in metres and slopes are counted in what is large of each.
     """
     large, (K, M, J) = in_alike_units(linear)
     R, N = split_by_mass(M, J)
@@ -308,10 +382,13 @@ def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]
         V = dense_modes(symmetric(K), M, J, R.shape[1])[1]
         return eigenvalues_beside(linear, large[:, None] * N, large[:, None] * V)
     large = np.broadcast_to(linear.large, linear.x.shape)
-    Z = large[:, None] * (ranks.null_space(linear.rows * large) if len(linear.rows) else np.eye(len(linear.x)))
+    Z = large[:, None] * (
+        ranks.null_space(linear.rows * large) if len(linear.rows) else np.eye(len(linear.x))
+    )
     M, C, K = (Z.T @ (A @ Z) for A in (linear.mass, linear.damping, linear.stiffness))
     w = np.sqrt(max(float(np.linalg.norm(K)), 1e-300) / float(np.linalg.norm(M)))
-    r, size = len(M), float(np.linalg.norm(K)) or 1.0
+    r = len(M)
+    size = float(np.linalg.norm(K)) or 1.0
     A = np.block([[np.zeros((r, r)), np.eye(r)], [-K / size, -w * C / size]])
     B = np.block([[np.eye(r), np.zeros((r, r))], [np.zeros((r, r)), w * w * M / size]])
     values, vectors = eig(A, B)
@@ -319,15 +396,19 @@ def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]
     return w * values[finite], Z @ vectors[:r, finite]
 
 
-def eigenvalues_beside(linear: Linear, N: np.ndarray, V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (i,) and vectors (n, i) of (2) with u = V y + N z: modes V (n, r), V^T M V = 1, and directions N without mass.
+def eigenvalues_beside(
+    linear: Linear, N: np.ndarray, V: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (i,) and vectors (n, i) of (2) with u = V y + N z: modes V (n, r), V^T M V = 1,
+    and directions N without mass.
 
         p = g y,  q = y':        p' = g q,     q' + V^T C N z' = - V^T (K u + C V q),     N^T C N z' = - N^T (K u + C V q)
 
-    With g of the frequency of each mode slow and fast ones keep their digits. Directions that nothing damps follow at rest, and
-    have the eigenvalue 1/0; others come to rest.
+    With g of the frequency of each mode slow and fast ones keep their digits. Directions that
+    nothing damps follow at rest, and have the eigenvalue 1/0; others come to rest.
     """
-    r, i = V.shape[1], N.shape[1]
+    r = V.shape[1]
+    i = N.shape[1]
     U = np.concatenate([V, N], axis=1)
     C, K = (U.T @ (A @ U) for A in (linear.damping, linear.stiffness))
     g = np.sqrt(np.abs(K.diagonal()[:r]))
@@ -335,7 +416,9 @@ def eigenvalues_beside(linear: Linear, N: np.ndarray, V: np.ndarray) -> tuple[np
     g = np.maximum(g, STILL * w)
     none = np.zeros((r, i))
     A = np.block([[np.zeros((r, r)), np.diag(g), none], [-K[:, :r] / g, -C[:, :r], -K[:, r:]]])
-    B = np.block([[np.eye(r), np.zeros((r, r + i))], [np.zeros((r + i, r)), np.eye(r + i, r), C[:, r:]]])
+    B = np.block(
+        [[np.eye(r), np.zeros((r, r + i))], [np.zeros((r + i, r)), np.eye(r + i, r), C[:, r:]]]
+    )
     scale = np.concatenate([np.full(2 * r, w), np.abs(K.diagonal()[r:])])  # of the equations
     values, vectors = eig(A / scale[:, None], w * B / scale[:, None])
     finite = np.abs(values) < INFINITE
@@ -350,13 +433,20 @@ def symmetric(A: Array) -> Array:
 def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The slowest eigenvalues (i,) and vectors (n, i) of (2) by shift and inversion.
 
-    With q = (u, u'), A q = s B q and (A - z B)^-1 (a, b):  (K + z C + z^2 M) u = -(b + (C + z M) a),  u' = z u + a on the rows.
+    With q = (u, u'), A q = s B q and (A - z B)^-1 (a, b):  (K + z C + z^2 M) u = -(b + (C + z M)
+    a),  u' = z u + a on the rows.
     """
-    M, C, K, J, n = linear.mass, linear.damping, linear.stiffness, linear.rows, len(linear.x)
+    M = linear.mass
+    C = linear.damping
+    K = linear.stiffness
+    J = linear.rows
+    n = len(linear.x)
     z = UPWARD * fastest(linear)
     solved = saddle.constrained(K + z * C + z * z * M, J)
     if solved is None:
-        raise InputError(say("complex_modes", "a mass or a stiffness in every direction", "one without both"))
+        raise InputError(
+            say("complex_modes", "a mass or a stiffness in every direction", "one without both")
+        )
 
     def inverse(q: np.ndarray) -> np.ndarray:
         a, b = q[:n], q[n:]
@@ -366,11 +456,17 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
     def product(q: np.ndarray) -> np.ndarray:
         return inverse(np.append(q[:n], M @ q[n:]))
 
-    start, wanted = product(np.append(np.cos(np.arange(n)), np.zeros(n))), 2 * count + 2
+    start = product(np.append(np.cos(np.arange(n)), np.zeros(n)))
+    wanted = 2 * count + 2
     try:
-        inverted, vectors = eigs(LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), wanted, v0=start, tol=1e-13)
+        inverted, vectors = eigs(
+            LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), wanted, v0=start, tol=1e-13
+        )
     except ArpackNoConvergence as error:
-        inverted, vectors = error.eigenvalues, error.eigenvectors  # all of them, where free motions kept the iteration from ending
+        inverted, vectors = (
+            error.eigenvalues,
+            error.eigenvectors,
+        )  # all of them, where free motions kept the iteration from ending
         if len(inverted) == wanted:
             return z + 1.0 / inverted, vectors[:n]
         text = f"complex modes: {len(error.eigenvalues)} of {wanted} eigenvalues converged; ask for fewer modes"
@@ -387,7 +483,8 @@ def largest_one(shapes: np.ndarray) -> np.ndarray:
 
 
 def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
-    """Which motions (i,) bool of eigenvalues growth + i omega [1/s], both (i,) or (s, i), grow by more than round-off.
+    """Which motions (i,) bool of eigenvalues growth + i omega [1/s], both (i,) or (s, i), grow by
+    more than round-off.
 
     That is 1e-6 of the largest |growth + i omega| among all of them.
     """
@@ -395,20 +492,25 @@ def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
 
 
 def instability(path: Trajectory) -> str:
-    """What is said of the last state of a load path where it is unstable; nothing elsewhere, see `growth`.
+    """What is said of the last state of a load path where it is unstable; nothing elsewhere, see
+    `growth`.
 
-    Of up to 6000 unknowns the text has the growth [1/s], of more the number of negative pivots of the tangent.
+    Of up to 6000 unknowns the text has the growth [1/s], of more the number of negative pivots of
+    the tangent.
     """
-    found, pivots = growth(path), 0.0 if path.negative is None else float(np.nan_to_num(path.negative[-1]))
+    found = growth(path)
+    pivots = 0.0 if path.negative is None else float(np.nan_to_num(path.negative[-1]))
     if not found and path.system.size > LARGE and pivots:
         return f"the equilibrium is unstable, its tangent has {pivots:.0f} negative pivots"
     return f"the equilibrium is unstable, a small push grows by {found:.3g} 1/s" if found else ""
 
 
 def growth(path: Trajectory) -> float:
-    """Largest s = sqrt(-omega^2) [1/s] of the last state of a load path (`solve_statics`), 0 where it is stable.
+    """Largest s = sqrt(-omega^2) [1/s] of the last state of a load path (`solve_statics`), 0 where
+    it is stable.
 
-    Nothing is said of forces without a potential, such as follower forces and friction, and of more than `LARGE` unknowns.
+    Nothing is said of forces without a potential, such as follower forces and friction, and of more
+    than `LARGE` unknowns.
     """
     if path.system.size > LARGE or path.system.size * path.multipliers.shape[1] > WIDE:
         return 0.0
@@ -418,6 +520,10 @@ def growth(path: Trajectory) -> float:
         return 0.0
     try:
         least = float(real_modes(linear, FEW).squares.min())
-    except (InputError, np.linalg.LinAlgError, ArpackError):  # no modes, as without a mass: the equilibrium is one all the same
+    except (
+        InputError,
+        np.linalg.LinAlgError,
+        ArpackError,
+    ):  # no modes, as without a mass: the equilibrium is one all the same
         return 0.0
     return float(np.sqrt(-least)) if least < -((STILL * fastest(linear)) ** 2) else 0.0

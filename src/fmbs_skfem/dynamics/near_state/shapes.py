@@ -1,10 +1,11 @@
-r"""Small motions about a state, and what moves in them: shares of bodies, rigid motions that nothing resists.
+r"""Small motions about a state, and what moves in them: shares of bodies, rigid motions that
+nothing resists.
 
     share of body b     Re sum_(i in b) conj(v_i) (M v)_i / v^H M v,   that of the kinetic energy                          (1)
     free motions        v = B z on the bodies with  Phi_x v = 0  and  K v = 0,  so that omega = 0                          (2)
 
-B are the rigid motions of every body. Free motions are found as such, and the others on the rows Phi_x and v^T M: zero then costs
-no digits of the lowest frequencies, and says which motion it is.
+B are the rigid motions of every body. Free motions are found as such, and the others on the rows
+Phi_x and v^T M: zero then costs no digits of the lowest frequencies, and says which motion it is.
 """
 
 from __future__ import annotations
@@ -24,9 +25,14 @@ from ...systems.connections import mechanism
 from ...systems.system import System, project
 from .linear import Linear
 
-UNHELD = 1e-12  #: force on a motion, over the largest of which its stiffness is made, that is round-off
-LISTED, FEW = 0.01, 4  #: share from which a body is listed, and how many are
-ALIKE = 1e-3  #: distance of a shape from free motions, over its own size, up to which it is one of them
+UNHELD = (
+    1e-12  #: force on a motion, over the largest of which its stiffness is made, that is round-off
+)
+LISTED = 0.01
+FEW = 4  #: share from which a body is listed, and how many are
+ALIKE = (
+    1e-3  #: distance of a shape from free motions, over its own size, up to which it is one of them
+)
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,11 @@ class Shapes:
 
     def __post_init__(self) -> None:
         sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
-        if sizes != ((self.system.size,), (self.system.size, len(self.captions)), len(self.captions)):
+        if sizes != (
+            (self.system.size,),
+            (self.system.size, len(self.captions)),
+            len(self.captions),
+        ):
             expected = f"x ({self.system.size},), vectors ({self.system.size}, i) and captions (i,)"
             raise InputError(say("Shapes", expected, f"{sizes[0]}, {sizes[1]} and ({sizes[2]},)"))
 
@@ -64,11 +74,13 @@ class Free:
 
 @checked
 def shares(shapes: Shapes) -> dict[str, np.ndarray]:
-    """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is saved without them.
+    """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is
+    saved without them.
 
     Where a motion has no mass, W of `systems.lengths` takes the place of M.
     """
-    system, base = shapes.system, shapes.system.full or shapes.system
+    system = shapes.system
+    base = shapes.system.full or shapes.system
     v = shapes.vectors if base is system else system.lift.matrix @ shapes.vectors
     spans = base.coordinates if base.size == len(base.unit) * base.dim else base.components
     M = base.mass if (squares(v, base.mass) > 0.0).all() else base.metric
@@ -79,17 +91,22 @@ def shares(shapes: Shapes) -> dict[str, np.ndarray]:
 def say_shares(found: dict[str, np.ndarray], number: int) -> str:
     """`crank 97 %, rocker 3 %`, the largest first.
 
-    `found` are those of `shares`, `number` is that of the motion; four at most, those below 1 % left out.
+    `found` are those of `shares`, `number` is that of the motion; four at most, those below 1 %
+    left out.
     """
-    listed = sorted(((float(values[number]), name) for name, values in found.items()), key=lambda pair: -pair[0])
+    listed = sorted(
+        ((float(values[number]), name) for name, values in found.items()), key=lambda pair: -pair[0]
+    )
     told = [f"{name} {100 * share:.3g} %" for share, name in listed[:FEW] if share >= LISTED]
     return ", ".join(told)
 
 
 def in_phase(vectors: np.ndarray, metric: csr_array | np.ndarray) -> np.ndarray:
-    """Complex motions (n, i), each turned by a phase so that as much of it as possible is at its largest at t = 0.
+    """Complex motions (n, i), each turned by a phase so that as much of it as possible is at its
+    largest at t = 0.
 
-    exp(-i angle) v with angle = arg(v^T W v) / 2, W the `metric` (n, n): v^T W v is then real and positive.
+    exp(-i angle) v with angle = arg(v^T W v) / 2, W the `metric` (n, n): v^T W v is then real and
+    positive.
     """
     angle = 0.5 * np.angle(np.sum(vectors * (metric @ vectors), axis=0))
     return np.asarray(vectors * np.exp(-1j * angle))
@@ -97,16 +114,20 @@ def in_phase(vectors: np.ndarray, metric: csr_array | np.ndarray) -> np.ndarray:
 
 @checked
 def find_free(system: System, linear: Linear) -> Free:
-    """The rigid motions (2) of a system about the state of its linear equations, each of as few bodies as possible.
+    """The rigid motions (2) of a system about the state of its linear equations, each of as few
+    bodies as possible.
 
-    None are found where the unknowns are not made of body coordinates, as of a component that is saved without its bodies.
+    None are found where the unknowns are not made of body coordinates, as of a component that is
+    saved without its bodies.
     """
-    T, q = system.lift.matrix, system.lift(linear.x)
+    T = system.lift.matrix
+    q = system.lift(linear.x)
     base = replace(system.full or system, x0=q)
     if len(base.unit) * base.dim != len(q):
         return Free(np.zeros((system.size, 0)), ())
     B = as_dense(csr_array(block_diag(mechanism.motions(base, q))))
-    X, Z = project(T, B), np.eye(B.shape[1])
+    X = project(T, B)
+    Z = np.eye(B.shape[1])
     for part, size, noise in (
         (block_diag(mechanism.idle(base)).toarray(), 0.0, 0.0),
         (T @ X - B, np.abs(B), ranks.EXACT),
@@ -115,7 +136,11 @@ def find_free(system: System, linear: Linear) -> Free:
     ):
         left = part @ Z
         left[np.abs(left) <= noise * np.max(size, initial=0.0)] = 0.0
-        Z = Z @ ranks.null_space(ranks.unit_rows(left), ranks.STATED, alike=True) if left.any() else Z
+        Z = (
+            Z @ ranks.null_space(ranks.unit_rows(left), ranks.STATED, alike=True)
+            if left.any()
+            else Z
+        )
     basis = free_motions.sparse_basis(Z)
     return Free(X @ basis.T, tuple(str(free_motions.motion(base, z)) for z in basis))
 
@@ -129,7 +154,8 @@ def apart_from(linear: Linear, free: Free) -> Linear:
 
 
 def stands_alone(linear: Linear, free: Free) -> bool:
-    """Whether no force acts along free motions, so that motions orthogonal to them in the mass stay so: Y^T K = 0 and Y^T C = 0.
+    """Whether no force acts along free motions, so that motions orthogonal to them in the mass stay
+    so: Y^T K = 0 and Y^T C = 0.
 
     Both to round-off, beside the largest of |Y|^T |K| and |Y|^T |C|.
     """
@@ -143,7 +169,8 @@ def stands_alone(linear: Linear, free: Free) -> bool:
 def are_free(vectors: np.ndarray, free: Free, metric: csr_array | np.ndarray) -> np.ndarray:
     """Which motions (n, i) are combinations of free ones, (i,) bool.
 
-    What is left of v without its part along Y, in the `metric` (n, n), is at most a thousandth of it.
+    What is left of v without its part along Y, in the `metric` (n, n), is at most a thousandth of
+    it.
     """
     Y = free.vectors
     if not Y.shape[1]:

@@ -1,11 +1,12 @@
-r"""Comparison of the models of one system: the full one, then every reduced, coarser and larger-step one, error beside cost.
+r"""Comparison of the models of one system: the full one, then every reduced, coarser and
+larger-step one, error beside cost.
 
     e_max = max_t |q - (qbar + U xi)|_M / max_t |q - q0|_M,      e_mean,      d = max_t max_S |r - r_full|      (`errors`)
     training with its full run pays after so many runs      (`costs.Payoff`)
 
-Models on other meshes have other coordinates: they are compared along the centre lines.
-Planar membranes without stiffness damping have their exact polynomial beside ECSW; another hyper-reduction that
-the plan names stands beside them.
+Models on other meshes have other coordinates: they are compared along the centre lines. Planar
+membranes without stiffness damping have their exact polynomial beside ECSW; another hyper-reduction
+that the plan names stands beside them.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -59,15 +60,21 @@ class ComparisonOptions:
     ffrf_modes: int | None = None
     repeat: int = 2  #: runs of which the fastest counts
     order: bool = True  #: observe the order in time by a quarter of the step
-    expensive: bool = False  #: only the steps in `steps` give the error of the step, which is not halved twice
-    plain: bool = True  #: also run models without hyper-reduction where there is an exact polynomial
+    expensive: bool = (
+        False  #: only the steps in `steps` give the error of the step, which is not halved twice
+    )
+    plain: bool = (
+        True  #: also run models without hyper-reduction where there is an exact polynomial
+    )
 
 
 @dataclass(frozen=True)
 class ModelRecord:
-    """One model: sizes, cost, errors against the full model. NaN or None where it has no such number.
+    """One model: sizes, cost, errors against the full model. NaN or None where it has no such
+    number.
 
-    Errors are those of `errors.compare` against the full motion; `cpu_s` and `wall_s` [s] are the least of its runs.
+    Errors are those of `errors.compare` against the full motion; `cpu_s` and `wall_s` [s] are the
+    least of its runs.
     """
 
     name: str
@@ -79,9 +86,15 @@ class ModelRecord:
     dofs: int = 0  #: unknowns; of full models all coordinates
     modes: Mapping[str, int] = field(default_factory=dict)  #: by component
     elements: Mapping[str, int] = field(default_factory=dict)  #: cells in use, by component
-    points: Mapping[str, int] = field(default_factory=dict)  #: quadrature points in use, by component
-    kept: Mapping[str, int] = field(default_factory=dict)  #: what a hyper-reduction that samples has chosen, by component
-    dofs_kept: Mapping[str, int] = field(default_factory=dict)  #: coordinates touched by the cells in use, by component
+    points: Mapping[str, int] = field(
+        default_factory=dict
+    )  #: quadrature points in use, by component
+    kept: Mapping[str, int] = field(
+        default_factory=dict
+    )  #: what a hyper-reduction that samples has chosen, by component
+    dofs_kept: Mapping[str, int] = field(
+        default_factory=dict
+    )  #: coordinates touched by the cells in use, by component
     bandwidth: int = 0
     multiplications: int = 0  #: p
     speed_up: float = math.nan  #: s in theory, against the system level
@@ -92,7 +105,9 @@ class ModelRecord:
     hyper_tolerance: float | None = None  #: eta
     cpu_s: float = math.nan
     wall_s: float = math.nan
-    force_s: float = math.nan  #: of these elastic forces and tangents: time of a call, measured apart, times the calls
+    force_s: float = (
+        math.nan
+    )  #: of these elastic forces and tangents: time of a call, measured apart, times the calls
     solve_s: float = math.nan  #: the same for factors and solutions
     product_s: float = math.nan  #: the same for products with the modes
     kr_us: float = math.nan  #: CPU time of one elastic tangent [us]
@@ -102,7 +117,8 @@ class ModelRecord:
     mean_error: float = math.nan
     median_error: float = math.nan
     position_error: float = math.nan  #: [m]
-    #: largest error of an output over its range, against a finer mesh and step: that of mesh, step and model together
+    #: largest error of an output over its range, against a finer mesh and step: that of mesh, step
+    #: and model together
     true_error: float = math.nan
     outputs: Mapping[str, OutputError] = field(default_factory=dict)  #: errors by column
     distance_error: float = math.nan  #: largest, root mean square over the mass [m]
@@ -111,7 +127,8 @@ class ModelRecord:
     iterations: int = 0
     factorisations: int = 0
     pays_after_runs: float | None = None  #: None: never, or nothing was trained
-    #: whether its mesh or step is finer than that of the full model, whose own error is then what they differ by
+    #: whether its mesh or step is finer than that of the full model, whose own error is then what
+    #: they differ by
     finer: bool = False
 
 
@@ -119,7 +136,8 @@ class ModelRecord:
 class Comparison:
     """All models, and the motions of those that pictures show.
 
-    `comparison["system"]` is the record of that name. `motions`, `errors` and `models` are those of the main models that ran.
+    `comparison["system"]` is the record of that name. `motions`, `errors` and `models` are those of
+    the main models that ran.
     """
 
     records: tuple[ModelRecord, ...]
@@ -129,7 +147,9 @@ class Comparison:
     models: Mapping[str, ReducedModel]
     time_error: TimeError | None  #: None where the full model was run with one step only
     truth: str = ""  #: what true errors are against
-    signals: Mapping[str, object] = field(default_factory=dict)  #: that excite the inputs of a plant, see `training_signals`
+    signals: Mapping[str, object] = field(
+        default_factory=dict
+    )  #: that excite the inputs of a plant, see `training_signals`
 
     def __getitem__(self, name: str) -> ModelRecord:
         return next(record for record in self.records if record.name == name)
@@ -141,8 +161,8 @@ class Truth:
 
     motion: Trajectory
     about: str  #: its cells and steps, in words
-    #: systems by name, with their steps [s], the error above which one is divided, see `dynamics.GeneralizedAlpha`, and Newton's
-    #: tolerance
+    #: systems by name, with their steps [s], the error above which one is divided, see
+    #: `dynamics.GeneralizedAlpha`, and Newton's tolerance
     chosen: Mapping[str, tuple[System, float, float, float]]
 
 
@@ -173,7 +193,9 @@ class Reference:
     step: float  #: [s]
     kept: np.ndarray  #: numbers of the steps that are stored
     repeat: int  #: runs of which the fastest counts
-    truth: tuple[Trajectory, Mapping[str, np.ndarray]] | None = None  #: what true errors are against, with its columns
+    truth: tuple[Trajectory, Mapping[str, np.ndarray]] | None = (
+        None  #: what true errors are against, with its columns
+    )
 
 
 def run(
@@ -184,29 +206,42 @@ def run(
     see: Callable[[Trajectory], None] | None = None,
     truth: Truth | None = None,
 ) -> Comparison:
-    """Everything about one system, a task without parameters; `coarse` are the same on coarser meshes, by cells a body.
+    """Everything about one system, a task without parameters; `coarse` are the same on coarser
+    meshes, by cells a body.
 
-    `see` gets the full motion before any other model runs. With a `truth` all models have their true errors beside those against
-    the full one.
+    `see` gets the full motion before any other model runs. With a `truth` all models have their
+    true errors beside those against the full one.
 
-    A reduced or coarse model that fails is a record with its reason; a failure of the full model is raised. It runs twice where its
-    snapshots need a sharper iteration than itself: the sharp motion is the reference, the other one is timed, as the models are,
-    when nothing is left to compile.
+    A reduced or coarse model that fails is a record with its reason; a failure of the full model is
+    raised. It runs twice where its snapshots need a sharper iteration than itself: the sharp motion
+    is the reference, the other one is timed, as the models are, when nothing is left to compile.
     """
     raw = task.family({})
-    own, kept, h = replace(raw, system=task.form(raw.system)), kept_steps(raw, task.interval), raw.scheme.step
+    own = replace(raw, system=task.form(raw.system))
+    kept = kept_steps(raw, task.interval)
+    h = raw.scheme.step
     check_steps(options.steps, h, kept)
-    sharp = replace(own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances))))
+    sharp = replace(
+        own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances)))
+    )
     cases.run(replace(own, duration=2 * h))  # compiles, so that no run is charged for it
     full = run_fastest(sharp, kept, options.repeat if sharp == own else 1)
     if see:
         see(full)
     sharpest = (truth.motion, output_errors.columns(truth.motion)) if truth else None
-    reference = Reference(raw.system, full, output_errors.columns(full), h, kept, options.repeat, sharpest)
+    reference = Reference(
+        raw.system, full, output_errors.columns(full), h, kept, options.repeat, sharpest
+    )
     fine = run_other_steps(own, kept, options.steps, options.order, options.expensive)
-    jobs = [*reduced_jobs(task, options, full_runs.run_of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]
+    jobs = [
+        *reduced_jobs(task, options, full_runs.run_of_motion(task, full)),
+        *competitors(task, own, options, coarse or {}, fine),
+    ]
     jobs += chosen_models(task, own, truth) if truth else []
-    records, motions, found, models = [], {}, {}, {}
+    records = []
+    motions = {}
+    found = {}
+    models = {}
     for number, job in enumerate(jobs):
         record, model, motion, errors = evaluate(job, reference)
         records.append(record)
@@ -218,29 +253,50 @@ def run(
             progress((number + 1) / (len(jobs) + 1))
     own_run = full if sharp == own else run_fastest(own, kept, options.repeat)
     job = ModelJob(ModelRecord("full", "full", step=h), lambda: Model(own), own_run)
-    itself = evaluate(job, replace(reference, full=own_run, outputs=output_errors.columns(own_run)))[0]
+    itself = evaluate(
+        job, replace(reference, full=own_run, outputs=output_errors.columns(own_run))
+    )[0]
     shown = tuple(add_ratios([itself, *records], full.statistics.cpu_s))
-    return Comparison(shown, full, motions, found, models, step_error(full, fine, h), truth.about if truth else "")
+    return Comparison(
+        shown, full, motions, found, models, step_error(full, fine, h), truth.about if truth else ""
+    )
 
 
 def variants(task: TrainingTask) -> list[tuple[str, HyperReduction]]:
-    """Levels and hyper-reductions that are compared, with the eta of the plan; invariant bases are a level where it has them."""
-    hyper, exact = task.plan.hyper, polynomial.possible(task.family({}).system)
+    """Levels and hyper-reductions that are compared, with the eta of the plan; invariant bases are
+    a level where it has them.
+    """
+    hyper = task.plan.hyper
+    exact = polynomial.possible(task.family({}).system)
     eta = hyper.tolerance or USUAL
     found: list[tuple[str, HyperReduction]] = [(level, NONE) for level in LEVELS]
     found += [*((level, Elements(eta)) for level in LEVELS), ("component", Points(eta))]
     found += [("system", Points(eta)), *((level, Exact()) for level in LEVELS)] if exact else []
     if task.plan.invariant:
-        found += [("invariant", NONE), ("invariant", Points(eta)), *([("invariant", Exact())] if exact else [])]
+        found += [
+            ("invariant", NONE),
+            ("invariant", Points(eta)),
+            *([("invariant", Exact())] if exact else []),
+        ]
     known = {one.name for _, one in found}
     return found + [(level, hyper) for level in LEVELS if hyper.name not in known]
 
 
-def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) -> Iterator[ModelJob]:
-    """The main models, then those of the other eps and eta (named `model eps/eta`), then the floating frame."""
-    raw, plan, h = task.family({}), task.plan, task.family({}).scheme.step
+def reduced_jobs(
+    task: TrainingTask, options: ComparisonOptions, data: FullRun
+) -> Iterator[ModelJob]:
+    """The main models, then those of the other eps and eta (named `model eps/eta`), then the
+    floating frame.
+    """
+    raw = task.family({})
+    plan = task.plan
+    h = task.family({}).scheme.step
     usual = replace(plan, invariant=False)
-    plans = {"system": with_components(usual, system_level(raw.system)), "component": usual, "invariant": plan}
+    plans = {
+        "system": with_components(usual, system_level(raw.system)),
+        "component": usual,
+        "invariant": plan,
+    }
 
     @functools.cache
     def base(level: str, eps: float) -> tuple[TrainingTask, TrainedReduction]:
@@ -253,11 +309,21 @@ def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) 
         return Model(made.cases({}), made)
 
     def job(level: str, eps: float, hyper: HyperReduction, main: bool) -> ModelJob:
-        family, eta = (f"{level}+{hyper.label}" if hyper.label else level), hyper.tolerance
+        family = f"{level}+{hyper.label}" if hyper.label else level
+        eta = hyper.tolerance
         name = family if main else f"{family} {short(eps)}" + (f"/{short(eta)}" if eta else "")
         newton = newton_of_reduced(raw.newton, eps).tolerance
         record = ModelRecord(
-            name, family, "done", level, hyper.name, main, step=h, newton=newton, tolerance=eps, hyper_tolerance=eta
+            name,
+            family,
+            "done",
+            level,
+            hyper.name,
+            main,
+            step=h,
+            newton=newton,
+            tolerance=eps,
+            hyper_tolerance=eta,
         )
         return ModelJob(record, lambda: model(level, eps, hyper))
 
@@ -270,13 +336,18 @@ def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) 
         yield job(level, plan.tolerance, hyper, True)
     for eps in dict.fromkeys(options.tolerances):
         for level, hyper in found:
-            for eta in dict.fromkeys((hyper.tolerance, *options.hyper_tolerances)) if hyper.tolerance else (None,):
+            for eta in (
+                dict.fromkeys((hyper.tolerance, *options.hyper_tolerances))
+                if hyper.tolerance
+                else (None,)
+            ):
                 if (eps, eta) != (plan.tolerance, hyper.tolerance):
                     yield job(level, eps, replace(hyper, tolerance=eta), False)
     if options.ffrf_modes:
         count = options.ffrf_modes
         yield ModelJob(
-            ModelRecord("ffrf", "ffrf", main=True, step=h), lambda: Model(replace(raw, system=reduce_floating(raw.system, count)))
+            ModelRecord("ffrf", "ffrf", main=True, step=h),
+            lambda: Model(replace(raw, system=reduce_floating(raw.system, count))),
         )
 
 
@@ -289,27 +360,41 @@ def compile_training(task: TrainingTask, reduction: TrainedReduction) -> None:
 
 
 def check_steps(steps: Sequence[float], h: float, kept: np.ndarray) -> None:
-    """Refuse other steps that meet the stored states of the full run at few instants: their errors would be those of few states."""
+    """Refuse other steps that meet the stored states of the full run at few instants: their errors
+    would be those of few states.
+    """
     for step in steps:
         if (common := len(common_steps(step, h, kept))) < min(FEW, len(kept)):
             expected = f"a step that meets at least {min(FEW, len(kept))} of the {len(kept)} stored states of the full model"
-            remedy = f"take {h:g} s times or over a whole number, or {h:g} s times a simple fraction"
-            raise InputError(say("compare: steps", expected, f"{step:g} s, which meets {common}", remedy))
+            remedy = (
+                f"take {h:g} s times or over a whole number, or {h:g} s times a simple fraction"
+            )
+            raise InputError(
+                say("compare: steps", expected, f"{step:g} s, which meets {common}", remedy)
+            )
 
 
 def competitors(
-    task: TrainingTask, own: Case, options: ComparisonOptions, coarse: Mapping[int, System], fine: Mapping[float, Trajectory]
+    task: TrainingTask,
+    own: Case,
+    options: ComparisonOptions,
+    coarse: Mapping[int, System],
+    fine: Mapping[float, Trajectory],
 ) -> Iterator[ModelJob]:
     """Full models on coarser meshes and with other steps."""
     for cells, other in coarse.items():
         make = lambda other=other: Model(replace(own, system=task.form(other)))  # noqa: E731
         finer = other.size > len(own.system.lift.offset)
-        yield ModelJob(ModelRecord(f"coarse-{cells}", "coarse", finer=finer, step=own.scheme.step), make)
+        yield ModelJob(
+            ModelRecord(f"coarse-{cells}", "coarse", finer=finer, step=own.scheme.step), make
+        )
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
         make = functools.partial(Model, cases.with_step(own, step))
         finer = step < own.scheme.step
-        yield ModelJob(ModelRecord(f"step-{short(step)}", "step", finer=finer, step=step), make, ready)
+        yield ModelJob(
+            ModelRecord(f"step-{short(step)}", "step", finer=finer, step=step), make, ready
+        )
 
 
 def chosen_models(task: TrainingTask, own: Case, truth: Truth) -> Iterator[ModelJob]:
@@ -319,15 +404,23 @@ def chosen_models(task: TrainingTask, own: Case, truth: Truth) -> Iterator[Model
         yield ModelJob(ModelRecord(name, "chosen", step=step), make)
 
 
-def chosen_model(task: TrainingTask, own: Case, system: System, step: float, local_error: float, tolerance: float) -> Model:
+def chosen_model(
+    task: TrainingTask, own: Case, system: System, step: float, local_error: float, tolerance: float
+) -> Model:
     case = cases.with_step(replace(own, system=task.form(system)), step)
-    scheme, newton = replace(case.scheme, local_error=local_error), replace(case.newton, tolerance=tolerance)
+    scheme, newton = (
+        replace(case.scheme, local_error=local_error),
+        replace(case.newton, tolerance=tolerance),
+    )
     return Model(replace(case, scheme=scheme, newton=newton))
 
 
-def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:
+def evaluate(
+    job: ModelJob, reference: Reference
+) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
-    record, full = job.record, reference.full
+    record = job.record
+    full = reference.full
     try:
         model = job.make()
     except FmbsError as error:
@@ -335,16 +428,22 @@ def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | 
     case = model.case
     record = add_sizes(replace(record, newton=case.newton.tolerance), model, reference.raw)
     try:
-        motion = job.ready or run_fastest(case, common_steps(case.scheme.step, reference.step, reference.kept), reference.repeat)
-        errors, outputs = compare(full, motion), output_errors.compare(full, motion, reference.outputs)
+        motion = job.ready or run_fastest(
+            case, common_steps(case.scheme.step, reference.step, reference.kept), reference.repeat
+        )
+        errors = compare(full, motion)
+        outputs = output_errors.compare(full, motion, reference.outputs)
         true = (
-            output_errors.measure(output_errors.compare(reference.truth[0], motion, reference.truth[1]))
+            output_errors.measure(
+                output_errors.compare(reference.truth[0], motion, reference.truth[1])
+            )
             if reference.truth
             else math.nan
         )
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
-    cost, parts = motion.statistics, costs.shares(motion, case.scheme)
+    cost = motion.statistics
+    parts = costs.shares(motion, case.scheme)
     record = replace(
         record,
         constraints=len(motion.system.constraints.names),
@@ -365,10 +464,14 @@ def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | 
 
 def add_sizes(record: ModelRecord, model: Model, raw: System) -> ModelRecord:
     """Modes, cells, points and products of a model."""
-    system, made = model.case.system, model.reduced
+    system = model.case.system
+    made = model.reduced
     if made is None:
-        return replace(record, dofs=len(system.lift.offset) if record.family in FULL else system.size)
-    width, cells = costs.bandwidth(raw), costs.kept_cells(system)
+        return replace(
+            record, dofs=len(system.lift.offset) if record.family in FULL else system.size
+        )
+    width = costs.bandwidth(raw)
+    cells = costs.kept_cells(system)
     dofs = costs.by_component(costs.touched(raw, cells), made.components)
     return replace(
         record,
@@ -385,12 +488,18 @@ def add_sizes(record: ModelRecord, model: Model, raw: System) -> ModelRecord:
 
 
 def add_ratios(records: Sequence[ModelRecord], full_s: float) -> Iterator[ModelRecord]:
-    """Records with the speed-up in theory and the runs after which training, on a full run of CPU time `full_s`, pays."""
+    """Records with the speed-up in theory and the runs after which training, on a full run of CPU
+    time `full_s`, pays.
+    """
     full = records[0].cpu_s
     system = next((record.multiplications for record in records if record.name == LEVELS[0]), 0)
     for record in records:
         ratio = system / record.multiplications if record.multiplications and system else math.nan
-        pays = costs.Payoff(full, record.training_s + full_s, record.cpu_s).runs if record.training_s else None
+        pays = (
+            costs.Payoff(full, record.training_s + full_s, record.cpu_s).runs
+            if record.training_s
+            else None
+        )
         yield replace(record, speed_up=ratio, pays_after_runs=pays)
 
 

@@ -1,12 +1,14 @@
-r"""What a model costs: products of matrices by count, the pieces of its time step by the clock, and whether training it pays.
+r"""What a model costs: products of matrices by count, the pieces of its time step by the clock, and
+whether training it pays.
 
     p = sum_b N_b (w r_b + r_b^2),    s = p_system / p                                                          (46), (47)
     a training pays after  t_training / (t_full - t_reduced)  runs
 
-Scalar multiplications p of the products U^T K U in the reduced tangent K_r, for components b with r_b modes and N_b coordinates
-that the kept cells touch, where K has at most w non-zeros a row.
+Scalar multiplications p of the products U^T K U in the reduced tangent K_r, for components b with
+r_b modes and N_b coordinates that the kept cells touch, where K has at most w non-zeros a row.
 
-Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, section 3.4.2 and Table 1.
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, section 3.4.2 and
+Table 1.
 """
 
 from __future__ import annotations
@@ -35,18 +37,22 @@ from ...systems.terms import elastic as terms
 from ..hyper import sampling
 
 BURST = 0.005  #: CPU time of one measurement [s]
-# on an idle core two or three measurements agree so; a set number of fifteen takes 12 of the 16 s of a comparison of the spin-up
+# on an idle core two or three measurements agree so; a set number of fifteen takes 12 of the 16 s
+# of a comparison of the spin-up
 CLOSE = 0.02  #: difference of the two best measurements that agree
 SOLUTIONS = 5  #: of which one is timed
 TRIES = 5  #: of measurements that contradict each other
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 FAST = 1.5  #: times as fast as the full model, from which a reduced model pays: below that one more full model is no worse
-FORCE_PRODUCTS, TANGENT_PRODUCTS, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
+FORCE_PRODUCTS, TANGENT_PRODUCTS, FORCE, TANGENT, FACTOR, SOLUTION = range(
+    6
+)  #: pieces of the time step
 
 
 @dataclass(frozen=True)
 class Payoff:
-    """Whether a reduced model pays, by CPU times [s]: of a full run, of the training with its full runs, of a reduced run.
+    """Whether a reduced model pays, by CPU times [s]: of a full run, of the training with its full
+    runs, of a reduced run.
 
     The time of a reduced run that fails is NaN.
     """
@@ -84,7 +90,11 @@ class Payoff:
     def words(self) -> str:
         """All of that in a line."""
         full, training, run = map(seconds_in_words, (self.full_s, self.training_s, self.run_s))
-        told = f"does not pay: {self.reason}" if self.runs is None else f"pays from {math.ceil(self.runs)} runs"
+        told = (
+            f"does not pay: {self.reason}"
+            if self.runs is None
+            else f"pays from {math.ceil(self.runs)} runs"
+        )
         reduced = "" if math.isnan(self.run_s) and self.doubt else f"; reduced {run}"
         return f"full: {full} a run; training {training}{reduced}: {told}"
 
@@ -97,16 +107,28 @@ class Payoff:
 
 def seconds_in_words(seconds: float) -> str:
     """A time [s] with two digits, in milliseconds below a tenth of a second."""
-    return "-" if math.isnan(seconds) else f"{1e3 * seconds:.2g} ms" if seconds < 0.1 else f"{float(f'{seconds:.2g}'):g} s"
+    return (
+        "-"
+        if math.isnan(seconds)
+        else f"{1e3 * seconds:.2g} ms"
+        if seconds < 0.1
+        else f"{float(f'{seconds:.2g}'):g} s"
+    )
 
 
 def bandwidth(full: System) -> int:
-    """w: most non-zeros in a row of the elastic tangent of a body: functions that its cells couple with one.
+    """w: most non-zeros in a row of the elastic tangent of a body: functions that its cells couple
+    with one.
 
     In coordinates: functions times space dimensions; 0 without elastic bodies.
     """
     reads = (_reads(full, elastic) for elastic in full.elastic)
-    return max((int(np.diff(csr_array(one.T @ one).indptr).max(initial=0)) for one in reads), default=0) * full.dim
+    return (
+        max(
+            (int(np.diff(csr_array(one.T @ one).indptr).max(initial=0)) for one in reads), default=0
+        )
+        * full.dim
+    )
 
 
 def _reads(full: System, elastic: Elastic) -> csr_array:
@@ -117,10 +139,14 @@ def _reads(full: System, elastic: Elastic) -> csr_array:
 def touched(full: System, kept: Mapping[str, np.ndarray]) -> dict[str, int]:
     """Coordinates touched by the kept cells (i,) of every body.
 
-    `kept` are numbers (i,) of cells by body; every function that they read has as many coordinates as space dimensions.
+    `kept` are numbers (i,) of cells by body; every function that they read has as many coordinates
+    as space dimensions.
     """
     known = {elastic.name: elastic for elastic in full.elastic}
-    return {name: len(distinct(_reads(full, known[name])[cells].indices)) * full.dim for name, cells in kept.items()}
+    return {
+        name: len(distinct(_reads(full, known[name])[cells].indices)) * full.dim
+        for name, cells in kept.items()
+    }
 
 
 def kept_cells(reduced: System) -> dict[str, np.ndarray]:
@@ -128,7 +154,9 @@ def kept_cells(reduced: System) -> dict[str, np.ndarray]:
 
     A body without any point, as of a polynomial, is left out.
     """
-    found = {elastic.name: distinct(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
+    found = {
+        elastic.name: distinct(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic
+    }
     return {name: cells for name, cells in found.items() if len(cells)}
 
 
@@ -139,29 +167,38 @@ def kept_by_component(reduced: System, components: Mapping[str, Sequence[str]]) 
     """
     known = sampling.kept(reduced).items()
     return {
-        key: by_component({name: counts[k] for name, counts in known}, components) for k, key in enumerate(("elements", "points"))
+        key: by_component({name: counts[k] for name, counts in known}, components)
+        for k, key in enumerate(("elements", "points"))
     }
 
 
-def by_component(values: Mapping[str, int], components: Mapping[str, Sequence[str]]) -> dict[str, int]:
+def by_component(
+    values: Mapping[str, int], components: Mapping[str, Sequence[str]]
+) -> dict[str, int]:
     """Sums over the bodies of every component.
 
     Bodies without a value count as 0.
     """
-    return {name: sum(values.get(body, 0) for body in members) for name, members in components.items()}
+    return {
+        name: sum(values.get(body, 0) for body in members) for name, members in components.items()
+    }
 
 
 def multiplications(dofs: Mapping[str, int], modes: Mapping[str, int], width: int) -> int:
     """p from the coordinates touched and the modes of every component.
 
-    p = sum_b N_b (w r_b + r_b^2), w = `width`, N_b = `dofs`, r_b = `modes` (46). Source: Hou, Liu, Hu 2020, doi
-    10.1016/j.cma.2019.112690.
+    p = sum_b N_b (w r_b + r_b^2), w = `width`, N_b = `dofs`, r_b = `modes` (46). Source: Hou, Liu,
+    Hu 2020, doi 10.1016/j.cma.2019.112690.
     """
-    return sum(dofs[name] * (width * modes[name] + modes[name] ** 2) for name in modes if name in dofs)
+    return sum(
+        dofs[name] * (width * modes[name] + modes[name] ** 2) for name in modes if name in dofs
+    )
 
 
 def tangent_seconds(system: System) -> float:
-    """CPU time [s] of one evaluation of the elastic tangent in the unknowns of the system at x0, the best of several bursts."""
+    """CPU time [s] of one evaluation of the elastic tangent in the unknowns of the system at x0,
+    the best of several bursts.
+    """
     return bench(compile_system(system))(TANGENT) if len(system.elastic) else 0.0
 
 
@@ -175,11 +212,12 @@ class Shares:
 
 
 def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Shares:
-    """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
+    """What the calls of a run cost: the time of one call at x0, measured apart, times the calls
+    that the run counted.
 
-    Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its
-    products, unless tangents are turned (`corotation`, `turned_tangents`): then it has hardly any, and the turn is part of its own
-    cost.
+    Every iteration has one force, one solution and the products of gather and scatter, every
+    factorisation one tangent with its products, unless tangents are turned (`corotation`,
+    `turned_tangents`): then it has hardly any, and the turn is part of its own cost.
     """
     system, cost = motion.system, motion.statistics
     calls, factored = cost.iterations, cost.factorisations
@@ -192,7 +230,9 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Sh
         return Shares(calls * one(FORCE), factored * factor + calls * solution, 0.0)
     turned = len(model.arrays.corotation.table) > 0 or any(term.turned for term in model.terms)
     tangents = 0 if turned else factored
-    solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0)
+    solving = calls * one(SOLUTION) + factored * max(
+        one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0
+    )
     for _ in range(TRIES):
         moves = one(FORCE_PRODUCTS)
         products = calls * moves + tangents * (0.5 * moves + one(TANGENT_PRODUCTS))
@@ -204,7 +244,8 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Sh
 
 def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha) -> tuple[float, float]:
     """CPU time [s] of a factorisation and of a solution of a large model."""
-    step, solver = prepare_step(model, scheme), Large(model)
+    step = prepare_step(model, scheme)
+    solver = Large(model)
     table = packed(step)
     start = clock.process_time()
     solver.factorise(step)
@@ -216,8 +257,11 @@ def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha) -> tuple[float, fl
 
 def prepare_step(model: Compiled, scheme: GeneralizedAlpha) -> Step:
     """A step at x0 with a current residual, and the signals at t = 0."""
-    system, none = model.system, np.zeros(model.system.size)
-    start = Start(system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, system.size)))
+    system = model.system
+    none = np.zeros(model.system.size)
+    start = Start(
+        system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, system.size))
+    )
     step = first_step(model, start, method_of(scheme, Newton(), scheme.step, model), 1)
     step.space.x[:], step.space.c[0] = system.x0[model.order], step.method.c
     step.space.signals[: len(system.signals)] = signal_table(system, np.zeros(1))[0]
@@ -247,11 +291,20 @@ def repeat_calls(table: Any, _: Any) -> int:
     return 0
 
 
-def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
-    """Seconds of one call of a piece of the time step: CPU time, the best of `repeat` bursts, or of fewer where two agree."""
+def bench(
+    model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int = 5
+) -> Callable[[int], float]:
+    """Seconds of one call of a piece of the time step: CPU time, the best of `repeat` bursts, or of
+    fewer where two agree.
+    """
     step = prepare_step(model, scheme or GeneralizedAlpha(STEP))
     factorise, solve, _ = factors.doors(model.layout.storage)
-    whole = {FORCE: evaluation.elastic_forces, TANGENT: evaluation.sum_tangents, FACTOR: factorise, SOLUTION: solve}
+    whole = {
+        FORCE: evaluation.elastic_forces,
+        TANGENT: evaluation.sum_tangents,
+        FACTOR: factorise,
+        SOLUTION: solve,
+    }
 
     def burst(one: Routine | Callback, more: int, times: int) -> float:
         table = packed(Burst(step, one.address, more, times))
@@ -272,7 +325,13 @@ def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int =
             return measured(whole[what], 0)
         name = "force_products" if what == FORCE_PRODUCTS else "tangent_products"
         pieces = [piece for piece in (*model.terms, model.lift) if piece]
-        return float(sum(measured(one, piece.address) for piece in pieces for one in getattr(piece.routines, name)))
+        return float(
+            sum(
+                measured(one, piece.address)
+                for piece in pieces
+                for one in getattr(piece.routines, name)
+            )
+        )
 
     if model.pattern is None:
         factorise(step)  # factors for the solutions

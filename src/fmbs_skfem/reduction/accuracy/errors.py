@@ -2,15 +2,16 @@ r"""Errors of reduced models against the full one, and residual norms that indic
 
     e(t) = |q - p|_M,   |u|_M = sqrt(u^T W u / w) [m],   max_t e / max_t |q - q0|_M,   int e dt / int |q - q0|_M dt
 
-Distances are root mean squares over the mass (`systems.lengths`), and refer to the motion: neither the origin nor the mesh stands
-in them, and a small motion of a large machine is not hidden. Beside them the published measures of all coordinates, and the norms
-of the residual R of the full model on the reduced motion:
+Distances are root mean squares over the mass (`systems.lengths`), and refer to the motion: neither
+the origin nor the mesh stands in them, and a small motion of a large machine is not hidden. Beside
+them the published measures of all coordinates, and the norms of the residual R of the full model on
+the reduced motion:
 
     |q - p| / |q|   (53),     int |q - p| dt / int |q| dt   (48),     I = int |R|_g dt,   <u, v>_g = sum_i g_i u_i v_i   (39), (49)
 
-The multipliers of dropped constraints are unknown to the reduced model, so the rows they touch are masked, g_i = 0. The indicator
-of trainings divides every row by its mass, <u, v>_g = sum_i g_i u_i v_i / (w W_ii): c |R|_g is then a displacement in a step [m],
-the same on every mesh.
+The multipliers of dropped constraints are unknown to the reduced model, so the rows they touch are
+masked, g_i = 0. The indicator of trainings divides every row by its mass, <u, v>_g = sum_i g_i u_i
+v_i / (w W_ii): c |R|_g is then a displacement in a step [m], the same on every mesh.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -46,7 +47,8 @@ ANOTHER_END = 0.01  #: part of its duration by which a motion may end elsewhere 
 class Errors:
     """Differences of two motions at their common times.
 
-    Motions of different coordinates, as on another mesh, are compared along the centre lines of the bodies.
+    Motions of different coordinates, as on another mesh, are compared along the centre lines of the
+    bodies.
     """
 
     times: np.ndarray  #: (s,)
@@ -73,7 +75,9 @@ class Errors:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """All that is reported of them by name; lengths in metres, `coordinates_error` the largest of eq. (53)."""
+        """All that is reported of them by name; lengths in metres, `coordinates_error` the largest
+        of eq. (53).
+        """
         return {
             "max_error": self.maximum,
             "median_error": self.median,
@@ -88,8 +92,8 @@ class Errors:
 def mean_error(times: np.ndarray, distance: np.ndarray, motion: np.ndarray) -> float:
     """Integral of a distance (s,) over that of the displacement (s,).
 
-    int |q - p| dt / int |q - q0| dt by the trapezoidal rule, at times (s,) [s]; 0 without an error, infinite for an error of what
-    does not move.
+    int |q - p| dt / int |q - q0| dt by the trapezoidal rule, at times (s,) [s]; 0 without an error,
+    infinite for an error of what does not move.
     """
     return over(float(np.trapezoid(distance, times)), float(np.trapezoid(motion, times)))
 
@@ -103,18 +107,22 @@ def over(error: float, size: float) -> float:
 
 
 def notify_other_end(full: np.ndarray, other: np.ndarray) -> None:
-    """A warning where a motion with times `other` (s,) [s] ends elsewhere than the full one (s,), as where an event stops one.
+    """A warning where a motion with times `other` (s,) [s] ends elsewhere than the full one (s,),
+    as where an event stops one.
 
     That is, by more than 1 % of the later end.
     """
     ends = float(full[-1]), float(other[-1])
     if abs(ends[0] - ends[1]) > ANOTHER_END * max(ends):
-        notify(f"a compared motion ends at {ends[1]:g} s, the full one at {ends[0]:g} s: errors are those until the earlier end")
+        notify(
+            f"a compared motion ends at {ends[1]:g} s, the full one at {ends[0]:g} s: errors are those until the earlier end"
+        )
 
 
 @checked
 def compare(full: Trajectory, other: Trajectory) -> Errors:
-    """Errors |q - p|_M over time of `other` (reduced, coarser, or with another step) against `full`, at the times both have stored.
+    """Errors |q - p|_M over time of `other` (reduced, coarser, or with another step) against
+    `full`, at the times both have stored.
 
     InputError where they share fewer than two times; a warning where they end at different times.
     """
@@ -122,13 +130,18 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
     i, j = common_times("errors.compare", full.times, other.times)
     q, p = (body_coordinates(replace(one, x=one.x[rows])) for one, rows in ((full, i), (other, j)))
     system = full.system
-    position, times = distances(system, q, other.system, p), full.times[i]
+    position = distances(system, q, other.system, p)
+    times = full.times[i]
     start = system.lift(system.x0)
     if q.shape == p.shape:
         raw = with_mass(system, other.system, q.shape[1])
-        distance, motion = (sizes(raw, u) if raw else plain_sizes(system, u) for u in (q - p, q - start))
+        distance, motion = (
+            sizes(raw, u) if raw else plain_sizes(system, u) for u in (q - p, q - start)
+        )
     else:
-        q, p, start = (all_positions(*one) for one in ((system, q), (other.system, p), (system, start[None])))
+        q, p, start = (
+            all_positions(*one) for one in ((system, q), (other.system, p), (system, start[None]))
+        )
         distance, motion = (line_sizes(apart, system.dim) for apart in (q - p, q - start))
     apart, size = np.linalg.norm(q - p, axis=1), np.linalg.norm(q, axis=1)
     mean = float(np.trapezoid(apart, times) / np.trapezoid(size, times))
@@ -136,13 +149,21 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
 
 
 def with_mass(one: System, other: System, size: int) -> System | None:
-    """A form of one of two systems whose unknowns are the `size` body coordinates; there the mass is known."""
-    forms = (system for system in (one.full, one, other.full, other) if system is not None and system.size == size)
+    """A form of one of two systems whose unknowns are the `size` body coordinates; there the mass
+    is known.
+    """
+    forms = (
+        system
+        for system in (one.full, one, other.full, other)
+        if system is not None and system.size == size
+    )
     return next((system for system in forms if is_identity(csr_array(system.lift.matrix))), None)
 
 
 def plain_sizes(system: System, displacements: np.ndarray) -> np.ndarray:
-    """Root mean squares (s,) [m] over the positions among displacements (s, q): of two reduced models, which know no mass of q."""
+    """Root mean squares (s,) [m] over the positions among displacements (s, q): of two reduced
+    models, which know no mass of q.
+    """
     vectors = displacements.reshape(len(displacements), -1, system.dim)[:, system.unit != 0.0]
     return line_sizes(vectors.reshape(len(displacements), -1), system.dim)
 
@@ -161,8 +182,9 @@ def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
 class Norms:
     """Norms of the full residual on a reduced motion over time, (s,) each.
 
-    c |R| for `plain`, c |R|_g for `gappy`, c = h^2 beta: residual forces as far as unknowns move by them in a step. `constraint`
-    is the part of the forces of constraints that the reduced model has dropped.
+    c |R| for `plain`, c |R|_g for `gappy`, c = h^2 beta: residual forces as far as unknowns move by
+    them in a step. `constraint` is the part of the forces of constraints that the reduced model has
+    dropped.
     """
 
     times: np.ndarray
@@ -173,10 +195,12 @@ class Norms:
 
 
 def mask(full: System, reduced: System) -> np.ndarray:
-    """g (q,): 0 for the rows touched by constraints whose multipliers the reduced model does not know.
+    """g (q,): 0 for the rows touched by constraints whose multipliers the reduced model does not
+    know.
 
-    These are the constraints it has dropped. Where nonlinear or driven ones are among them, because they depend on others in the
-    reduced space, the multipliers of all that are left stand for theirs, too: then every row that a constraint touches is masked.
+    These are the constraints it has dropped. Where nonlinear or driven ones are among them, because
+    they depend on others in the reduced space, the multipliers of all that are left stand for
+    theirs, too: then every row that a constraint touches is masked.
     """
     names = set(reduced.constraints.names)
     dropped = np.array([name not in names for name in full.constraints.names], dtype=bool)
@@ -197,25 +221,42 @@ def touched(full: System, rows: np.ndarray) -> np.ndarray:
 
 @checked
 def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> Norms:
-    """Norms (s,) of c R for a motion of a reduced system over its stored states; `full` is the form with all multipliers.
+    """Norms (s,) of c R for a motion of a reduced system over its stored states; `full` is the form
+    with all multipliers.
 
-    R [force per unknown] is the residual of (2), c = h^2 beta of the `scheme`. Of the unknown forces of dropped constraints those
-    that make R smallest are taken, by least squares.
+    R [force per unknown] is the residual of (2), c = h^2 beta of the `scheme`. Of the unknown
+    forces of dropped constraints those that make R smallest are taken, by least squares.
     """
-    c, R = scaling(scheme), full_residual(compile_system(full), motion)
+    c = scaling(scheme)
+    R = full_residual(compile_system(full), motion)
     names = motion.system.constraints.names
-    dropped = np.array([k for k, name in enumerate(full.constraints.names) if name not in names], dtype=np.int64)
+    dropped = np.array(
+        [k for k, name in enumerate(full.constraints.names) if name not in names], dtype=np.int64
+    )
     constraint = unknown_forces(full, motion, R, dropped)
     gappy = c * np.linalg.norm(R * mask(full, motion.system), axis=1)
-    return Norms(motion.times, c * np.linalg.norm(R, axis=1), c * constraint, gappy, float(np.trapezoid(gappy, motion.times)))
+    return Norms(
+        motion.times,
+        c * np.linalg.norm(R, axis=1),
+        c * constraint,
+        gappy,
+        float(np.trapezoid(gappy, motion.times)),
+    )
 
 
 def unknown_forces(full: System, motion: Trajectory, R: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Norms (s,) of the projections of residuals R (s, q) of a full system on the forces of some constraints, its `rows`."""
-    model, q, found = compile_system(full), body_coordinates(motion), np.zeros(len(R))
-    step = len(R) if is_linear(full.constraints)[rows].all() else 1  # directions of linear constraints are the same in all states
+    """Norms (s,) of the projections of residuals R (s, q) of a full system on the forces of some
+    constraints, its `rows`.
+    """
+    model = compile_system(full)
+    q = body_coordinates(motion)
+    found = np.zeros(len(R))
+    step = (
+        len(R) if is_linear(full.constraints)[rows].all() else 1
+    )  # directions of linear constraints are the same in all states
     for first in range(0, len(R) if len(rows) else 0, step):
-        J, some = compiled.gap(model, q[first], motion.times[first])[1][rows], slice(first, first + step)
+        J = compiled.gap(model, q[first], motion.times[first])[1][rows]
+        some = slice(first, first + step)
         used = np.flatnonzero(np.abs(J).max(axis=0))
         independent = J[np.ix_(ranks.independent_rows(J), used)]
         found[some] = np.linalg.norm(R[some, used] @ qr(independent.T, mode="economic")[0], axis=1)
@@ -223,12 +264,14 @@ def unknown_forces(full: System, motion: Trajectory, R: np.ndarray, rows: np.nda
 
 
 def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> float:
-    """I = c int |R|_g dt [m s] (49) for a motion of a reduced system, over its stored states (s, n).
+    """I = c int |R|_g dt [m s] (49) for a motion of a reduced system, over its stored states (s,
+    n).
 
-    `full` is the form with all multipliers at the same parameters; rows of constraints that the reduced model does not know are
-    masked, all others divided by their mass.
+    `full` is the form with all multipliers at the same parameters; rows of constraints that the
+    reduced model does not know are masked, all others divided by their mass.
     """
-    model, g = compile_system(full), mask(full, motion.system) / np.sqrt(full.weight * full.metric.diagonal())
+    model = compile_system(full)
+    g = mask(full, motion.system) / np.sqrt(full.weight * full.metric.diagonal())
     block = max(1, BLOCK // len(g))
     norms = [
         np.linalg.norm(full_residual(model, motion.part(slice(first, first + block))) * g, axis=1)
@@ -246,7 +289,9 @@ def scaling(scheme: GeneralizedAlpha) -> float:
 
 
 def full_residual(model: Compiled, motion: Trajectory) -> np.ndarray:
-    """M q'' + F + Q + Phi_q^T lambda of a full system on a reduced motion (s, q), with the multipliers that the motion has."""
+    """M q'' + F + Q + Phi_q^T lambda of a full system on a reduced motion (s, q), with the
+    multipliers that the motion has.
+    """
     here = {name: k for k, name in enumerate(motion.system.constraints.names)}
     multipliers = np.zeros((len(motion.times), model.constraints))
     for k, name in enumerate(model.system.constraints.names):

@@ -1,9 +1,11 @@
-"""Energy-conserving sampling and weighting: few cells (or points) whose weighted forces stand for all.
+"""Energy-conserving sampling and weighting: few cells (or points) whose weighted forces stand for
+all.
 
     G[(s,i), e] = (U_e^T F_e(q_s))_i,   b = G 1:   find w >= 0 with few non-zeros and ||G w - b|| <= eta ||b||
 
-Non-negative least squares by active sets, stopped as soon as the residual allows it. The columns P chosen so far are kept as a
-factor G_P = Q T; a column is appended by one triangular solve and removed by plane rotations. Two forms of the data serve:
+Non-negative least squares by active sets, stopped as soon as the residual allows it. The columns P
+chosen so far are kept as a factor G_P = Q T; a column is appended by one triangular solve and
+removed by plane rotations. Two forms of the data serve:
 
     Gram        A = G^T G (e,e), c = G^T b (e,), formed once; T is the Cholesky factor of A_PP and Q is not needed
     compressed  R (k,e), y (k,) with ||R w - y|| = ||G w - b|| for all w, k <= e + 1, from a blockwise QR of [G b]
@@ -11,8 +13,9 @@ factor G_P = Q T; a column is appended by one triangular solve and removed by pl
 The Gram form loses residuals below about 1e-7 ||b|| to round-off, the compressed form does not.
 Arrays: G (i,e) with one row a training snapshot and mode, b (i,), w (e,).
 
-Sources: C. Farhat, P. Avery, T. Chapman, J. Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625-662, doi 10.1002/nme.4668;
-C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, chapter 23, doi 10.1137/1.9781611971217.
+Sources: C. Farhat, P. Avery, T. Chapman, J. Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625-662,
+doi 10.1002/nme.4668; C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, chapter 23, doi
+10.1137/1.9781611971217.
 """
 
 from __future__ import annotations
@@ -35,7 +38,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Blocks = ArrayLike | Iterable[ArrayLike]  #: a matrix, or its rows in blocks
 
-# A^T A has the square of the condition: it is good down to tolerances of about 1e-7, a tenth of this; below a thin QR comes first
+# A^T A has the square of the condition: it is good down to tolerances of about 1e-7, a tenth of
+# this; below a thin QR comes first
 GRAM_FLOOR = 1e-6  #: smallest tolerance for which the Gram form is used
 # a hundredth and a hundred times of it select the same cells of a double pendulum, as does 1e-6
 DEPENDENT = 1e-12  #: a column with less than this outside the span, relative (in the Gram form: of its square), is passed over
@@ -71,8 +75,8 @@ class Level(Enum):
 class Selection:
     """Sampled cells or points of one component, numbered through all its bodies.
 
-    The weights w > 0 of (44) multiply quadrature weights: `sample.indices` (j,) count the cells or points of all bodies of the
-    component in their order, all others have no weight.
+    The weights w > 0 of (44) multiply quadrature weights: `sample.indices` (j,) count the cells or
+    points of all bodies of the component in their order, all others have no weight.
     """
 
     component: str
@@ -98,29 +102,33 @@ class Gram:
 class NotReached(SolverError):
     """No selection reaches the tolerance.
 
-    Attributes: `best`, the selection with the least residual, of the cells or points that were searched.
+    Attributes: `best`, the selection with the least residual, of the cells or points that were
+    searched.
     """
 
     def __init__(self, where: str, tolerance: float, best: Sample) -> None:
-        remedy = (
-            "a larger tolerance; with b = G 1 only round-off is in the way, another b may be no non-negative combination of columns"
-        )
+        remedy = "a larger tolerance; with b = G 1 only round-off is in the way, another b may be no non-negative combination of columns"
         got = f"{best.residual:.3g} with {best.indices.size} columns, the least that was found"
-        super().__init__(say(where, f"a relative residual of {tolerance:.3g}", got, remedy), Reason.NOT_CONVERGED)
+        super().__init__(
+            say(where, f"a relative residual of {tolerance:.3g}", got, remedy), Reason.NOT_CONVERGED
+        )
         self.best = best
 
 
 def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sample:
-    """Sparse weights w >= 0 with ||G w - b|| <= tolerance ||b||; b is the sum of the columns of G unless given.
+    """Sparse weights w >= 0 with ||G w - b|| <= tolerance ||b||; b is the sum of the columns of G
+    unless given.
 
-    Below a tolerance of 1e-6 the search runs on the compressed form. A G that is stored in blocks is searched as
-    `weights_from_gram(gram(blocks), tolerance)` or, `R, y = compress(blocks)`, `weights(R, tolerance, b=y)`.
+    Below a tolerance of 1e-6 the search runs on the compressed form. A G that is stored in blocks
+    is searched as `weights_from_gram(gram(blocks), tolerance)` or, `R, y = compress(blocks)`,
+    `weights(R, tolerance, b=y)`.
     """
     where = "ecsw.weights"
     _check_tolerance(tolerance, where)
     matrix = _checked(G, where)
     target = matrix.sum(axis=1) if b is None else _target(b, matrix.shape[0], where)
-    # one matrix of as many rows as cells, however many states: it is made once, and the search never reads G again
+    # one matrix of as many rows as cells, however many states: it is made once, and the search
+    # never reads G again
     if tolerance >= GRAM_FLOOR:
         active, w, _, iterations = _search_gram(gram(matrix, target), tolerance)
         achieved = _residual(matrix, target, active, w)
@@ -136,7 +144,8 @@ def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sampl
 def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
     """The same from the Gram form alone; `residual` then carries its round-off, about 1e-8.
 
-    InputError for a tolerance below 1e-6 or not below 1, and for b = 0; NotReached where the residual stays above the tolerance.
+    InputError for a tolerance below 1e-6 or not below 1, and for b = 0; NotReached where the
+    residual stays above the tolerance.
     """
     where = "ecsw.weights_from_gram"
     _check_tolerance(tolerance, where)
@@ -150,11 +159,14 @@ def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
 
 
 def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
-    """A = G^T G, c = G^T b, b^T b of a training matrix that comes whole or in blocks of rows; b (i,) is G 1 unless given.
+    """A = G^T G, c = G^T b, b^T b of a training matrix that comes whole or in blocks of rows; b
+    (i,) is G 1 unless given.
 
     InputError for blocks of different widths, or another number of entries of b than of rows.
     """
-    A, c, bb = np.zeros((0, 0)), np.zeros(0), 0.0
+    A = np.zeros((0, 0))
+    c = np.zeros(0)
+    bb = 0.0
     for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.gram")):
         if number == 0:
             A, c = np.zeros((block.shape[1], block.shape[1])), np.zeros(block.shape[1])
@@ -165,31 +177,51 @@ def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
 
 
 def compress(blocks: Blocks, b: ArrayLike | None = None) -> tuple[Array, Array]:
-    """R (k,e) and y (k,), k <= e + 1, with ||R w - y|| = ||G w - b|| for every w: the triangle of a blockwise QR of [G b].
+    """R (k,e) and y (k,), k <= e + 1, with ||R w - y|| = ||G w - b|| for every w: the triangle of a
+    blockwise QR of [G b].
 
-    Rows of blocks are appended one block after the other, so that G never stands in memory as a whole. InputError as of `gram`.
+    Rows of blocks are appended one block after the other, so that G never stands in memory as a
+    whole. InputError as of `gram`.
     """
     triangle = np.zeros((0, 0))
     for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.compress")):
         rows = np.column_stack([block, part])
         # block after block, so that G is never whole in the memory
-        triangle = np.asarray(np.linalg.qr(rows if number == 0 else np.vstack([triangle, rows]), mode="r"))
+        triangle = np.asarray(
+            np.linalg.qr(rows if number == 0 else np.vstack([triangle, rows]), mode="r")
+        )
     return np.ascontiguousarray(triangle[:, :-1]), np.ascontiguousarray(triangle[:, -1])
 
 
 def _blocks(blocks: Blocks, b: ArrayLike | None, where: str) -> Iterator[tuple[Array, Array]]:
     """Checked pairs (block of G, block of b)."""
-    start, columns, total = 0, -1, None if b is None else np.asarray(b, dtype=np.float64)
+    start = 0
+    columns = -1
+    total = None if b is None else np.asarray(b, dtype=np.float64)
     for item in [blocks] if isinstance(blocks, np.ndarray) and blocks.ndim == 2 else blocks:  # type: ignore[union-attr]
         block = _checked(item, where)
         if columns not in (-1, block.shape[1]):
-            raise InputError(say(where, f"blocks of {columns} columns", f"{block.shape[1]} columns"))
-        columns, stop = block.shape[1], start + block.shape[0]
-        yield block, block.sum(axis=1) if total is None else _target(total[start:stop], block.shape[0], where)
+            raise InputError(
+                say(where, f"blocks of {columns} columns", f"{block.shape[1]} columns")
+            )
+        columns = block.shape[1]
+        stop = start + block.shape[0]
+        yield (
+            block,
+            block.sum(axis=1)
+            if total is None
+            else _target(total[start:stop], block.shape[0], where),
+        )
         start = stop
     if columns == -1 or (total is not None and total.size != start):
-        got = "no block" if columns == -1 or total is None else f"{start} rows of G and {total.size} entries of b"
-        raise InputError(say(where, "at least one block of G and as many rows as b has entries", got))
+        got = (
+            "no block"
+            if columns == -1 or total is None
+            else f"{start} rows of G and {total.size} entries of b"
+        )
+        raise InputError(
+            say(where, "at least one block of G and as many rows as b has entries", got)
+        )
 
 
 class _Search(NamedTuple):
@@ -219,15 +251,36 @@ class _Search(NamedTuple):
 _opened = opener(_Search)
 
 
-def _run_search(rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: float) -> tuple[Indices, Array, float, int]:
+def _run_search(
+    rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: float
+) -> tuple[Indices, Array, float, int]:
     """Active columns, their weights, the squared residual and the iterations."""
     e, k = len(rows), len(y)
     w, z, trial, slope = (np.zeros(e) for _ in range(4))
-    active, squared, counts = np.zeros(e, np.int64), np.array([bb]), np.zeros(2, np.int64)
-    flags, work = (np.ones(e, np.int64), np.zeros(e, np.int64)), (np.empty((e, e)), z, np.empty((e, k)), trial, slope)
+    active = np.zeros(e, np.int64)
+    squared = np.array([bb])
+    counts = np.zeros(2, np.int64)
+    flags = (np.ones(e, np.int64), np.zeros(e, np.int64))
+    work = (np.empty((e, e)), z, np.empty((e, k)), trial, slope)
     columns, right = np.ascontiguousarray(rows, np.float64), np.ascontiguousarray(R, np.float64)
     spare = np.zeros(columns.shape[1]), np.zeros(k)
-    _search(_Search(columns, c, right, y, float(bb), float(tolerance), active, w, squared, counts, *flags, *work, *spare))
+    _search(
+        _Search(
+            columns,
+            c,
+            right,
+            y,
+            float(bb),
+            float(tolerance),
+            active,
+            w,
+            squared,
+            counts,
+            *flags,
+            *work,
+            *spare,
+        )
+    )
     count, iterations = counts.tolist()
     return active[:count], w[:count], float(squared[0]), iterations
 
@@ -236,7 +289,9 @@ def _search_gram(normal: Gram, tolerance: float) -> tuple[Indices, Array, float,
     """Active columns, their weights, the relative residual and the iterations, from the Gram form."""
     _check_target(normal.bb)
     empty = np.zeros((0, normal.c.size))
-    active, w, squared, iterations = _run_search(normal.A, normal.c, normal.bb, empty, np.zeros(0), tolerance)
+    active, w, squared, iterations = _run_search(
+        normal.A, normal.c, normal.bb, empty, np.zeros(0), tolerance
+    )
     return active, w, float(np.sqrt(squared / normal.bb)), iterations
 
 
@@ -248,28 +303,38 @@ def _search_columns(R: Array, y: Array, tolerance: float) -> tuple[Indices, Arra
     return active, w, iterations
 
 
-# a routine, which allocates nothing: a function that Python calls by numba takes 0.3 s to load, as long as a small training
+# a routine, which allocates nothing: a function that Python calls by numba takes 0.3 s to load, as
+# long as a small training
 @routine
 def _search(table: Any, _: Any) -> int:
     """Active-set search."""
     S = _opened(table)
-    e, orthogonal = S.c.size, S.y.size > 0
-    count, iterations, squared = 0, 0, S.bb
+    e = S.c.size
+    orthogonal = S.y.size > 0
+    count = 0
+    iterations = 0
+    squared = S.bb
     while iterations < 3 * e:
         squared = _slope_columns(S, count) if orthogonal else _slope_gram(S, count)
-        # as soon as the tolerance is met: each further column would be a cell more in every step of every run
+        # as soon as the tolerance is met: each further column would be a cell more in every step of
+        # every run
         if squared <= S.tolerance * S.tolerance * S.bb:
             break
         chosen = -1
         for candidate in range(e):
-            eligible = S.free[candidate] == 1 and S.passed[candidate] == 0 and S.slope[candidate] > 0.0
+            eligible = (
+                S.free[candidate] == 1 and S.passed[candidate] == 0 and S.slope[candidate] > 0.0
+            )
             # the steepest one, as Lawson and Hanson's
             if eligible and (chosen < 0 or S.slope[candidate] > S.slope[chosen]):
                 chosen = candidate
         if chosen < 0:
             break
-        # factors of the active columns are kept, and grow by a row: k^2 operations a column, and not k^3
-        accepted = _append_column(S, chosen, count) if orthogonal else _append_gram(S, chosen, count)
+        # factors of the active columns are kept, and grow by a row: k^2 operations a column, and
+        # not k^3
+        accepted = (
+            _append_column(S, chosen, count) if orthogonal else _append_gram(S, chosen, count)
+        )
         if not accepted:
             S.passed[chosen] = 1
             continue
@@ -319,9 +384,14 @@ def _slope_columns(S: Any, count: int) -> float:
 
 @jit
 def _append_gram(S: Any, chosen: int, count: int) -> bool:
-    """Next column of the Cholesky factor T of A_PP and entry of z = T^-T c_P; False where the column cannot help."""
-    row, T, column = S.rows[chosen], S.T, S.column
-    left, gain = row[chosen], S.c[chosen]
+    """Next column of the Cholesky factor T of A_PP and entry of z = T^-T c_P; False where the
+    column cannot help.
+    """
+    row = S.rows[chosen]
+    T = S.T
+    column = S.column
+    left = row[chosen]
+    gain = S.c[chosen]
     for i in range(count):
         column[i] = row[S.active[i]]
     for i in range(count):
@@ -340,7 +410,9 @@ def _append_gram(S: Any, chosen: int, count: int) -> bool:
 
 @jit
 def _append_column(S: Any, chosen: int, count: int) -> bool:
-    """Next column of T and row of Q (orthonormal columns as rows) and entry of z = Q^T y; False where the column cannot help."""
+    """Next column of T and row of Q (orthonormal columns as rows) and entry of z = Q^T y; False
+    where the column cannot help.
+    """
     T, Q, rest = S.T, S.Q, S.column
     whole, left, gain = 0.0, 0.0, 0.0
     for i in range(rest.size):
@@ -370,15 +442,20 @@ def _append_column(S: Any, chosen: int, count: int) -> bool:
 
 
 @jit
-def _descend(T: Array, z: Array, Q: Array, w: Array, trial: Array, active: Indices, free: Indices, count: int) -> int:
-    """Least squares over the active columns; those whose weight would not be positive leave. Returns how many stay."""
+def _descend(
+    T: Array, z: Array, Q: Array, w: Array, trial: Array, active: Indices, free: Indices, count: int
+) -> int:
+    """Least squares over the active columns; those whose weight would not be positive leave.
+    Returns how many stay.
+    """
     while count > 0:
         for i in range(count - 1, -1, -1):
             trial[i] = z[i]
             for j in range(i + 1, count):
                 trial[i] -= T[i, j] * trial[j]
             trial[i] /= T[i, i]
-        share, worst = 1.0, -1
+        share = 1.0
+        worst = -1
         for i in range(count):
             if trial[i] <= 0.0:
                 fraction = w[i] / (w[i] - trial[i]) if w[i] > 0.0 else 0.0
@@ -429,7 +506,11 @@ def _residual(G: Array, b: Array, active: Indices, w: Array) -> float:
 
 def _check_tolerance(tolerance: float, where: str) -> None:
     if not 0.0 < tolerance < 1.0:
-        raise InputError(say(where, "0 < tolerance < 1", tolerance, "1e-3 keeps the error of most reduced models"))
+        raise InputError(
+            say(
+                where, "0 < tolerance < 1", tolerance, "1e-3 keeps the error of most reduced models"
+            )
+        )
 
 
 def _check_target(bb: float) -> None:
@@ -440,7 +521,9 @@ def _check_target(bb: float) -> None:
 
 def _checked(G: ArrayLike, where: str) -> Array:
     wanted = "finite training forces as a matrix (snapshots times modes, cells)"
-    return np.ascontiguousarray(finite(G, where, wanted, None, None, remedy="leave out the snapshots of a failed run"))
+    return np.ascontiguousarray(
+        finite(G, where, wanted, None, None, remedy="leave out the snapshots of a failed run")
+    )
 
 
 def _target(b: ArrayLike, rows: int, where: str) -> Array:

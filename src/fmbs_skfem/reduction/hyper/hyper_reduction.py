@@ -1,10 +1,12 @@
-r"""Hyper-reduction: how the elastic forces of a reduced system are evaluated at a cost that no longer follows the full model.
+r"""Hyper-reduction: how the elastic forces of a reduced system are evaluated at a cost that no
+longer follows the full model.
 
     train(runs) -> rule,      rule.apply(reduced system) -> hyper-reduced system
 
-A hyper-reduction is one file: a frozen dataclass of its options with a `name` and the verb `train`. It is trained on one full run
-or on several, of other parameters each, and its rule serves the reduced system of any parameters. Whatever is declared by
-`register` can stand in a `Plan`, and is known by its name to scenes and to the command line.
+A hyper-reduction is one file: a frozen dataclass of its options with a `name` and the verb `train`.
+It is trained on one full run or on several, of other parameters each, and its rule serves the
+reduced system of any parameters. Whatever is declared by `register` can stand in a `Plan`, and is
+known by its name to scenes and to the command line.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ USUAL = 1e-3  #: tolerance eta where none is given
 class TrainingRun:
     """A run of the full model that a hyper-reduction is trained on.
 
-    `full` and `system` are at the same parameters; `motion` is called when its states are needed, and not before.
+    `full` and `system` are at the same parameters; `motion` is called when its states are needed,
+    and not before.
     """
 
     full: System  #: at the parameters of the run, with all multipliers
@@ -48,11 +51,13 @@ class TrainingRun:
 class Rule:
     """What training gives.
 
-    `apply` takes the reduced system, at whatever parameters, and gives one whose elastic forces cost less; `selections` say at
-    which cells or points.
+    `apply` takes the reduced system, at whatever parameters, and gives one whose elastic forces
+    cost less; `selections` say at which cells or points.
     """
 
-    apply: Callable[[System], System]  #: from a reduced system, at any parameters, to the hyper-reduced one
+    apply: Callable[
+        [System], System
+    ]  #: from a reduced system, at any parameters, to the hyper-reduced one
     selections: tuple[Selection, ...] = ()  #: cells or points, by component, of rules that sample
 
 
@@ -61,13 +66,17 @@ class Rule:
 class HyperReduction(ABC):
     """A way to evaluate elastic forces; derive a frozen dataclass from it and `register` it.
 
-    `train(runs)` gets the full runs with their reduced systems, and gives the Rule. It stands in `Plan.hyper`, is chosen in
-    scenes by its `name`, and is trained to the tolerance eta.
+    `train(runs)` gets the full runs with their reduced systems, and gives the Rule. It stands in
+    `Plan.hyper`, is chosen in scenes by its `name`, and is trained to the tolerance eta.
     """
 
     name: ClassVar[str]  #: in scenes, on the command line, in files
-    label: ClassVar[str]  #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced model
-    chooses: ClassVar[bool] = True  #: among points: systems that it meets have the cells of their bodies multiplied out
+    label: ClassVar[
+        str
+    ]  #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced model
+    chooses: ClassVar[bool] = (
+        True  #: among points: systems that it meets have the cells of their bodies multiplied out
+    )
     tolerance: float | None = None  #: eta, relative; None where nothing is approximated
 
     @abstractmethod
@@ -78,8 +87,8 @@ class HyperReduction(ABC):
 def train(hyper: HyperReduction, runs: Sequence[TrainingRun]) -> Rule:
     """The rule of a hyper-reduction for reduced systems as they are.
 
-    Cells are multiplied out first, in training and wherever the rule is applied, if the hyper-reduction chooses among points.
-    What the training raises is raised, as `ecsw.NotReached`.
+    Cells are multiplied out first, in training and wherever the rule is applied, if the
+    hyper-reduction chooses among points. What the training raises is raised, as `ecsw.NotReached`.
     """
     if not hyper.chooses:
         return hyper.train(runs)
@@ -97,7 +106,8 @@ KNOWN: dict[str, type[HyperReduction]] = {}
 
 
 def register(kind: Kind) -> Kind:
-    """Make a hyper-reduction known by its `name` to plans, scenes and the command line; a decorator of the class.
+    """Make a hyper-reduction known by its `name` to plans, scenes and the command line; a decorator
+    of the class.
 
     It has to be made without arguments, which gives the usual options.
     """
@@ -109,14 +119,21 @@ def register(kind: Kind) -> Kind:
 
 
 def named(name: str, tolerance: float | None = None) -> HyperReduction:
-    """The hyper-reduction of a name, with the tolerance eta where one is given and it has one; InputError for an unknown name.
+    """The hyper-reduction of a name, with the tolerance eta where one is given and it has one;
+    InputError for an unknown name.
 
     `tolerance` is ignored by one that approximates nothing, as `none` and `exact`.
     """
     if name not in KNOWN:
-        raise InputError(say("hyper-reduction", f"one of {', '.join(KNOWN)}", f"'{name}'{closest(name, KNOWN)}"))
+        raise InputError(
+            say("hyper-reduction", f"one of {', '.join(KNOWN)}", f"'{name}'{closest(name, KNOWN)}")
+        )
     usual = KNOWN[name]()
-    return usual if tolerance is None or usual.tolerance is None else replace(usual, tolerance=tolerance)
+    return (
+        usual
+        if tolerance is None or usual.tolerance is None
+        else replace(usual, tolerance=tolerance)
+    )
 
 
 @register

@@ -1,17 +1,21 @@
-r"""Directions against joints inside components, so that reduced models know the reactions of these joints.
+r"""Directions against joints inside components, so that reduced models know the reactions of these
+joints.
 
     (K + s W) D = A^T,   D (A D)^-1,     q = U xi + D w + qbar,     A D w = 0  with multipliers
 
-A linear constraint A q + a = 0 inside a component holds in every mode of its basis: as an equation of the modes it is 0 = 0, and
-the multiplier that it has in the full model is lost. One more direction for each such row, with the row as an equation that keeps
-it at zero, leaves the motion as it is, and the multiplier is the force that the residual has along that direction. It is the static
-displacement which opens the row: an error dq of the motion has no share in its elastic force, A dq = 0. Of free bodies it is the
-rigid motion which opens it, and the reaction the balance of forces. Only joints that an output reads have them.
+A linear constraint A q + a = 0 inside a component holds in every mode of its basis: as an equation
+of the modes it is 0 = 0, and the multiplier that it has in the full model is lost. One more
+direction for each such row, with the row as an equation that keeps it at zero, leaves the motion as
+it is, and the multiplier is the force that the residual has along that direction. It is the static
+displacement which opens the row: an error dq of the motion has no share in its elastic force, A dq
+= 0. Of free bodies it is the rigid motion which opens it, and the reaction the balance of forces.
+Only joints that an output reads have them.
 
-A nonlinear row stays an equation of the modes, but all these move along it: they open it by no more than it is curved, and the
-multiplier takes what the modes miss elsewhere, 1300 times the moment of a prismatic joint. It has directions against all gradients
-Phi_q in states of the training; what of them it leaves free in a state is one more motion of the model, which errs less with it.
-Driven rows need none: the motion opens them by itself.
+A nonlinear row stays an equation of the modes, but all these move along it: they open it by no more
+than it is curved, and the multiplier takes what the modes miss elsewhere, 1300 times the moment of
+a prismatic joint. It has directions against all gradients Phi_q in states of the training; what of
+them it leaves free in a state is one more motion of the model, which errs less with it. Driven rows
+need none: the motion opens them by itself.
 """
 
 from __future__ import annotations
@@ -41,9 +45,11 @@ KNOWN = 1e-8  #: part of a direction outside the modes, below which they have it
 
 
 def rows_read(system: System, rows: np.ndarray) -> np.ndarray:
-    """Numbers (i,) of the constraint rows inside a component with coordinates `rows` (n,) whose reactions an output reads.
+    """Numbers (i,) of the constraint rows inside a component with coordinates `rows` (n,) whose
+    reactions an output reads.
 
-    Not those that are driven, nor those of joints that events release: without these a model knows no motion.
+    Not those that are driven, nor those of joints that events release: without these a model knows
+    no motion.
     """
     joints = {output.joint for output in system.outputs.values() if output.joint}
     probes = csr_array(system.probes.matrix)
@@ -58,16 +64,23 @@ def rows_read(system: System, rows: np.ndarray) -> np.ndarray:
 
 
 def add_directions(
-    system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], states: Iterable[State]
+    system: System,
+    components: Mapping[str, Sequence[str]],
+    found: Mapping[str, Basis],
+    states: Iterable[State],
 ) -> dict[str, Basis]:
-    """Bases with directions against the rows inside their components that outputs read, behind their own modes.
+    """Bases with directions against the rows inside their components that outputs read, behind
+    their own modes.
 
     `states`, (q,) and times [s] of the training, are asked for only where such a row is nonlinear.
     """
-    read = {name: rows_read(system, rows_of(system, members)) for name, members in components.items()}
+    read = {
+        name: rows_read(system, rows_of(system, members)) for name, members in components.items()
+    }
     if not any(map(len, read.values())):
         return dict(found)
-    model, linear = compile_system(system), is_linear(system.constraints)
+    model = compile_system(system)
+    linear = is_linear(system.constraints)
     K = csr_array(compiled.tangent(model, system.x0, np.zeros(model.constraints), 0.0, 0.0))
     moving = {name: one[~linear[one]] for name, one in read.items()}
     known = list(states) if any(map(len, moving.values())) else []
@@ -75,23 +88,42 @@ def add_directions(
     for name, members in components.items():
         rows = rows_of(system, members)
         turned = gradients(model, moving[name], rows, known)
-        bases[name] = with_directions(system, K, rows, read[name][linear[read[name]]], turned, found[name])
+        bases[name] = with_directions(
+            system, K, rows, read[name][linear[read[name]]], turned, found[name]
+        )
     return bases
 
 
-def gradients(model: Compiled, mine: np.ndarray, rows: np.ndarray, states: Sequence[State]) -> np.ndarray:
-    """Gradients (i, n) of constraint rows `mine` by coordinates `rows` (n,) in some states, each row over its largest length."""
+def gradients(
+    model: Compiled, mine: np.ndarray, rows: np.ndarray, states: Sequence[State]
+) -> np.ndarray:
+    """Gradients (i, n) of constraint rows `mine` by coordinates `rows` (n,) in some states, each
+    row over its largest length.
+    """
     if not len(mine):
         return np.zeros((0, len(rows)))
     probes = csr_array(model.system.probes.matrix)[:, rows]
-    jacobians = [compiled.constraints_at(model, q[None], np.array([time]))[1][mine] @ probes for q, time in states]
+    jacobians = [
+        compiled.constraints_at(model, q[None], np.array([time]))[1][mine] @ probes
+        for q, time in states
+    ]
     found = np.array(jacobians)
     largest = np.linalg.norm(found, axis=2).max(axis=0)
-    return np.asarray((found / np.where(largest > 0.0, largest, 1.0)[:, None]).reshape(-1, len(rows)))
+    return np.asarray(
+        (found / np.where(largest > 0.0, largest, 1.0)[:, None]).reshape(-1, len(rows))
+    )
 
 
-def with_directions(system: System, K: csr_array, rows: np.ndarray, read: np.ndarray, turned: np.ndarray, basis: Basis) -> Basis:
-    """A basis of coordinates `rows` (n,) with directions against some rows of a system of tangent K.
+def with_directions(
+    system: System,
+    K: csr_array,
+    rows: np.ndarray,
+    read: np.ndarray,
+    turned: np.ndarray,
+    basis: Basis,
+) -> Basis:
+    """A basis of coordinates `rows` (n,) with directions against some rows of a system of tangent
+    K.
 
     They are the linear constraint rows `read` (i,), and others of gradients `turned` (j, n).
     """
@@ -102,12 +134,14 @@ def with_directions(system: System, K: csr_array, rows: np.ndarray, read: np.nda
     inner = A[inside][:, rows].toarray()
     kept = ranks.independent_rows(inner)
     normals = np.vstack([inner[kept], independent_of(inner[kept], turned)])
-    W, mine = metric_of(system, rows), csr_array(K[rows][:, rows])
+    W = metric_of(system, rows)
+    mine = csr_array(K[rows][:, rows])
     soft = SOFT * float(np.max(np.abs(mine.diagonal()) / W.diagonal()))
     # the static displacement against a row: what bends least for its reaction
     static = splu(csr_array(mine + (soft or 1.0) * W).tocsc()).solve(normals.T)
     wanted = np.isin(numbers[inside][kept], read)
-    D, count = static @ np.linalg.inv(normals @ static), basis.modes.shape[1] - basis.against
+    D = static @ np.linalg.inv(normals @ static)
+    count = basis.modes.shape[1] - basis.against
     modes = pod.orthonormal(W, np.hstack([basis.modes, D[:, : len(kept)][:, wanted]]))
     rest, sizes = pod.left_singular(W, pod.outside(W, unit_columns(W, D[:, len(kept) :]), modes))
     rest = satisfy(rest[:, sizes > KNOWN].T, inner[kept], np.zeros(len(kept))).T
@@ -116,7 +150,9 @@ def with_directions(system: System, K: csr_array, rows: np.ndarray, read: np.nda
 
 
 def independent_of(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Orthonormal rows (k, n) that with independent `rows` (i, n) span `others` (j, n), without what of them is SLIGHT."""
+    """Orthonormal rows (k, n) that with independent `rows` (i, n) span `others` (j, n), without
+    what of them is SLIGHT.
+    """
     base = np.linalg.qr(rows.T)[0]
     _, sizes, found = np.linalg.svd(others - (others @ base) @ base.T, full_matrices=False)
     return np.asarray(found[sizes > SLIGHT * np.linalg.norm(others, 2)] if len(others) else others)

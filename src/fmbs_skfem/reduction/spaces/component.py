@@ -1,4 +1,6 @@
-"""Components, one body or several that share a basis: their coordinates, mass, and the linear constraints inside them."""
+"""Components, one body or several that share a basis: their coordinates, mass, and the linear
+constraints inside them.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +27,22 @@ def require_body_coordinates(where: str, system: System) -> None:
     last = max((last for _, _, last in system.coordinates), default=0)
     if last != system.size:
         remedy = "give the one of `assemble`, before `eliminate`"
-        raise InputError(say(where, f"a system in its {last} body coordinates", f"one in {system.size} unknowns", remedy))
+        raise InputError(
+            say(
+                where,
+                f"a system in its {last} body coordinates",
+                f"one in {system.size} unknowns",
+                remedy,
+            )
+        )
 
 
 @checked
 def system_level(system: System) -> dict[str, tuple[str, ...]]:
     """One component, `system`, that holds all bodies: {component: names of bodies}.
 
-    All bodies share one basis, so that linear joints between them are constraints inside of a component, which vanish.
+    All bodies share one basis, so that linear joints between them are constraints inside of a
+    component, which vanish.
     """
     return {"system": tuple(name for name, _, _ in system.coordinates)}
 
@@ -41,20 +51,24 @@ def system_level(system: System) -> dict[str, tuple[str, ...]]:
 def body_level(system: System) -> dict[str, tuple[str, ...]]:
     """Every body a component of its own: {component: names of bodies}.
 
-    Joints between bodies then keep their rows in the reduced model, or are eliminated where they are linear and the plan says so.
+    Joints between bodies then keep their rows in the reduced model, or are eliminated where they
+    are linear and the plan says so.
     """
     return {name: (name,) for name, _, _ in system.coordinates}
 
 
 def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
-    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that are not there.
+    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that
+    are not there.
 
     In the order in which the bodies are named, those of each body together.
     """
     spans = {name: np.arange(first, last) for name, first, last in system.coordinates}
     missing = [name for name in bodies if name not in spans]
     if missing or not bodies:
-        raise InputError(say("reduction.components", f"bodies among {', '.join(spans)}", missing or "none"))
+        raise InputError(
+            say("reduction.components", f"bodies among {', '.join(spans)}", missing or "none")
+        )
     return np.concatenate([spans[name] for name in bodies])
 
 
@@ -66,7 +80,13 @@ def check_components(system: System, components: Mapping[str, Sequence[str]]) ->
     members = [name for part in components.values() for name in part]
     known = [name for name, _, _ in system.coordinates]
     if sorted(members) != sorted(known):
-        raise InputError(say("reduction.components", f"every body of {', '.join(known)} in exactly one", f"{', '.join(members)}"))
+        raise InputError(
+            say(
+                "reduction.components",
+                f"every body of {', '.join(known)} in exactly one",
+                f"{', '.join(members)}",
+            )
+        )
 
 
 def is_rigid(system: System, members: Sequence[str]) -> bool:
@@ -80,9 +100,10 @@ def is_rigid(system: System, members: Sequence[str]) -> bool:
 def metric_of(system: System, rows: np.ndarray) -> csr_array:
     """The metric of some coordinates (n, n): modes are orthonormal in it, singular values lengths.
 
-    W_bb / w with the metric W and the mass w of a full system: u^T W u is a mean square displacement [m2]. `rows` are numbers (n,)
-    in q. Directors of a beam hold its section and its shear, however thin it is, and their small mass says nothing of them: the n
-    coefficients of each count together as a displacement of the beam by its size, as in `parts.bodies.metric`.
+    W_bb / w with the metric W and the mass w of a full system: u^T W u is a mean square
+    displacement [m2]. `rows` are numbers (n,) in q. Directors of a beam hold its section and its
+    shear, however thin it is, and their small mass says nothing of them: the n coefficients of each
+    count together as a displacement of the beam by its size, as in `parts.bodies.metric`.
     """
     added = director_masses(system)
     if not added.any():
@@ -93,22 +114,34 @@ def metric_of(system: System, rows: np.ndarray) -> csr_array:
 
 
 def mass_of(system: System, rows: np.ndarray) -> csr_array | None:
-    """The mass of some coordinates over that of all bodies (n, n), where `metric_of` is another one; None elsewhere.
+    """The mass of some coordinates over that of all bodies (n, n), where `metric_of` is another
+    one; None elsewhere.
 
-    eps holds in both, since a bar that is twisted far may bend little: what is small to the size of its turns is not to be lost.
+    eps holds in both, since a bar that is twisted far may bend little: what is small to the size of
+    its turns is not to be lost.
     """
-    return csr_array(csr_array(system.mass)[rows][:, rows] / system.weight) if director_masses(system)[rows].any() else None
+    return (
+        csr_array(csr_array(system.mass)[rows][:, rows] / system.weight)
+        if director_masses(system)[rows].any()
+        else None
+    )
 
 
 def director_masses(system: System) -> np.ndarray:
-    """What directors of full beams weigh, a diagonal (q,): m L^2 / n of a beam of mass m, size L, n functions; else 0 [kg m2]."""
-    found, dim = np.zeros((len(system.unit), system.dim)), system.dim
+    """What directors of full beams weigh, a diagonal (q,): m L^2 / n of a beam of mass m, size L, n
+    functions; else 0 [kg m2].
+    """
+    found = np.zeros((len(system.unit), system.dim))
+    dim = system.dim
     for elastic in [one for one in system.elastic if one.gather.law.fields > 1]:
-        mass, places = csr_array(system.mass)[::dim, ::dim], system.x0.reshape(-1, dim)
+        mass = csr_array(system.mass)[::dim, ::dim]
+        places = system.x0.reshape(-1, dim)
         mine = np.asarray(terms.functions_read(elastic.gather, len(found)).sum(axis=0)) > 0.0
         centre = mine & (system.unit != 0.0)
         size = lengths.spread(places[centre])
-        found[mine & ~centre] = float(centre @ (mass @ centre)) * size**2 / max(1, int(centre.sum()))
+        found[mine & ~centre] = (
+            float(centre @ (mass @ centre)) * size**2 / max(1, int(centre.sum()))
+        )
     return found.ravel()
 
 
@@ -140,15 +173,19 @@ def is_resting(system: System, displacement: float) -> bool:
 
 
 def any_motion(A: np.ndarray) -> np.ndarray:
-    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are made: they need a direction.
+    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are
+    made: they need a direction.
 
     It is random, always the same.
     """
     return satisfy(np.random.default_rng(0).normal(size=(1, A.shape[1])), A, np.zeros(len(A))).T
 
 
-def refuse_rest(system: System, components: Mapping[str, Sequence[str]], displacements: Mapping[str, float]) -> None:
-    """InputError where nothing moves, by the largest displacements [m] of components; a notice of flexible ones that do not.
+def refuse_rest(
+    system: System, components: Mapping[str, Sequence[str]], displacements: Mapping[str, float]
+) -> None:
+    """InputError where nothing moves, by the largest displacements [m] of components; a notice of
+    flexible ones that do not.
 
     Rigid ones have all directions in their bases, and may move where they did not.
     """
@@ -156,16 +193,23 @@ def refuse_rest(system: System, components: Mapping[str, Sequence[str]], displac
     flexible = [name for name in resting if not is_rigid(system, components[name])]
     if flexible and len(resting) == len(displacements):
         remedy = "give it loads, an initial motion or a longer duration; `fmbs reduce` excites inputs that have a `range`"
-        raise InputError(say("training", "a motion", "none: nothing moves in the training run", remedy))
+        raise InputError(
+            say("training", "a motion", "none: nothing moves in the training run", remedy)
+        )
     if flexible:
-        listed = " and ".join(f"'{name}' (moves by {displacements[name]:.1g} m)" for name in flexible)
-        notify(f"at rest in the training, and in the reduced model: {listed}; give it loads there if it is to move")
+        listed = " and ".join(
+            f"'{name}' (moves by {displacements[name]:.1g} m)" for name in flexible
+        )
+        notify(
+            f"at rest in the training, and in the reduced model: {listed}; give it loads there if it is to move"
+        )
 
 
 def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
     """The states (s, n) nearest to q with A q + a = 0.
 
-    q - A^+ (A q + a), A (m, n) and a (m,), with the pseudoinverse A^+: nearest in the Euclidean norm. Without rows q itself.
+    q - A^+ (A q + a), A (m, n) and a (m,), with the pseudoinverse A^+: nearest in the Euclidean
+    norm. Without rows q itself.
     """
     return q - ranks.least(A, (q @ A.T + a).T).T if len(a) else q
 
@@ -173,19 +217,23 @@ def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
 def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
     """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n).
 
-    The null space of A, as many modes as unknowns n less its rank: of rigid bodies nothing is left out.
+    The null space of A, as many modes as unknowns n less its rank: of rigid bodies nothing is left
+    out.
     """
     return np.ascontiguousarray(pod.left_singular(W, ranks.null_space(A))[0])
 
 
 def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m, n).
+    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m,
+    n).
 
-    `rows` (n,) are the numbers in q of the coordinates. Rows of A that read other bodies as well count with what they read of
-    rigid ones.
+    `rows` (n,) are the numbers in q of the coordinates. Rows of A that read other bodies as well
+    count with what they read of rigid ones.
     """
     deforming = {elastic.name for elastic in system.elastic}
-    spans = [np.arange(first, last) for name, first, last in system.coordinates if name not in deforming]
+    spans = [
+        np.arange(first, last) for name, first, last in system.coordinates if name not in deforming
+    ]
     mine = np.flatnonzero(np.isin(rows, np.concatenate([np.zeros(0, np.int64), *spans])))
     own = A[np.abs(A[:, mine]).any(axis=1)][:, mine]
     free = ranks.null_space(own) if len(own) else np.eye(len(mine))
@@ -195,7 +243,8 @@ def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndar
 
 
 def projected(system: System, q: np.ndarray) -> np.ndarray:
-    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q).
+    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates
+    (s, q).
 
     x = argmin |V x + qbar - q| by `systems.project`, V and qbar being the lift of the system.
     """

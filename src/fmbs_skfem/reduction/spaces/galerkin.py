@@ -2,12 +2,14 @@ r"""Bases per component, Galerkin projection, and the reduction of constraints.
 
     q^b = U^b xi^b + qbar^b,    sum_b U^bT (F + M q'' + Q + Phi_q^T lambda) = 0                                          (18), (21)
 
-A component is one body or several that share a basis; one component with all bodies is the system level. Constraints fall into
-three classes (section 3.3 of the source), decided by structure and by the motion, never by the size of a number:
+A component is one body or several that share a basis; one component with all bodies is the system
+level. Constraints fall into three classes (section 3.3 of the source), decided by structure and by
+the motion, never by the size of a number:
 
 1. linear, independent of time, inside one component: every snapshot satisfies them, they vanish and are dropped;          (24)-(28)
 2. linear, independent of time, between components: eliminated, xi = T y + d, or kept with multipliers;                    (29)-(36)
-3. all others are kept but those that depend on others in the reduced space, and those that lock it (`kept_rows`).
+3. all others are kept but those that depend on others in the reduced space, and those that lock it
+(`kept_rows`).
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -29,7 +31,14 @@ from ...dynamics.outputs import body_coordinates
 from ...dynamics.trajectory import Trajectory
 from ...systems.affine import Matrix
 from ...systems.connections.redundancy import scale_of
-from ...systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part, loose_rows
+from ...systems.system import (
+    System,
+    change_coordinates,
+    is_linear,
+    keep_constraints,
+    linear_part,
+    loose_rows,
+)
 from ..plan import ModeCounts, modes_of
 from . import component, kept_rows, pivots, pod
 from . import invariant as vectors
@@ -60,7 +69,8 @@ APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which i
 class Snapshots:
     """States of a full model at training times.
 
-    q (s, q) are all coordinates of the full bodies, before joints are eliminated: positions [m], slopes and axes [-].
+    q (s, q) are all coordinates of the full bodies, before joints are eliminated: positions [m],
+    slopes and axes [-].
     """
 
     times: np.ndarray  #: (s,)
@@ -69,7 +79,8 @@ class Snapshots:
 
 @checked
 def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None) -> Snapshots:
-    """Body coordinates (s, q) every `interval` [s], or at the times (s,) [s] listed there; all stored ones by default.
+    """Body coordinates (s, q) every `interval` [s], or at the times (s,) [s] listed there; all
+    stored ones by default.
 
     InputError where states were not stored at these times.
     """
@@ -82,20 +93,37 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
         step = times[1] - times[0]
         stride = round(interval / step)
         if not 1 <= stride < max(2, len(times)) or abs(stride * step - interval) > 1e-6 * interval:
-            raise InputError(say("reduction.snapshots", f"a multiple of the stored interval {step:.6g} s", f"{interval} s"))
+            raise InputError(
+                say(
+                    "reduction.snapshots",
+                    f"a multiple of the stored interval {step:.6g} s",
+                    f"{interval} s",
+                )
+            )
         picked = np.arange(0, len(times), stride)
-        picked = picked[np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step]  # the last state may stand closer
+        picked = picked[
+            np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step
+        ]  # the last state may stand closer
     return Snapshots(times[picked], body_coordinates(trajectory.part(picked)))
 
 
 def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Where (k,) wanted times [s] stand among stored ones (s,) [s]; the interval between them tells round-off from a wrong time."""
+    """Where (k,) wanted times [s] stand among stored ones (s,) [s]; the interval between them tells
+    round-off from a wrong time.
+    """
     near = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     near = near - (wanted - times[near - 1] < times[near] - wanted)
     apart = np.abs(times[near] - wanted)
     if len(wanted) == 0 or apart.max() > 1e-3 * np.diff(times).min():
         got = "none" if len(wanted) == 0 else f"{wanted[apart.argmax()]:.6g} s"
-        raise InputError(say("reduction.snapshots", "times of stored states", got, "store the states after these steps"))
+        raise InputError(
+            say(
+                "reduction.snapshots",
+                "times of stored states",
+                got,
+                "store the states after these steps",
+            )
+        )
     return np.asarray(near)
 
 
@@ -108,28 +136,35 @@ def bases(
     modes: ModeCounts = None,
     invariant: bool = False,
 ) -> dict[str, Basis]:
-    """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps = `tolerance` (14) or to `modes`.
+    """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps =
+    `tolerance` (14) or to `modes`.
 
-    Modes are orthonormal in the mass of the component over that of all bodies; the initial state is kept in every basis.
-    Snapshots are first projected onto the linear constraints inside the component, and modes onto the directions that keep them, so
-    that these constraints vanish to round-off however small the last singular value is. Rigid bodies keep all directions of their
-    own, also beside flexible ones in a component: there is nothing to save, and joints need them. InputError for unknown bodies
-    and where nothing moves; components at rest beside others have the fewest modes that there are, and a notice.
+    Modes are orthonormal in the mass of the component over that of all bodies; the initial state is
+    kept in every basis. Snapshots are first projected onto the linear constraints inside the
+    component, and modes onto the directions that keep them, so that these constraints vanish to
+    round-off however small the last singular value is. Rigid bodies keep all directions of their
+    own, also beside flexible ones in a component: there is nothing to save, and joints need them.
+    InputError for unknown bodies and where nothing moves; components at rest beside others have the
+    fewest modes that there are, and a notice.
     """
     component.require_body_coordinates("bases", system)
-    q = arrays.finite(data.q, "snapshots", f"states (s, {system.size}) in body coordinates", None, system.size)
+    q = arrays.finite(
+        data.q, "snapshots", f"states (s, {system.size}) in body coordinates", None, system.size
+    )
     found, moved = {}, {}
     for name, members in components.items():
         rows = rows_of(system, members)
         A, a = inner_constraints(system, rows)
         states = satisfy(q[:, rows], A, a)
-        start, W = system.lift(system.x0)[rows], metric_of(system, rows)
+        start = system.lift(system.x0)[rows]
+        W = metric_of(system, rows)
         u = (states - start).T
         moved[name] = float(np.sqrt(np.maximum(np.sum(u * (W @ u), axis=0), 0.0)).max())
         count = modes_of(modes, name)
         wanted = (tolerance if count is None else None, count)
         if is_resting(system, moved[name]):
-            u, wanted = any_motion(A), (COARSEST, None)
+            u = any_motion(A)
+            wanted = (COARSEST, None)
             states = np.vstack([start, start + u.T])
         if is_rigid(system, members):
             found[name] = Basis(all_directions(W, A), start, pod.left_singular(W, u)[1])
@@ -144,9 +179,11 @@ def bases(
 
 
 def keeping(system: System, rows: np.ndarray, A: np.ndarray, basis: Basis) -> Basis:
-    """A basis of coordinates (n,) whose modes keep A q = 0, A (m, n), and hold all that rigid bodies among them do by themselves.
+    """A basis of coordinates (n,) whose modes keep A q = 0, A (m, n), and hold all that rigid
+    bodies among them do by themselves.
 
-    Their axes turn far: modes of a training would let them deform, and their joints would not close.
+    Their axes turn far: modes of a training would let them deform, and their joints would not
+    close.
     """
     W = metric_of(system, rows)
     modes = pod.orthonormal(W, satisfy(basis.modes.T, A, np.zeros(len(A))).T)
@@ -176,7 +213,9 @@ def classify(system: System, components: Mapping[str, Sequence[str]]) -> Classes
     owner = np.zeros(system.size, dtype=int)
     for number, members in enumerate(components.values()):
         owner[rows_of(system, members)] = number
-    inside = np.array([len(np.unique(owner[A[[k]].indices])) == 1 for k in range(len(rows))], dtype=bool)
+    inside = np.array(
+        [len(np.unique(owner[A[[k]].indices])) == 1 for k in range(len(rows))], dtype=bool
+    )
     return Classes(rows[inside], rows[~inside], np.flatnonzero(~is_linear(system.constraints)))
 
 
@@ -188,71 +227,107 @@ def reduce_system(
     eliminate: bool = False,
     configurations: np.ndarray | None = None,
 ) -> System:
-    """The reduced system of a full one (with all multipliers), a System again: q = V x + qbar, V = diag(U^b), equations (21).
+    """The reduced system of a full one (with all multipliers), a System again: q = V x + qbar, V =
+    diag(U^b), equations (21).
 
-    `found` has the basis of every component, `components` names their bodies, each in exactly one. `eliminate` removes the linear
-    constraints between components by pivoted columns (33); otherwise they keep multipliers. `configurations` (s, q) are states at
-    which dependent rows are looked for. InputError where a component has too few modes for the constraints that link it to others,
+    `found` has the basis of every component, `components` names their bodies, each in exactly one.
+    `eliminate` removes the linear constraints between components by pivoted columns (33); otherwise
+    they keep multipliers. `configurations` (s, q) are states at which dependent rows are looked
+    for. InputError where a component has too few modes for the constraints that link it to others,
     or a basis belongs to another model.
     """
     component.require_body_coordinates("reduce_system", system)
     check_components(system, components)
     if missing := [name for name in components if name not in found]:
-        raise InputError(say("reduce_system: found", "a basis of every component", f"none of {', '.join(missing)}"))
+        raise InputError(
+            say(
+                "reduce_system: found",
+                "a basis of every component",
+                f"none of {', '.join(missing)}",
+            )
+        )
     classes = classify(system, components)
     V, mean, spans = block_basis(system, components, found)
     check_interfaces(system, components, found, classes)
     opened = opened_rows(system, V, classes.inside)
-    kept = np.sort(np.concatenate([classes.linking, moving_rows(system, V, classes.others), opened]))
-    reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
-    reduced = vectors.with_shape_points(system, reduced, [(rows_of(system, one), found[k]) for k, one in components.items()])
-    reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
+    kept = np.sort(
+        np.concatenate([classes.linking, moving_rows(system, V, classes.others), opened])
+    )
+    reduced = replace(
+        change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None
+    )
+    reduced = vectors.with_shape_points(
+        system, reduced, [(rows_of(system, one), found[k]) for k, one in components.items()]
+    )
+    reduced = replace(
+        reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping)
+    )
     if eliminate and len(classes.linking):
         numbers, D, d = linear_part(reduced)
         linking = ~np.isin(numbers, np.searchsorted(kept, opened))
         length = kept_rows.row_lengths(system, reduced)[numbers[linking]]
         D, d = as_dense(D)[linking] / length[:, None], d[linking] / length
-        apart = pivots.independent_rows([np.column_stack([D, d / system.scale])])  # others follow, or hold for every mode
+        apart = pivots.independent_rows(
+            [np.column_stack([D, d / system.scale])]
+        )  # others follow, or hold for every mode
         T, x0 = pivots.eliminate(D[apart], d[apart])
         rest = np.setdiff1d(np.arange(len(reduced.constraints.names)), numbers[linking])
         alike = any(basis.factors is not None for basis in found.values())
-        free = change_coordinates(keep_constraints(reduced, rest), csr_array(vectors.rounded(T)) if alike else T, x0)
+        free = change_coordinates(
+            keep_constraints(reduced, rest), csr_array(vectors.rounded(T)) if alike else T, x0
+        )
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
-        samples = kept_rows.sample_rows(system, reduced, configurations[:: max(1, len(configurations) // kept_rows.FEW)])
+        samples = kept_rows.sample_rows(
+            system, reduced, configurations[:: max(1, len(configurations) // kept_rows.FEW)]
+        )
         reduced = keep_constraints(reduced, kept_rows.independent_rows([samples]))
     return reduced
 
 
 def opened_rows(system: System, V: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Those of the linear rows `inside` (k,) of components that modes V (q, r) open, so that they are equations of the modes."""
+    """Those of the linear rows `inside` (k,) of components that modes V (q, r) open, so that they
+    are equations of the modes.
+    """
     if not len(inside):
         return inside
     numbers, A, _ = linear_part(system)
-    return np.asarray(np.sort(inside)[are_moved(system, V, A[np.flatnonzero(np.isin(numbers, inside))])])
+    return np.asarray(
+        np.sort(inside)[are_moved(system, V, A[np.flatnonzero(np.isin(numbers, inside))])]
+    )
 
 
 def moving_rows(system: System, V: np.ndarray, some: np.ndarray) -> np.ndarray:
     """Those of constraint rows `some` (k,) that read anything which modes V (q, r) move.
 
-    Of others, as of a drive that has not moved, round-off is left: as an equation it would hold some combination of all modes,
-    another one on every processor. Rows that events release or lock always stay.
+    Of others, as of a drive that has not moved, round-off is left: as an equation it would hold
+    some combination of all modes, another one on every processor. Rows that events release or lock
+    always stay.
     """
     own = system.constraints
-    moves = np.append(are_moved(system, V, csr_array(system.probes.matrix)), False)  # -1 reads nothing
+    moves = np.append(
+        are_moved(system, V, csr_array(system.probes.matrix)), False
+    )  # -1 reads nothing
     read = own.row[moves[own.i] | moves[own.j]]
     return some[np.isin(some, read) | ~np.isin(some, own.row) | loose_rows(own)[some]]
 
 
 def are_moved(system: System, V: np.ndarray, A: csr_array) -> np.ndarray:
-    """Whether modes V (q, r) change the values of rows A (m, q) by more than round-off, (m,); unknowns count in their units."""
+    """Whether modes V (q, r) change the values of rows A (m, q) by more than round-off, (m,);
+    unknowns count in their units.
+    """
     unit = scale_of(system)
-    least = OPENED * np.abs(V / unit[:, None]).max(initial=0.0) * abs(A.multiply(unit)).max(axis=1).toarray().ravel()
+    least = (
+        OPENED
+        * np.abs(V / unit[:, None]).max(initial=0.0)
+        * abs(A.multiply(unit)).max(axis=1).toarray().ravel()
+    )
     return np.asarray(np.abs(A @ V).max(axis=1, initial=0.0) > least)
 
 
 def clean_diagonal(A: Matrix) -> Matrix:
-    """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are orthonormal in it.
+    """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are
+    orthonormal in it.
 
     The diagonal alone where all else is below 1e-13 of its largest entry, else A as it is.
     """
@@ -263,14 +338,27 @@ def clean_diagonal(A: Matrix) -> Matrix:
 def block_basis(
     system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis]
 ) -> tuple[np.ndarray, np.ndarray, tuple[tuple[str, int, int], ...]]:
-    """V (q, r) with one block a component, the mean (q,), and where each component's unknowns stand."""
+    """V (q, r) with one block a component, the mean (q,), and where each component's unknowns
+    stand.
+    """
     total = sum(found[name].modes.shape[1] for name in components)
-    V, mean, spans, first = np.zeros((system.size, total)), np.zeros(system.size), [], 0
+    V = np.zeros((system.size, total))
+    mean = np.zeros(system.size)
+    spans = []
+    first = 0
     for name, members in components.items():
-        rows, basis = rows_of(system, members), found[name]
+        rows = rows_of(system, members)
+        basis = found[name]
         if basis.modes.shape[0] != len(rows):
             got = basis.modes.shape[0]
-            raise InputError(say(f"component '{name}'", f"a basis with {len(rows)} rows", got, "train it on this model"))
+            raise InputError(
+                say(
+                    f"component '{name}'",
+                    f"a basis with {len(rows)} rows",
+                    got,
+                    "train it on this model",
+                )
+            )
         last = first + basis.modes.shape[1]
         V[rows, first:last], mean[rows] = basis.modes, basis.mean
         spans.append((name, first, last))
@@ -278,25 +366,46 @@ def block_basis(
     return V, mean, tuple(spans)
 
 
-def check_interfaces(system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes) -> None:
-    """A component needs more modes than constraints that link it to others; a rigid one with axes needs all that there are.
+def check_interfaces(
+    system: System,
+    components: Mapping[str, Sequence[str]],
+    found: Mapping[str, Basis],
+    classes: Classes,
+) -> None:
+    """A component needs more modes than constraints that link it to others; a rigid one with axes
+    needs all that there are.
 
-    Rows that keep axes orthonormal leave a few modes no way to move, or one that round-off makes: five modes of a box that tumbles
-    went on or failed by the last digit of its training.
+    Rows that keep axes orthonormal leave a few modes no way to move, or one that round-off makes:
+    five modes of a box that tumbles went on or failed by the last digit of its training.
     """
-    framed = {name.partition(".")[0] for name, label in system.constraints.names if kept_rows.is_frame((name, label))}
+    framed = {
+        name.partition(".")[0]
+        for name, label in system.constraints.names
+        if kept_rows.is_frame((name, label))
+    }
     rows, A, _ = linear_part(system)
     linking = A[np.flatnonzero(np.isin(rows, classes.linking))]
     for name, members in components.items():
-        links = int((abs(linking[:, rows_of(system, members)]).sum(axis=1) > 0).sum()) if linking.shape[0] else 0
+        links = (
+            int((abs(linking[:, rows_of(system, members)]).sum(axis=1) > 0).sum())
+            if linking.shape[0]
+            else 0
+        )
         modes = found[name].modes.shape[1]
         if is_rigid(system, members) and framed & set(members):
             own = rows_of(system, members)
-            wanted = all_directions(metric_of(system, own), inner_constraints(system, own)[0]).shape[1]
+            wanted = all_directions(
+                metric_of(system, own), inner_constraints(system, own)[0]
+            ).shape[1]
             if modes < wanted:
                 remedy = "take its basis from `reduction.bases`"
                 raise InputError(
-                    say(f"component '{name}'", f"all {wanted} directions of its rigid bodies", f"{modes} modes", remedy)
+                    say(
+                        f"component '{name}'",
+                        f"all {wanted} directions of its rigid bodies",
+                        f"{modes} modes",
+                        remedy,
+                    )
                 )
         if links and modes <= links and not is_rigid(system, members):
             raise InputError(

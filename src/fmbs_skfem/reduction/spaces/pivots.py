@@ -2,10 +2,11 @@
 
     D x + d = 0,   x = (x_d, x_f):   x_d = -D_d^-1 (D_f y + d),   x_f = y,   so that   x = T y + x0
 
-Arrays: D (m,r), d (m,), T (r,r-m), x0 (r,). The columns D_d (m,m) are the m well-conditioned ones that pivoting finds first.
+Arrays: D (m,r), d (m,), T (r,r-m), x0 (r,). The columns D_d (m,m) are the m well-conditioned ones
+that pivoting finds first.
 
-Source: Y. Hou, C. Liu, H. Hu, Comput. Methods Appl. Mech. Engrg. 361 (2020) 112690, equations (29) to (36),
-doi 10.1016/j.cma.2019.112690.
+Source: Y. Hou, C. Liu, H. Hu, Comput. Methods Appl. Mech. Engrg. 361 (2020) 112690, equations (29)
+to (36), doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
@@ -24,20 +25,27 @@ Indices = NDArray[np.intp]
 
 
 def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
-    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows of T are the identity.
+    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows
+    of T are the identity.
 
-    Equations (33) to (36), D (m,r), d (m,). InputError where there are as many constraints as modes, or dependent ones.
+    Equations (33) to (36), D (m,r), d (m,). InputError where there are as many constraints as
+    modes, or dependent ones.
     """
-    where, matrix = "pivots.eliminate", _matrix(D, "pivots.eliminate")
+    where = "pivots.eliminate"
+    matrix = _matrix(D, "pivots.eliminate")
     m, r = matrix.shape
     constant = finite(d, where, f"d as {m} finite numbers, one a row of D", m)
     if r <= m:
         remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps) or keep the multipliers"
-        raise InputError(say(where, f"more than {m} modes for {m} constraints", f"{r} modes", remedy))
+        raise InputError(
+            say(where, f"more than {m} modes for {m} constraints", f"{r} modes", remedy)
+        )
     dependent = ranks.independent_rows(matrix.T, alike=True)  # of columns
     if len(dependent) < m:
         remedy = "drop repeated constraints and those that hold for every mode, or keep more modes"
-        raise InputError(say(where, f"{m} independent constraints", f"rank {len(dependent)}", remedy))
+        raise InputError(
+            say(where, f"{m} independent constraints", f"rank {len(dependent)}", remedy)
+        )
     free = np.setdiff1d(np.arange(r), dependent)
     T, x0 = np.zeros((r, r - m)), np.zeros(r)
     T[free, np.arange(r - m)] = 1.0
@@ -46,11 +54,16 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     return T, x0
 
 
-def independent_rows(stack: Sequence[ArrayLike], tolerance: float = ranks.NEAR, first: NDArray[np.bool_] | None = None) -> Indices:
+def independent_rows(
+    stack: Sequence[ArrayLike],
+    tolerance: float = ranks.NEAR,
+    first: NDArray[np.bool_] | None = None,
+) -> Indices:
     """Indices, rising, of the rows to keep of Jacobians (m,r) in several configurations.
 
-    A row is left out when one and the same combination of the rows kept gives it in all configurations, to `tolerance` relative to
-    the largest row; of rows that depend on each other those that are `first` (m,) are kept.
+    A row is left out when one and the same combination of the rows kept gives it in all
+    configurations, to `tolerance` relative to the largest row; of rows that depend on each other
+    those that are `first` (m,) are kept.
     """
     where = "pivots.independent_rows"
     jacobians = [_matrix(jacobian, where) for jacobian in stack]
@@ -60,10 +73,12 @@ def independent_rows(stack: Sequence[ArrayLike], tolerance: float = ranks.NEAR, 
     if not 0.0 < tolerance < 1.0:
         raise InputError(say(where, "0 < tolerance < 1", tolerance))
     rows = np.hstack(jacobians)
-    least, found = tolerance * np.linalg.norm(rows, axis=1).max(initial=0.0), np.zeros(0, dtype=np.intp)
+    least = tolerance * np.linalg.norm(rows, axis=1).max(initial=0.0)
+    found = np.zeros(0, dtype=np.intp)
     ahead = np.zeros(len(rows), dtype=bool) if first is None else first
     for group in (np.flatnonzero(ahead), np.flatnonzero(~ahead)):
-        base, left = np.linalg.qr(rows[found].T)[0], rows[group]
+        base = np.linalg.qr(rows[found].T)[0]
+        left = rows[group]
         for _ in range(2):  # once more, because what is left may be round-off of the first time
             left = left - (left @ base) @ base.T
         order, sizes = ranks.pivots(left)
@@ -73,4 +88,6 @@ def independent_rows(stack: Sequence[ArrayLike], tolerance: float = ranks.NEAR, 
 
 def _matrix(x: ArrayLike, where: str) -> Array:
     """x as a finite matrix."""
-    return finite(x, where, "a matrix (constraints, modes) of finite entries", None, None, empty=True)
+    return finite(
+        x, where, "a matrix (constraints, modes) of finite entries", None, None, empty=True
+    )

@@ -2,7 +2,8 @@
 
     pixel = centre of the picture + ((p - focus) . right, -(p - focus) . up) / metres_per_pixel
 
-Planar scenes are seen from +z, spatial ones along (-1, 1, -1) / sqrt(3): isometric, x and y to the right, z up.
+Planar scenes are seen from +z, spatial ones along (-1, 1, -1) / sqrt(3): isometric, x and y to the
+right, z up.
 """
 
 from __future__ import annotations
@@ -38,19 +39,27 @@ def axes(planar: bool) -> Array:
     """Unit vectors to the right, up and towards the eye, (3,3)."""
     if planar:
         return np.eye(3)
-    return np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 2.0], [1.0, -1.0, 1.0]]) / np.sqrt([[2.0], [6.0], [3.0]])
+    return np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 2.0], [1.0, -1.0, 1.0]]) / np.sqrt(
+        [[2.0], [6.0], [3.0]]
+    )
 
 
 def fit(points: Array, planar: bool, size: tuple[int, int], margins: Margins) -> Camera:
-    """The camera that shows points (n,3) as large as they fit inside the margins (left, right, top, bottom) [pixel]."""
+    """The camera that shows points (n,3) as large as they fit inside the margins (left, right, top,
+    bottom) [pixel].
+    """
     view = axes(planar)
     seen = points @ view.T
     extent = np.ptp(seen, axis=0)
     middle = seen.min(axis=0) + extent / 2.0
     largest = float(np.abs(points).max())
-    extent = np.maximum(extent, (1e-6 * largest if extent.any() else largest) or 1.0)  # coinciding points are still seen
+    extent = np.maximum(
+        extent, (1e-6 * largest if extent.any() else largest) or 1.0
+    )  # coinciding points are still seen
     left, right, top, bottom = margins
-    scale = max(extent[0] / max(size[0] - left - right, 1.0), extent[1] / max(size[1] - top - bottom, 1.0))
+    scale = max(
+        extent[0] / max(size[0] - left - right, 1.0), extent[1] / max(size[1] - top - bottom, 1.0)
+    )
     middle += np.array([right - left, top - bottom, 0.0]) / 2.0 * scale
     return Camera(view, middle @ view, extent, float(scale), size)
 
@@ -64,4 +73,6 @@ def project(camera: Camera, points: Array) -> Array:
 def round_length(longest: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not above `longest`."""
     power = 10.0 ** math.floor(math.log10(longest))
-    return power * max(factor for factor in (1.0, 2.0, 5.0) if factor * power <= longest * (1 + 1e-9))
+    return power * max(
+        factor for factor in (1.0, 2.0, 5.0) if factor * power <= longest * (1 + 1e-9)
+    )

@@ -1,7 +1,8 @@
 """What stands around a drawn scene: title and times by Pillow, and a key by matplotlib.
 
-The key has the colour scale or the names of bodies, the kinds of joints and arrows, a bar of round length, and the axes as they are
-seen. All of it is laid beside or over the pixels afterwards, so that no text depends on OpenGL.
+The key has the colour scale or the names of bodies, the kinds of joints and arrows, a bar of round
+length, and the axes as they are seen. All of it is laid beside or over the pixels afterwards, so
+that no text depends on OpenGL.
 """
 
 from __future__ import annotations
@@ -53,7 +54,9 @@ class Text:
 
 @lru_cache(maxsize=16)
 def _font(height: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), height)
+    return ImageFont.truetype(
+        str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), height
+    )
 
 
 def measure(words: str, height: int) -> float:
@@ -89,10 +92,19 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
         _draw_scale(figure.add_axes((0.10, below, 0.16, TOP - below)), job.scale)
         top = below - 1.5 * row
     if handles:
-        letters = 9.0 * min(1.0, (top / row - FOOT) / (len(handles) + 1))  # smaller where there are very many
-        style: dict[str, Any] = {"frameon": False, "fontsize": letters, "handlelength": 1.2, "borderaxespad": 0.2}
+        letters = 9.0 * min(
+            1.0, (top / row - FOOT) / (len(handles) + 1)
+        )  # smaller where there are very many
+        style: dict[str, Any] = {
+            "frameon": False,
+            "fontsize": letters,
+            "handlelength": 1.2,
+            "borderaxespad": 0.2,
+        }
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, top), **style)
-    foot = figure.add_axes((0.0, 0.0, 1.0, FOOT * row), xlim=(0, width(job)), ylim=(0, FOOT * row * height))
+    foot = figure.add_axes(
+        (0.0, 0.0, 1.0, FOOT * row), xlim=(0, width(job)), ylim=(0, FOOT * row * height)
+    )
     foot.set_axis_off()
     _draw_foot(foot, job, camera)
     canvas.draw()
@@ -109,19 +121,33 @@ def _draw_scale(axes: Axes, scale: ColourScale) -> None:
 
 
 def _draw_foot(axes: Axes, job: PictureJob, camera: Camera) -> None:
-    """The axes as they are seen, and a bar as long as a round length along each of them, which all look equally long."""
-    room, tall = axes.get_xlim()[1], axes.get_ylim()[1]
+    """The axes as they are seen, and a bar as long as a round length along each of them, which all
+    look equally long.
+    """
+    room = axes.get_xlim()[1]
+    tall = axes.get_ylim()[1]
     arms = camera.axes[:2].T
     seen = np.linalg.norm(arms, axis=1)
-    origin = np.array([0.05 * room, 0.12 * tall]) - 0.45 * tall * np.minimum(arms / seen.max(), 0.0).min(axis=0)
+    origin = np.array([0.05 * room, 0.12 * tall]) - 0.45 * tall * np.minimum(
+        arms / seen.max(), 0.0
+    ).min(axis=0)
     for name, arm in zip("xyz", arms[seen > 0.1] / seen.max(), strict=False):
         axes.annotate(
-            "", origin + 0.45 * tall * arm, origin, arrowprops={"arrowstyle": "-|>", "color": INK, "shrinkA": 0, "shrinkB": 0}
+            "",
+            origin + 0.45 * tall * arm,
+            origin,
+            arrowprops={"arrowstyle": "-|>", "color": INK, "shrinkA": 0, "shrinkB": 0},
         )
         x, y = origin + 0.6 * tall * arm
         axes.text(x, y, name, fontsize=9, color=INK, ha="center", va="center")
     length, text = bar(job, camera, 0.5 * room)
-    axes.plot([0.95 * room - length, 0.95 * room], [0.12 * tall] * 2, color=INK, lw=2.5, solid_capstyle="butt")
+    axes.plot(
+        [0.95 * room - length, 0.95 * room],
+        [0.12 * tall] * 2,
+        color=INK,
+        lw=2.5,
+        solid_capstyle="butt",
+    )
     axes.text(0.97 * room, 0.2 * tall, text, fontsize=9, color=INK, ha="right", va="bottom")
 
 
@@ -134,25 +160,36 @@ def bar(job: PictureJob, camera: Camera, longest: float) -> tuple[float, str]:
 
 
 def _handles(job: PictureJob) -> list[Line2D]:
-    """Bodies that have colours of their own, joints, arrows, and gravity as it points in the picture."""
+    """Bodies that have colours of their own, joints, arrows, and gravity as it points in the
+    picture.
+    """
     names = () if job.scale else job.frames.bodies
-    found = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
+    found = [
+        Line2D([], [], color=palette.colour(i), lw=4, label=plain(name))
+        for i, name in enumerate(names)
+    ]
     for kind, mark in {mark.kind: mark for mark in frames_.acting(job.frames).values()}.items():
         marker: Any = SYMBOLS[kind].marker
         size = 8 if mark.is_joint else 10
         if kind == "gravity":
             marker = turned(marker, mark, job.planar)
             size = 13
-        found.append(Line2D([], [], color=SYMBOLS[kind].colour, ms=size, marker=marker, ls="", label=kind))
+        found.append(
+            Line2D([], [], color=SYMBOLS[kind].colour, ms=size, marker=marker, ls="", label=kind)
+        )
     return found
 
 
 def turned(marker: str, mark: Mark, planar: bool) -> MarkerStyle:
-    """The marker of an arrow to the right, along the largest direction of a mark in the picture; a dot along the line of sight."""
+    """The marker of an arrow to the right, along the largest direction of a mark in the picture; a
+    dot along the line of sight.
+    """
     size = np.linalg.norm(mark.directions, axis=1)
     across, along, _ = camera_.axes(planar) @ mark.directions[size.argmax()] / size.max()
     seen = math.hypot(across, along) > 0.1
-    return MarkerStyle(marker if seen else r"$\odot$", transform=Affine2D().rotate(math.atan2(along, across)))
+    return MarkerStyle(
+        marker if seen else r"$\odot$", transform=Affine2D().rotate(math.atan2(along, across))
+    )
 
 
 def norm(scale: ColourScale) -> Normalize:
@@ -161,6 +198,10 @@ def norm(scale: ColourScale) -> Normalize:
 
 
 def cmap(scale: ColourScale) -> ListedColormap:
-    """The colour map without its palest end, where that is yellow; unloaded plates stay pale behind their outline."""
+    """The colour map without its palest end, where that is yellow; unloaded plates stay pale behind
+    their outline.
+    """
     name = "coolwarm" if scale.diverges else "YlOrRd" if scale.field in STRESSES else "viridis"
-    return ListedColormap(matplotlib.colormaps[name](np.linspace(0.0, 0.93 if name == "viridis" else 1.0, 256)))
+    return ListedColormap(
+        matplotlib.colormaps[name](np.linspace(0.0, 0.93 if name == "viridis" else 1.0, 256))
+    )

@@ -19,7 +19,9 @@ from .decor import Pixels
 from .job import PictureJob
 
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
-EYE = np.array([1.0, -1.0, 1.0])  #: direction from a spatial scene to the eye, in which shapes stand before the reference
+EYE = np.array(
+    [1.0, -1.0, 1.0]
+)  #: direction from a spatial scene to the eye, in which shapes stand before the reference
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
 SPLIT = 40.0  #: angle between facets of a skin from which they are shaded apart [degrees]
 SHARP = 0.5  #: cosine of the turn of a line at a corner
@@ -45,7 +47,9 @@ def stage(job: PictureJob, camera: Camera) -> Stage:
     """An empty one, off the screen."""
     import pyvista
 
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(camera.size), lighting="light kit")
+    plotter: Any = pyvista.Plotter(
+        off_screen=True, window_size=list(camera.size), lighting="light kit"
+    )
     plotter.set_background("white")
     plotter.enable_anti_aliasing("msaa", multi_samples=8)
     slots = job.frames.times.size if job.layout == "overlay" else 1
@@ -56,7 +60,10 @@ def stage(job: PictureJob, camera: Camera) -> Stage:
     plotter.camera.parallel_scale = camera.metres_per_pixel * camera.size[1] / 2
     plotter.camera.clipping_range = (0.01 * reach, 2 * reach)
     bodies = job.frames.bodies.values()
-    places = [surfaces.places(body.reference) if body.is_shell else np.empty(0, np.int64) for body in bodies]
+    places = [
+        surfaces.places(body.reference) if body.is_shell else np.empty(0, np.int64)
+        for body in bodies
+    ]
     return Stage(job, camera, plotter, [surfaces.edges(body) for body in bodies], places)
 
 
@@ -67,29 +74,56 @@ def shot(plotter: Any) -> Pixels:
 
 
 def instant(stage: Stage, sample: int, strength: float = 1.0, slot: int = 0) -> None:
-    """Draw all bodies, arrows and joints at one instant, replacing what was in `slot`; `strength` < 1 is paler."""
-    job, thin = stage.job, stage.camera.thinnest
-    nearer = np.array([0.0, 0.0, slot * DEPTH * RADIUS * thin]) if job.planar else slot * job.options.behind * thin * EYE
+    """Draw all bodies, arrows and joints at one instant, replacing what was in `slot`; `strength` <
+    1 is paler.
+    """
+    job = stage.job
+    thin = stage.camera.thinnest
+    nearer = (
+        np.array([0.0, 0.0, slot * DEPTH * RADIUS * thin])
+        if job.planar
+        else slot * job.options.behind * thin * EYE
+    )
     for i, body in enumerate(job.frames.bodies.values()):
         _body(stage, i, body, sample, nearer, strength, slot)
     for j, mark in enumerate(job.frames.marks.values()):
-        symbol, name = SYMBOLS[mark.kind], f"mark {slot} {j}"
+        symbol = SYMBOLS[mark.kind]
+        name = f"mark {slot} {j}"
         layer = 2 * symbol.layer if mark.is_joint else 8  # in the plane in front of all surfaces
         lift = nearer + np.array([0.0, 0.0, layer * RADIUS * thin * job.planar])
         tint = fade(symbol.colour, strength)
         if mark.is_joint:
-            stage.plotter.add_mesh(glyph(symbol, mark.points[sample] + lift, RADIUS * thin), color=tint, name=name, **STILL)
+            stage.plotter.add_mesh(
+                glyph(symbol, mark.points[sample] + lift, RADIUS * thin),
+                color=tint,
+                name=name,
+                **STILL,
+            )
         elif mark.points.size and mark.directions[sample].any():  # gravity is in the key
-            shape = arrow(symbol, mark.points[sample] + lift, mark.directions[sample], REACH * thin, job.planar)
+            shape = arrow(
+                symbol,
+                mark.points[sample] + lift,
+                mark.directions[sample],
+                REACH * thin,
+                job.planar,
+            )
             stage.plotter.add_mesh(shape, color=tint, name=name, **FLAT)
         else:
             stage.plotter.remove_actor(name, render=False)
 
 
-def _body(stage: Stage, i: int, body: Shown, sample: int, nearer: Array, strength: float, slot: int) -> None:
+def _body(
+    stage: Stage, i: int, body: Shown, sample: int, nearer: Array, strength: float, slot: int
+) -> None:
     """A tube, or facets with lines around them."""
-    job, thin, points = stage.job, stage.camera.thinnest, body.points[sample] + nearer
-    values = decor.norm(job.scale)(body.fields[job.scale.field][sample]) if job.scale else np.zeros(len(points))
+    job = stage.job
+    thin = stage.camera.thinnest
+    points = body.points[sample] + nearer
+    values = (
+        decor.norm(job.scale)(body.fields[job.scale.field][sample])
+        if job.scale
+        else np.zeros(len(points))
+    )
     values = np.ma.filled(values, np.nan)
     style = {"name": f"body {slot} {i}", **_tint(job, i, strength)}
     if not body.is_surface:
@@ -100,10 +134,14 @@ def _body(stage: Stage, i: int, body: Shown, sample: int, nearer: Array, strengt
     if body.sections[0]:
         points = thickened(body, points, thin)
     rim = mesh(points, stage.rims[i], {})
-    stage.plotter.add_mesh(rim, color=fade(INK, strength), line_width=1.6, name=f"rim {slot} {i}", **FLAT)
+    stage.plotter.add_mesh(
+        rim, color=fade(INK, strength), line_width=1.6, name=f"rim {slot} {i}", **FLAT
+    )
     shape = mesh(points, body.cells, {"values": values})
     if body.sections[0]:
-        shape = shape.compute_normals(feature_angle=SPLIT, split_vertices=True, cell_normals=False, consistent_normals=False)
+        shape = shape.compute_normals(
+            feature_angle=SPLIT, split_vertices=True, cell_normals=False, consistent_normals=False
+        )
     elif not job.planar:
         shape.point_data.active_normals = surfaces.normals(points, body.cells, stage.places[i])
     actor = stage.plotter.add_mesh(shape, **(FLAT if job.planar else MATT), **style)
@@ -119,27 +157,39 @@ def thickened(body: Shown, points: Array, thin: float) -> Array:
     count, around = body.sections
     sections, ends = np.split(points, [count * around])
     centres = sections.reshape(count, around, 3).mean(axis=1)
-    of = np.concatenate([np.repeat(centres, around, axis=0), np.repeat(centres[[0, -1]], len(ends) // 2, axis=0)])
+    of = np.concatenate(
+        [np.repeat(centres, around, axis=0), np.repeat(centres[[0, -1]], len(ends) // 2, axis=0)]
+    )
     return of + factor * (points - of)
 
 
 def outline(stage: Stage) -> None:
-    """The first instant as lines alone, which hide nothing: edges of surfaces, centre lines of the others."""
+    """The first instant as lines alone, which hide nothing: edges of surfaces, centre lines of the
+    others.
+    """
     for i, (body, rim) in enumerate(zip(stage.job.frames.bodies.values(), stage.rims, strict=True)):
         lines = mesh(body.points[0], rim, {})
-        stage.plotter.add_mesh(lines, color=palette.GREY, line_width=1.6, name=f"outline {i}", **FLAT)
+        stage.plotter.add_mesh(
+            lines, color=palette.GREY, line_width=1.6, name=f"outline {i}", **FLAT
+        )
 
 
 def fade(colours: Any, strength: float) -> Any:
     """Red, green, blue (..., 3) in [0, 1] mixed with white; strength 1 leaves them as they are."""
-    return 1.0 - strength * (1.0 - np.array(to_rgb(colours) if isinstance(colours, str) else colours))
+    return 1.0 - strength * (
+        1.0 - np.array(to_rgb(colours) if isinstance(colours, str) else colours)
+    )
 
 
 def _tint(job: PictureJob, body: int, strength: float) -> dict[str, Any]:
-    """How a body is coloured: by its values in [0, 1], grey where there is none, or by its own colour."""
+    """How a body is coloured: by its values in [0, 1], grey where there is none, or by its own
+    colour.
+    """
     if not job.scale:
         return {"color": fade(palette.colour(body), strength)}
-    colours = ListedColormap(fade(decor.cmap(job.scale)(np.linspace(0.0, 1.0, 256))[:, :3], strength))
+    colours = ListedColormap(
+        fade(decor.cmap(job.scale)(np.linspace(0.0, 1.0, 256))[:, :3], strength)
+    )
     scale = {"clim": (0.0, 1.0), "cmap": colours, "nan_color": fade(NONE, strength)}
     return {"scalars": "values", "show_scalar_bar": False, **scale}
 
@@ -150,36 +200,53 @@ def arrow(symbol: Symbol, place: Array, direction: Array, reach: float, planar: 
 
     aim = direction / np.linalg.norm(direction)
     if symbol.form == "axis":
-        return pyvista.Line(place - 0.6 * reach * aim, place + 0.6 * reach * aim).tube(radius=0.012 * reach)
+        return pyvista.Line(place - 0.6 * reach * aim, place + 0.6 * reach * aim).tube(
+            radius=0.012 * reach
+        )
     if symbol.form == "arrow":
         start = place + begins(aim, planar) * reach * aim
-        return pyvista.Arrow(start=start, direction=aim, scale=reach, tip_length=0.3, tip_radius=0.1, shaft_radius=0.03)
+        return pyvista.Arrow(
+            start=start,
+            direction=aim,
+            scale=reach,
+            tip_length=0.3,
+            tip_radius=0.1,
+            shaft_radius=0.03,
+        )
     across = np.cross(aim, np.eye(3)[int(np.argmin(np.abs(aim)))])
     across /= np.linalg.norm(across)
     angles = np.linspace(0.0, 1.5 * np.pi, 40)[:, None]
     ring = place + 0.45 * reach * (np.cos(angles) * across + np.sin(angles) * np.cross(aim, across))
     end = (ring[-1] - ring[-2]) / np.linalg.norm(ring[-1] - ring[-2])
-    head = pyvista.Cone(center=ring[-1] + 0.1 * reach * end, direction=end, height=0.3 * reach, radius=0.1 * reach)
+    head = pyvista.Cone(
+        center=ring[-1] + 0.1 * reach * end, direction=end, height=0.3 * reach, radius=0.1 * reach
+    )
     return pyvista.lines_from_points(ring).tube(radius=0.03 * reach).merge(head)
 
 
 def begins(aim: Array, planar: bool) -> float:
-    """Where the arrow of a force along `aim` (3,) begins, over its length: at its place, or -1: it ends there.
+    """Where the arrow of a force along `aim` (3,) begins, over its length: at its place, or -1: it
+    ends there.
 
-    It ends there unless it points to the eye in space: from behind a plate it would be hidden by what it pushes.
+    It ends there unless it points to the eye in space: from behind a plate it would be hidden by
+    what it pushes.
     """
     return -1.0 if planar or aim @ EYE <= 0.0 else 0.0
 
 
 def _tube(points: Array, radius: float, values: Array) -> Any:
-    """A tube along a line; pieces between sharp corners have tubes of their own, which keep their width there."""
+    """A tube along a line; pieces between sharp corners have tubes of their own, which keep their
+    width there.
+    """
     import pyvista
 
     along = np.diff(points, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
     corners = 1 + np.flatnonzero(np.sum(along[1:] * along[:-1], axis=1) < SHARP)
     ends = np.concatenate([[0], corners, [len(points) - 1]])
-    pieces = [[last - first + 1, *range(first, last + 1)] for first, last in itertools.pairwise(ends)]
+    pieces = [
+        [last - first + 1, *range(first, last + 1)] for first, last in itertools.pairwise(ends)
+    ]
     line = pyvista.PolyData(points, lines=np.concatenate(pieces))
     line.point_data["values"] = values
     return line.tube(radius=radius, n_sides=14, capping=True)
@@ -189,7 +256,8 @@ def glyph(symbol: Symbol, centre: Array, radius: float) -> Any:
     """The form of a joint whose ball has a radius."""
     import pyvista
 
-    sizes, turned = radius * np.array(symbol.sizes), {"center": centre, "direction": np.eye(3)[symbol.axis]}
+    sizes = radius * np.array(symbol.sizes)
+    turned = {"center": centre, "direction": np.eye(3)[symbol.axis]}
     if symbol.form == "box":
         return box(centre, sizes)
     if symbol.form == "cross":
@@ -198,7 +266,9 @@ def glyph(symbol: Symbol, centre: Array, radius: float) -> Any:
     if symbol.form == "cone":
         return pyvista.Cone(radius=sizes[0], height=sizes[1], resolution=24, **turned)
     if symbol.form == "prism":
-        return pyvista.Cylinder(radius=sizes[0], height=2.0 * sizes[1], resolution=int(symbol.sizes[2]), **turned)
+        return pyvista.Cylinder(
+            radius=sizes[0], height=2.0 * sizes[1], resolution=int(symbol.sizes[2]), **turned
+        )
     return pyvista.Sphere(radius=sizes[0], center=centre, theta_resolution=20, phi_resolution=20)
 
 

@@ -17,7 +17,9 @@ class PictureOptions:
 
     field: str | None = None  #: coloured by this field; None: by body
     label: str = ""  #: text beside the colour scale, with its SI unit; empty: name and unit of well-known fields
-    limits: tuple[float, float] | None = None  #: of the colour scale, SI units; None: those of the drawn instants
+    limits: tuple[float, float] | None = (
+        None  #: of the colour scale, SI units; None: those of the drawn instants
+    )
     logarithmic: bool = False  #: colour scale by decades
     title: str = ""
     clock: str = "s"  #: unit of the times; "load factor" of equilibria
@@ -32,7 +34,9 @@ class PictureOptions:
         if self.limits is not None and not self.limits[0] < self.limits[1]:
             raise InputError(say("pictures: limits", "a lower and a larger upper one", self.limits))
         if self.logarithmic and self.limits is not None and self.limits[0] <= 0:
-            raise InputError(say("pictures: limits", "positive ones for a logarithmic scale", self.limits))
+            raise InputError(
+                say("pictures: limits", "positive ones for a logarithmic scale", self.limits)
+            )
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
-"""The process that draws: it loads VTK, probes whether anything can be drawn, then draws one order after the other.
+"""The process that draws: it loads VTK, probes whether anything can be drawn, then draws one order
+after the other.
 
-Orders are pickles of `PictureJob` on its input, None for the probe alone. A line on its output answers each: an exit code, 0 for
-what is drawn, and why it is not. Where VTK finds no OpenGL at all, a signal ends the process without an answer.
+Orders are pickles of `PictureJob` on its input, None for the probe alone. A line on its output
+answers each: an exit code, 0 for what is drawn, and why it is not. Where VTK finds no OpenGL at
+all, a signal ends the process without an answer.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ class Painter:
         if self.process is None or self.process.poll() is not None:
             self.close()
             pipe = subprocess.PIPE
-            self.process = subprocess.Popen(self.command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+            self.process = subprocess.Popen(
+                self.command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
+            )
         return self.process
 
     def draw(self, job: PictureJob | None) -> tuple[int, str]:
@@ -47,7 +51,8 @@ class Painter:
         TimeoutError where a picture takes too long.
         """
         with self.lock:
-            process, begin = self.begin(), time.monotonic()
+            process = self.begin()
+            begin = time.monotonic()
             assert process.stdin is not None
             assert process.stdout is not None
             timer = threading.Timer(TIME_LIMIT, process.kill)
@@ -57,7 +62,9 @@ class Painter:
                 with contextlib.suppress(OSError):  # it has ended
                     process.stdin.write(pickle.dumps(job))
                     process.stdin.flush()
-                code, _, reason = process.stdout.readline().decode(errors="replace").strip().partition(" ")
+                code, _, reason = (
+                    process.stdout.readline().decode(errors="replace").strip().partition(" ")
+                )
                 found = int(code or process.wait() or 1), reason
             except BaseException:
                 process.kill()
@@ -82,7 +89,9 @@ AT_HAND: list[Painter] = []  #: the one that draws all pictures now, if there is
 
 @contextlib.contextmanager
 def at_hand(wanted: bool = True) -> Iterator[None]:
-    """Where it is `wanted`, one process for all pictures that are drawn inside; it loads VTK while other work goes on."""
+    """Where it is `wanted`, one process for all pictures that are drawn inside; it loads VTK while
+    other work goes on.
+    """
     if not wanted or AT_HAND or extras.missing("viz"):
         yield
         return

@@ -26,10 +26,16 @@ from .decor import Pixels, Text
 from .job import PictureJob
 
 MISSING, FAILED = 7, 1  #: answers where nothing can be drawn, and where this picture cannot
-SHORTEST = 0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
+SHORTEST = (
+    0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
+)
 PALEST = 0.28  #: strength of the first instant of an overlay
-TURNS = np.exp(1j * np.radians([0, 45, -45, 90, -90, 135, -135, 180]))  #: of a text about what it marks, the first choice first
-FARTHER = np.array([1.0, 1.5, 2.0, 3.0])  #: distances of a text from what it marks, over the usual one, the first choice first
+TURNS = np.exp(
+    1j * np.radians([0, 45, -45, 90, -90, 135, -135, 180])
+)  #: of a text about what it marks, the first choice first
+FARTHER = np.array(
+    [1.0, 1.5, 2.0, 3.0]
+)  #: distances of a text from what it marks, over the usual one, the first choice first
 LEAST = 12.0  #: width of a small scene, over the height of its letters
 TAKEN = 10  #: pixels of a body that a pixel of a text counts for
 
@@ -38,7 +44,9 @@ def main() -> None:
     """Probe, then answer the orders on the input until it ends."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # whatever libraries print is no answer
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who stops a run wants the picture of what it has reached
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # who stops a run wants the picture of what it has reached
     ready = _probe()
     while True:
         try:
@@ -79,7 +87,8 @@ def _line(error: Exception) -> str:
 
 def view(job: PictureJob, size: tuple[int, int], height: int) -> Camera:
     """The camera that serves all instants, with arrows and room for a line of letters above."""
-    frames, seen = job.frames, frames_.points(job.frames)
+    frames = job.frames
+    seen = frames_.points(job.frames)
     reach = REACH * THIN * float(np.ptp(seen, axis=0).max())
     found = [seen]
     for mark in frames.marks.values():
@@ -101,14 +110,20 @@ def crop(job: PictureJob, camera: Camera, height: int) -> Camera:
     left, right, top, bottom = margins(job, height)
     across, along, _ = camera.extent / camera.metres_per_pixel
     wanted = max(across + left + right, LEAST * height), along + top + bottom
-    return replace(camera, size=(min(camera.size[0], math.ceil(wanted[0])), min(camera.size[1], math.ceil(wanted[1]))))
+    return replace(
+        camera,
+        size=(min(camera.size[0], math.ceil(wanted[0])), min(camera.size[1], math.ceil(wanted[1]))),
+    )
 
 
 def stamps(job: PictureJob, times: Array) -> list[str]:
     """Instants (s,) as text: `t = 0.25 s`, `load factor 0.25`, or captions of their own."""
     if job.options.captions:
         return list(job.options.captions)
-    return [f"t = {number} s" if job.options.clock == "s" else f"{job.options.clock} {number}" for number in _numbers(times)]
+    return [
+        f"t = {number} s" if job.options.clock == "s" else f"{job.options.clock} {number}"
+        for number in _numbers(times)
+    ]
 
 
 def _numbers(times: Array) -> list[str]:
@@ -128,28 +143,47 @@ def letters(job: PictureJob) -> int:
 
 
 def overlay(job: PictureJob) -> list[Pixels]:
-    """All instants in one scene, the earlier ones paler, each marked with its time at the point that moves farthest."""
-    height, count = letters(job), job.frames.times.size
+    """All instants in one scene, the earlier ones paler, each marked with its time at the point
+    that moves farthest.
+    """
+    height = letters(job)
+    count = job.frames.times.size
     camera = view(job, (job.options.size[0] - decor.width(job), job.options.size[1]), height)
     stage = drawing.stage(job, camera)
     for sample, strength in enumerate(np.linspace(PALEST, 1.0, count) if count > 1 else np.ones(1)):
         drawing.instant(stage, sample, float(strength), slot=sample)
     image = drawing.shot(stage.plotter)
     stage.plotter.close()
-    texts = [Text(job.options.title, (height, height), "la", round(1.2 * height))] if job.options.title else []
+    texts = (
+        [Text(job.options.title, (height, height), "la", round(1.2 * height))]
+        if job.options.title
+        else []
+    )
     if job.frames.bodies:
-        words = [one.removeprefix("t = ").replace("load factor", "load x") for one in stamps(job, job.frames.times)]
-        texts += place_marks(words, *_farthest(camera, job.frames), np.any(image < 255, axis=2), height)
+        words = [
+            one.removeprefix("t = ").replace("load factor", "load x")
+            for one in stamps(job, job.frames.times)
+        ]
+        texts += place_marks(
+            words, *_farthest(camera, job.frames), np.any(image < 255, axis=2), height
+        )
     return _with_key([decor.letter(image, texts)], job, camera)
 
 
-def place_marks(words: list[str], tips: Array, inner: Array, ink: np.ndarray, height: int) -> list[Text]:
-    """Texts beside pixels `tips` (s,2), the last first: each where it covers least of the `ink` (height, width) and of the others.
+def place_marks(
+    words: list[str], tips: Array, inner: Array, ink: np.ndarray, height: int
+) -> list[Text]:
+    """Texts beside pixels `tips` (s,2), the last first: each where it covers least of the `ink`
+    (height, width) and of the others.
 
-    The first choice is the place away from the points `inner` (s,2); all are inside of the picture, below a line for its title.
+    The first choice is the place away from the points `inner` (s,2); all are inside of the picture,
+    below a line for its title.
     """
-    taken, found = ink.astype(np.int64), list[Text]()
-    room = np.array([max(decor.measure(word, height) for word in words) + height, 1.7 * height]) / 2.0  # half of it
+    taken = ink.astype(np.int64)
+    found = list[Text]()
+    room = (
+        np.array([max(decor.measure(word, height) for word in words) + height, 1.7 * height]) / 2.0
+    )  # half of it
     low = room + np.array([0.0, 2.0 * height])
     high = np.array(ink.shape[::-1]) - room
     away = np.maximum(room + 0.2 * height, (2.4 * height, 1.5 * height))
@@ -167,9 +201,14 @@ def place_marks(words: list[str], tips: Array, inner: Array, ink: np.ndarray, he
 
 
 def _farthest(camera: Camera, frames: Frames) -> tuple[Array, Array]:
-    """Pixels (s,2) of that point of all bodies which moves farthest, also from its reference, and of the middle of its body."""
+    """Pixels (s,2) of that point of all bodies which moves farthest, also from its reference, and
+    of the middle of its body.
+    """
     bodies = list(frames.bodies.values())
-    paths = [camera_.project(camera, np.concatenate([body.points, body.reference[None]])) for body in bodies]
+    paths = [
+        camera_.project(camera, np.concatenate([body.points, body.reference[None]]))
+        for body in bodies
+    ]
     ways = [np.ptp(path, axis=0).sum(axis=1) for path in paths]
     most = int(np.argmax([way.max() for way in ways]))
     found = paths[most][:-1]
@@ -177,29 +216,42 @@ def _farthest(camera: Camera, frames: Frames) -> tuple[Array, Array]:
 
 
 def multiples(job: PictureJob) -> list[Pixels]:
-    """One scene an instant, side by side, all with the same camera and colours; the sheet ends where they end."""
+    """One scene an instant, side by side, all with the same camera and colours; the sheet ends
+    where they end.
+    """
     columns, camera = arrange(job)
     across, along = camera.size
-    title, height = head(job), small(job)
-    tall = max(title + math.ceil(len(drawn(job)) / columns) * along, round(SHORTEST * job.options.size[1]))
+    title = head(job)
+    height = small(job)
+    tall = max(
+        title + math.ceil(len(drawn(job)) / columns) * along, round(SHORTEST * job.options.size[1])
+    )
     canvas = np.full((tall, columns * across, 3), 255, dtype=np.uint8)
     for sample, image in enumerate(_instants(job, camera, height)):
-        top, left = title + sample // columns * along, sample % columns * across
+        top = title + sample // columns * along
+        left = sample % columns * across
         canvas[top : top + along, left : left + across] = image
     if job.options.title:
-        canvas = decor.letter(canvas, [Text(job.options.title, (height, title / 2), "lm", round(1.2 * letters(job)))])
+        canvas = decor.letter(
+            canvas, [Text(job.options.title, (height, title / 2), "lm", round(1.2 * letters(job)))]
+        )
     return _with_key([canvas], job, camera)
 
 
 def arrange(job: PictureJob) -> tuple[int, Camera]:
-    """Columns of small scenes that show them largest, among equals the squarest grid, and the camera of each scene."""
-    count, room = len(drawn(job)), (job.options.size[0] - decor.width(job), job.options.size[1] - head(job))
+    """Columns of small scenes that show them largest, among equals the squarest grid, and the
+    camera of each scene.
+    """
+    count = len(drawn(job))
+    room = (job.options.size[0] - decor.width(job), job.options.size[1] - head(job))
 
     def camera(columns: int) -> Camera:
         return view(job, (room[0] // columns, room[1] // math.ceil(count / columns)), small(job))
 
     def smallness(columns: int) -> tuple[float, int]:
-        return round(math.log(camera(columns).metres_per_pixel), 2), abs(columns - math.ceil(count / columns))
+        return round(math.log(camera(columns).metres_per_pixel), 2), abs(
+            columns - math.ceil(count / columns)
+        )
 
     best = min(range(1, count + 1), key=smallness)
     return best, crop(job, camera(best), small(job))
@@ -222,12 +274,15 @@ def animation(job: PictureJob) -> list[Pixels]:
 
 
 def _instants(job: PictureJob, camera: Camera, height: int, title: str = "") -> Iterator[Pixels]:
-    samples, stage = drawn(job), drawing.stage(job, camera)
+    samples = drawn(job)
+    stage = drawing.stage(job, camera)
     if job.options.behind:
         drawing.outline(stage)
     for sample, stamp in zip(samples, stamps(job, job.frames.times[samples]), strict=True):
         drawing.instant(stage, int(sample), slot=int(job.options.behind))
-        head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height))
+        head = Text(
+            stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height)
+        )
         yield decor.letter(drawing.shot(stage.plotter), [head])
     stage.plotter.close()
 
@@ -242,7 +297,9 @@ LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}
 
 
 def _save(images: list[Pixels], job: PictureJob) -> None:
-    """A PNG, an MP4, or a GIF that loops for ever, all its frames in one palette so that colours do not flicker."""
+    """A PNG, an MP4, or a GIF that loops for ever, all its frames in one palette so that colours do
+    not flicker.
+    """
     if job.suffix == video.SUFFIX:
         video.write(images, job.target, job.rate)
         return
@@ -250,11 +307,23 @@ def _save(images: list[Pixels], job: PictureJob) -> None:
     if job.suffix == ".png":
         pictures[0].save(job.target, "PNG")
         return
-    some = np.concatenate([images[i][::2, ::2] for i in np.unique(np.linspace(0, len(images) - 1, 8).round().astype(int))])
+    some = np.concatenate(
+        [
+            images[i][::2, ::2]
+            for i in np.unique(np.linspace(0, len(images) - 1, 8).round().astype(int))
+        ]
+    )
     shared = Image.fromarray(some).quantize(256, method=Image.Quantize.MEDIANCUT)
     table = np.array(shared.getpalette()).reshape(-1, 3)
-    table[table.min(axis=1) >= 248] = 255  # Pillow matches in boxes of 8 levels; the ground stays white
+    table[table.min(axis=1) >= 248] = (
+        255  # Pillow matches in boxes of 8 levels; the ground stays white
+    )
     shared.putpalette(table.ravel().tolist())
     flat = [picture.quantize(palette=shared, dither=Image.Dither.NONE) for picture in pictures]
-    settings: dict[str, Any] = {"duration": round(1000 / job.rate), "loop": 0, "optimize": False, "disposal": 1}
+    settings: dict[str, Any] = {
+        "duration": round(1000 / job.rate),
+        "loop": 0,
+        "optimize": False,
+        "disposal": 1,
+    }
     flat[0].save(job.target, "GIF", save_all=True, append_images=flat[1:], **settings)

@@ -1,9 +1,11 @@
-"""Analyses of a scene: what is asked of its system, each a declaration in a file of its own, which says what it needs and does.
+"""Analyses of a scene: what is asked of its system, each a declaration in a file of its own, which
+says what it needs and does.
 
     analysis: {type: dynamic, ...}      class Dynamic(History), a motion or a path of equilibria: outputs, figures, pictures
     analysis: {type: modes, ...}        class Modes(States), a table of what is found about one state
 
-An own one is a class of the family in a file that the scene names: nothing asks for its word, studies ask for what it says.
+An own one is a class of the family in a file that the scene names: nothing asks for its word,
+studies ask for what it says.
 """
 
 from __future__ import annotations
@@ -35,12 +37,16 @@ if TYPE_CHECKING:
     from ..schema import Scene
 
 HOLD = "\nhold them by joints"
-Form: TypeAlias = Literal["eliminate", "multipliers"] | None  #: of linear constraints; None for the one that suits
+Form: TypeAlias = (
+    Literal["eliminate", "multipliers"] | None
+)  #: of linear constraints; None for the one that suits
 
 
 @dataclass(frozen=True)
 class Work:
-    """How much an analysis computes, for estimates of its time: how often each is done, and counts for the report."""
+    """How much an analysis computes, for estimates of its time: how often each is done, and counts
+    for the report.
+    """
 
     forces: float = 0.0  #: evaluations of elastic forces
     factors: float = 0.0  #: factorisations
@@ -56,7 +62,9 @@ class Analysis(Declared, ABC):
 
     constraints: Form
     clock: ClassVar[bool] = True  #: whether t is a time; otherwise it stands for the load factor
-    moves: ClassVar[bool] = False  #: whether it is a motion by steps of time, with `duration`, `step` and an initial motion
+    moves: ClassVar[bool] = (
+        False  #: whether it is a motion by steps of time, with `duration`, `step` and an initial motion
+    )
     masses: ClassVar[bool] = True  #: whether masses count where nothing weighs
     floats: ClassVar[bool] = True  #: whether bodies may move freely, which is a warning only
     has_outputs: ClassVar[bool] = True
@@ -83,7 +91,9 @@ class Analysis(Declared, ABC):
         return iter(())
 
     def examine(self, scene: Scene, raw: System) -> None:
-        """Refuse, before anything is solved, a system with all coordinates of which it has no solution."""
+        """Refuse, before anything is solved, a system with all coordinates of which it has no
+        solution.
+        """
 
     def require(self, scene: Scene, raw: System) -> None:
         """Refuse, before it is run as well, what would have another solution than is meant."""
@@ -105,16 +115,23 @@ class History(Analysis, ABC):
         """Whether its step is to be found."""
         return False
 
-    def settled(self, step: float | None, local_error: float = 0.0, tolerance: float | None = None) -> Self:
+    def settled(
+        self, step: float | None, local_error: float = 0.0, tolerance: float | None = None
+    ) -> Self:
         """The analysis with what was found for an accuracy.
 
-        Of a motion: a step [s], the error above which one is divided, and Newton's tolerance where it has none of its own.
+        Of a motion: a step [s], the error above which one is divided, and Newton's tolerance where
+        it has none of its own.
         """
         own: Any = self
         return cast("Self", replace(own, accuracy=None))
 
-    def piloted(self, steps: int, every: int, local_error: float = 0.0, tolerance: float | None = None) -> Self:
-        """The analysis in so many steps, of which every so many are kept, the rest as `settled` has it; equilibria have none."""
+    def piloted(
+        self, steps: int, every: int, local_error: float = 0.0, tolerance: float | None = None
+    ) -> Self:
+        """The analysis in so many steps, of which every so many are kept, the rest as `settled` has
+        it; equilibria have none.
+        """
         return self
 
     @property
@@ -124,12 +141,20 @@ class History(Analysis, ABC):
 
     @abstractmethod
     def solve(
-        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
+        self,
+        system: System,
+        advance: Progress | None = None,
+        watch: Record | None = None,
+        resume: Resumed | None = None,
     ) -> Trajectory:
         """The states; those of a motion are watched, and go on from where it was stopped."""
 
     def solve_for_outputs(
-        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
+        self,
+        system: System,
+        advance: Progress | None = None,
+        watch: Record | None = None,
+        resume: Resumed | None = None,
     ) -> Trajectory:
         """The same for who asks for outputs: few states may be kept."""
         return self.solve(system, advance, watch, resume)
@@ -177,13 +202,19 @@ def motion_only(scene: Scene, what: str, remedy: str = "") -> Iterator[Oddity]:
 
 
 def refuse_unsupported(scene: Scene, raw: System, remedy: str = HOLD) -> None:
-    """Refuse rigid motions that nothing resists where an equilibrium is asked for; weight may hold one, as of a chain."""
+    """Refuse rigid motions that nothing resists where an equilibrium is asked for; weight may hold
+    one, as of a chain.
+    """
     refuse_motions(scene, list(map(str, free_motions.unsupported(raw)[0])), remedy)
 
 
 def refuse_swings(scene: Scene, raw: System, time: float) -> None:
-    """Refuse motions about rims that loads at a time [s] push: an equilibrium far away would be taken for that of a plate."""
-    refuse_motions(scene, list(map(str, hinged_rims.pushed(raw, time))), "`slopes: true` of the rim clamps it")
+    """Refuse motions about rims that loads at a time [s] push: an equilibrium far away would be
+    taken for that of a plate.
+    """
+    refuse_motions(
+        scene, list(map(str, hinged_rims.pushed(raw, time))), "`slopes: true` of the rim clamps it"
+    )
 
 
 def refuse_motions(scene: Scene, found: list[str], remedy: str) -> None:
@@ -196,4 +227,6 @@ def refuse_motions(scene: Scene, found: list[str], remedy: str) -> None:
 
 def refuse_free(scene: Scene, free: str, remedy: str) -> None:
     """Refuse motions that nothing resists."""
-    raise InputError(say(where(scene, "analysis"), "bodies that joints and springs hold", free, remedy))
+    raise InputError(
+        say(where(scene, "analysis"), "bodies that joints and springs hold", free, remedy)
+    )

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Buckling(States):
-    """Load factors at which the loads take the stiffness away, predicted from small ones; the factor 1 stands for t = `time`.
+    """Load factors at which the loads take the stiffness away, predicted from small ones; the
+    factor 1 stands for t = `time`.
 
     {type: buckling, count: 3}
     """
@@ -46,17 +47,22 @@ class Buckling(States):
         found = dynamics.buckling(reduced, self.count, self.time)
         factors = found.factors
         columns = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}
-        facts, heads = {"load_factors": factors}, ["mode", "load factor"]
+        facts = {"load_factors": factors}
+        heads = ["mode", "load factor"]
         if not found.conservative:
             told = "some loads turn with the structure and have no potential: it may flutter before its stiffness is lost"
             notify(
                 f"{where(scene, 'analysis')}: {told}; look at modes under growing loads, analysis: {{type: modes, damped: true}}"
             )
         finer_parts.warn_unknown(reduced)
-        wanted = finer_parts.of_finer(reduced, lambda finer: dynamics.buckling(finer, self.count, self.time).factors)
+        wanted = finer_parts.of_finer(
+            reduced, lambda finer: dynamics.buckling(finer, self.count, self.time).factors
+        )
         if wanted is not None:
             high = finer_parts.too_high(np.abs(factors), np.abs(wanted))
-            finer_parts.warn_of_values(f"{where(scene, 'analysis')}: load factors", finer_parts.by_mode(high))
+            finer_parts.warn_of_values(
+                f"{where(scene, 'analysis')}: load factors", finer_parts.by_mode(high)
+            )
             facts |= {"too_high_by": high}
             columns |= {"too_high_by": high}
             heads += ["too high by"]

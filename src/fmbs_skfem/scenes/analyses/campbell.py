@@ -1,4 +1,6 @@
-"""Campbell diagrams: vibration modes over a parameter of the scene, such as the speed at which it turns."""
+"""Campbell diagrams: vibration modes over a parameter of the scene, such as the speed at which it
+turns.
+"""
 
 from __future__ import annotations
 
@@ -27,10 +29,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Campbell(NearState):
-    """Vibration modes over a parameter that has a range, each frequency along one motion; of `spin` usually: {rate: speed}.
+    """Vibration modes over a parameter that has a range, each frequency along one motion; of `spin`
+    usually: {rate: speed}.
 
-    `steps` values are taken evenly over the range. Frequencies are those in the rotating frame. `orders` draws the lines of so many
-    multiples of the parameter, and lists where frequencies cross them.
+    `steps` values are taken evenly over the range. Frequencies are those in the rotating frame.
+    `orders` draws the lines of so many multiples of the parameter, and lists where frequencies
+    cross them.
 
     {type: campbell, parameter: speed, spin: {rate: speed}, orders: 1}
     """
@@ -43,7 +47,12 @@ class Campbell(NearState):
     table: ClassVar[str] = "campbell.csv"
 
     def work(self) -> Work:
-        return Work(4.0 * self.steps, self.steps, LANCZOS * self.steps, counts={"modes": self.count, "values": self.steps})
+        return Work(
+            4.0 * self.steps,
+            self.steps,
+            LANCZOS * self.steps,
+            counts={"modes": self.count, "values": self.steps},
+        )
 
     def idle(self, scene: Scene) -> Iterator[Oddity]:
         return self.modes(self.count).idle(scene)
@@ -57,9 +66,13 @@ class Campbell(NearState):
         """The parameter with its range."""
         name = self.parameter or next(iter(scene.ranges), "")
         if name not in scene.ranges:
-            expected = f"a parameter with a range: {listed(scene.ranges, name, 'of which there are none')}"
+            expected = (
+                f"a parameter with a range: {listed(scene.ranges, name, 'of which there are none')}"
+            )
             remedy = f"write {name or 'speed'}: {{value: ..., range: [low, high]}}"
-            raise InputError(say(where(scene, "analysis", "parameter"), expected, f"'{name}'", remedy))
+            raise InputError(
+                say(where(scene, "analysis", "parameter"), expected, f"'{name}'", remedy)
+            )
         return scene.ranges[name]
 
     def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
@@ -78,30 +91,52 @@ class Campbell(NearState):
             last[:] = [StateTable(raw, reduced, about, "", (), {}, {})]
             high = modes.too_high(found, reduced, about)
             if high is not None:
-                off.update({f"mode {k + 1} at {name} = {value:.4g}": error for k, error in enumerate(high[: self.count].tolist())})
+                off.update(
+                    {
+                        f"mode {k + 1} at {name} = {value:.4g}": error
+                        for k, error in enumerate(high[: self.count].tolist())
+                    }
+                )
             return MotionsAt(found.omega, found.growth, found.vectors, linear.mass)
 
         values = np.linspace(limits.low, limits.high, max(self.steps, 2))
         found = dynamics.campbell(values, modes_at, self.count)
         self.warn(scene, name, found)
         finer_parts.warn_of_values(f"{where(scene, 'analysis')}: frequencies", off)
-        hertz, numbers = found.omega / (2.0 * np.pi), range(1, found.omega.shape[1] + 1)
+        hertz = found.omega / (2.0 * np.pi)
+        numbers = range(1, found.omega.shape[1] + 1)
         columns = {"step": np.arange(1, len(values) + 1), name: values}
         columns |= {f"frequency_{k}_hz": hertz[:, k - 1] for k in numbers}
         columns |= {f"growth_{k}_per_s": found.growth[:, k - 1] for k in numbers}
         crossed = [
-            {"order": order, "mode": mode + 1, name: value, "frequency_hz": order * value / (2.0 * np.pi)}
+            {
+                "order": order,
+                "mode": mode + 1,
+                name: value,
+                "frequency_hz": order * value / (2.0 * np.pi),
+            }
             for order in range(1, (self.orders or 0) + 1)
             for mode, value in found.crossings(order)
         ]
-        facts = {"about": last[0].about, "parameter": name, "unit": limits.unit, "values": values, "crossings": crossed}
+        facts = {
+            "about": last[0].about,
+            "parameter": name,
+            "unit": limits.unit,
+            "values": values,
+            "crossings": crossed,
+        }
         facts |= {"frequencies_hz": hertz.T, "growth_per_s": found.growth.T}
         return StateTable(
             last[0].raw,
             last[0].reduced,
             f"{len(numbers)} frequencies at {len(values)} values of {name}",
             f"frequencies over {name}",
-            ("", f"{name} [{limits.unit}]", *(f"f{k} [Hz]" for k in numbers), *(f"growth {k} [1/s]" for k in numbers)),
+            (
+                "",
+                f"{name} [{limits.unit}]",
+                *(f"f{k} [Hz]" for k in numbers),
+                *(f"growth {k} [1/s]" for k in numbers),
+            ),
             columns,
             facts,
             diagram=found,

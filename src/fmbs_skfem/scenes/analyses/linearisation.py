@@ -29,11 +29,13 @@ STILL = 1e-6  #: of the largest one, up to which an eigenvalue is that of a free
 
 @dataclass(frozen=True, kw_only=True)
 class Linearise(NearState):
-    """The linear system x' = A x + B u, y = C x + D u about the equilibrium of the loads, or about the reference as if it were one.
+    """The linear system x' = A x + B u, y = C x + D u about the equilibrium of the loads, or about
+    the reference as if it were one.
 
-    Its states are amplitudes of vibration modes and their rates, of all modes unless `modes` says how many, the lowest. Inputs are
-    those of the section `inputs`, outputs the columns of the section `outputs`; both count from the equilibrium. With `static` D
-    has the static bending of the modes that are left out.
+    Its states are amplitudes of vibration modes and their rates, of all modes unless `modes` says
+    how many, the lowest. Inputs are those of the section `inputs`, outputs the columns of the
+    section `outputs`; both count from the equilibrium. With `static` D has the static bending of
+    the modes that are left out.
 
     {type: linearise, inputs: u, outputs: tip, modes: 4}
     """
@@ -62,16 +64,27 @@ class Linearise(NearState):
             f"the {LISTED} slowest eigenvalues about the {about}",
             ("", "frequency [Hz]", "damping ratio", "growth [1/s]"),
             eigenvalues(space),
-            {"about": about, "inputs": list(space.inputs), "columns": list(space.outputs), "states": len(space.A)},
+            {
+                "about": about,
+                "inputs": list(space.inputs),
+                "columns": list(space.outputs),
+                "states": len(space.A),
+            },
             linear=space,
         )
 
     def space(self, system: System, linear: Linear, time: float) -> StateSpace:
         """The linear system."""
-        return dynamics.state_space(system, linear, time, self.inputs, self.outputs, self.modes, self.static)
+        return dynamics.state_space(
+            system, linear, time, self.inputs, self.outputs, self.modes, self.static
+        )
 
-    def hold_against_finer(self, scene: Scene, space: StateSpace, system: System, about: str, time: float) -> None:
-        """Warn where parts make listed eigenvalues, or the answer to slow inputs, others than those of their bodies."""
+    def hold_against_finer(
+        self, scene: Scene, space: StateSpace, system: System, about: str, time: float
+    ) -> None:
+        """Warn where parts make listed eigenvalues, or the answer to slow inputs, others than those
+        of their bodies.
+        """
         finer_parts.warn_unknown(system)
         known: list[StateSpace] = []
 
@@ -79,15 +92,24 @@ class Linearise(NearState):
             known.append(self.space(finer, self.equations(finer, about), time))
             return sizes(known[0])
 
-        wanted, place = finer_parts.of_finer(system, again), where(scene, "analysis")
+        wanted = finer_parts.of_finer(system, again)
+        place = where(scene, "analysis")
         if wanted is not None:
             own = sizes(space)
-            finer_parts.warn_of_values(f"{place}: eigenvalues", finer_parts.by_mode(finer_parts.too_high(own, wanted)))
+            finer_parts.warn_of_values(
+                f"{place}: eigenvalues", finer_parts.by_mode(finer_parts.too_high(own, wanted))
+            )
             slow = [SLOW * float(min(own[own > STILL * own.max(initial=0.0)], default=1.0))]
-            gain, other = (np.abs(one) for one in (space.transfer(slow)[0], known[0].transfer(slow)[0]))
+            gain, other = (
+                np.abs(one) for one in (space.transfer(slow)[0], known[0].transfer(slow)[0])
+            )
             off = np.abs(gain - other).max(axis=1), other.max(axis=1)
             moves = off[1] > STILL * off[1].max(initial=0.0)
-            errors = {name: float(a / b) for name, a, b, moved in zip(space.outputs, *off, moves, strict=True) if moved}
+            errors = {
+                name: float(a / b)
+                for name, a, b, moved in zip(space.outputs, *off, moves, strict=True)
+                if moved
+            }
             finer_parts.warn_of_values(f"{place}: answers to slow inputs", errors)
 
 
@@ -103,5 +125,11 @@ def eigenvalues(space: StateSpace) -> dict[str, np.ndarray]:
     found = found[found.imag >= 0.0]
     found = found[np.argsort(np.abs(found), kind="stable")][:LISTED]
     size = np.where(np.abs(found) > 0.0, np.abs(found), 1.0)
-    frequency, number = found.imag / (2.0 * np.pi), np.arange(1, len(found) + 1)
-    return {"mode": number, "frequency_hz": frequency, "damping_ratio": (0.0 - found.real) / size, "growth_per_s": found.real}
+    frequency = found.imag / (2.0 * np.pi)
+    number = np.arange(1, len(found) + 1)
+    return {
+        "mode": number,
+        "frequency_hz": frequency,
+        "damping_ratio": (0.0 - found.real) / size,
+        "growth_per_s": found.real,
+    }

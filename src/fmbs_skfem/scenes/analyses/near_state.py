@@ -1,4 +1,6 @@
-"""Analyses of linear equations about a state: the equilibrium of the loads, also in a rotating frame, or the reference."""
+"""Analyses of linear equations about a state: the equilibrium of the loads, also in a rotating
+frame, or the reference.
+"""
 
 from __future__ import annotations
 
@@ -45,15 +47,21 @@ class NearState(States, ABC):
     def examine(self, scene: Scene, raw: System) -> None:
         free_motions.refuse_limp(where(scene, "analysis"), raw)
 
-    def model(self, scene: Scene, allow_outside: bool, kept: bool = False) -> tuple[System, System, str]:
-        """The system with all coordinates, the one that is solved, and what it is linearised about: `equilibrium` or `reference`.
+    def model(
+        self, scene: Scene, allow_outside: bool, kept: bool = False
+    ) -> tuple[System, System, str]:
+        """The system with all coordinates, the one that is solved, and what it is linearised about:
+        `equilibrium` or `reference`.
 
-        The equilibrium of a scene without loads, spin, and joints that have left it is the reference, about which loads do nothing
-        unless they are `kept`.
+        The equilibrium of a scene without loads, spin, and joints that have left it is the
+        reference, about which loads do nothing unless they are `kept`.
         """
-        about, loaded = self.about, self.spin is not None or not all(load.rests for load in scene.loads.values())
+        about = self.about
+        loaded = self.spin is not None or not all(load.rests for load in scene.loads.values())
         if about == "reference" and not kept:
-            scene = dataclasses.replace(scene, loads={name: load for name, load in scene.loads.items() if load.resists})
+            scene = dataclasses.replace(
+                scene, loads={name: load for name, load in scene.loads.items() if load.resists}
+            )
         raw = build.system(scene, allow_outside=allow_outside)
         if not loaded and not is_left(raw, self.time):
             about = "reference"
@@ -63,7 +71,11 @@ class NearState(States, ABC):
             self.examine(scene, raw)
         elif free := [*free_motions.pushed(turned, self.time), *hinged_rims.pushed(raw, self.time)]:
             got = f"free motions: {'; '.join(map(str, free))}"
-            refuse_free(scene, got, f"hold them by joints, {DRAWN}, {CONTACT}, or take the modes about the reference")
+            refuse_free(
+                scene,
+                got,
+                f"hold them by joints, {DRAWN}, {CONTACT}, or take the modes about the reference",
+            )
         return raw, build.chosen_form(scene, turned), about
 
     def equations(self, system: System, about: str) -> Linear:

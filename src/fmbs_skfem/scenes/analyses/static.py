@@ -29,14 +29,16 @@ ITERATIONS = 6.0  #: of a load step, usually
 
 @dataclass(frozen=True, kw_only=True)
 class Static(History):
-    """Equilibrium by load steps, or by arc length along a path through limit points, its first step 1/load_steps.
+    """Equilibrium by load steps, or by arc length along a path through limit points, its first step
+    1/load_steps.
 
-    The load factor s goes from 0 to 1 and stands for t = s `time`: histories and drives are taken there. Loads without a history,
-    and displacements, angles and histories that are constant, grow with s. At branch points of its path arc length goes straight
-    on, or takes the other branch.
+    The load factor s goes from 0 to 1 and stands for t = s `time`: histories and drives are taken
+    there. Loads without a history, and displacements, angles and histories that are constant, grow
+    with s. At branch points of its path arc length goes straight on, or takes the other branch.
 
-    For an `accuracy` (a part of the range of every output, 1e-3, an error, 1 mm, or errors by output) the cells of lines that have
-    none are found by pilot runs, and every number comes with its error.
+    For an `accuracy` (a part of the range of every output, 1e-3, an error, 1 mm, or errors by
+    output) the cells of lines that have none are found by pilot runs, and every number comes with
+    its error.
 
     {type: static, load_steps: 20}
     """
@@ -60,8 +62,11 @@ class Static(History):
         iterations = self.load_steps * ITERATIONS
         return Work(4 * iterations, iterations, counts={"load_steps": self.load_steps})
 
-    def solve(self, system: System, advance: Progress | None = None, watch: Any = None, resume: Any = None) -> Trajectory:
-        newton, arc = Newton(tolerance=self.tolerance), self.method == "arc_length"
+    def solve(
+        self, system: System, advance: Progress | None = None, watch: Any = None, resume: Any = None
+    ) -> Trajectory:
+        newton = Newton(tolerance=self.tolerance)
+        arc = self.method == "arc_length"
         if arc:
             control = dynamics.ArcLength(1.0 / self.load_steps, branch=self.branch)
             found = dynamics.follow_path(system, control, newton, self.time, advance)
@@ -69,7 +74,11 @@ class Static(History):
             found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
         if unstable := modes.instability(found):
             text = f"analysis: {unstable}: the structure does not stay there"
-            way = "`branch: other` takes the other branch" if arc else "give it a small load to the side and `method: arc_length`"
+            way = (
+                "`branch: other` takes the other branch"
+                if arc
+                else "give it a small load to the side and `method: arc_length`"
+            )
             notify(f"{text}; {way}, and see `type: buckling`")
         if arc and self.branch == "straight":
             for one in found.crossings:
@@ -85,7 +94,9 @@ class Static(History):
                 got = "arc_length, whose steps lie elsewhere on every mesh"
                 yield (
                     ("analysis", "accuracy"),
-                    Problem("load steps, which all meshes have in common", got, "leave the accuracy out"),
+                    Problem(
+                        "load steps, which all meshes have in common", got, "leave the accuracy out"
+                    ),
                 )
 
     def require_joints(self, system: System) -> None:

@@ -36,17 +36,23 @@ class Motions:
     growth: np.ndarray  #: (i,) real parts of the eigenvalues [1/s]
     damping: np.ndarray | None  #: (i,) damping ratios, None of undamped modes
     vectors: np.ndarray  #: (n, i)
-    free: tuple[str, ...] = ()  #: (i,) which rigid motion it is that nothing resists, empty for others
-    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) eigenvalues of motions that grow beside these [1/s]
+    free: tuple[
+        str, ...
+    ] = ()  #: (i,) which rigid motion it is that nothing resists, empty for others
+    beyond: np.ndarray = field(
+        default_factory=lambda: np.empty(0)
+    )  #: (j,) eigenvalues of motions that grow beside these [1/s]
     unknown: int = 0  #: faster motions of which nothing says whether they grow
 
 
 @dataclass(frozen=True, kw_only=True)
 class Modes(NearState):
-    """Vibration modes about the equilibrium of the loads, which is found as in statics, or about the unloaded reference.
+    """Vibration modes about the equilibrium of the loads, which is found as in statics, or about
+    the unloaded reference.
 
-    About the reference, of the loads only springs act. `damped` modes have a damping ratio each; follower forces and
-    `spin`, with which joints and loads turn, need complex modes, too. A motion that grows is named: flutter or divergence.
+    About the reference, of the loads only springs act. `damped` modes have a damping ratio each;
+    follower forces and `spin`, with which joints and loads turn, need complex modes, too. A motion
+    that grows is named: flutter or divergence.
 
     {type: modes, count: 6}
     """
@@ -65,8 +71,13 @@ class Modes(NearState):
         found = self.motions(reduced, linear)
         warn(scene, found, about)
         hertz = found.omega / (2 * np.pi)
-        columns = {"mode": np.arange(1, len(hertz) + 1), "frequency_hz": hertz, "omega_rad_per_s": found.omega}
-        facts, heads = {"about": about, "frequencies_hz": hertz}, ["mode", "frequency [Hz]", "omega [rad/s]"]
+        columns = {
+            "mode": np.arange(1, len(hertz) + 1),
+            "frequency_hz": hertz,
+            "omega_rad_per_s": found.omega,
+        }
+        facts = {"about": about, "frequencies_hz": hertz}
+        heads = ["mode", "frequency [Hz]", "omega [rad/s]"]
         if found.damping is not None:
             facts |= {"damping_ratios": found.damping, "growth_per_s": found.growth}
             columns |= {"damping_ratio": found.damping, "growth_per_s": found.growth}
@@ -74,7 +85,9 @@ class Modes(NearState):
         finer_parts.warn_unknown(reduced)
         high = self.too_high(found, reduced, about)
         if high is not None:
-            finer_parts.warn_of_values(f"{where(scene, 'analysis')}: frequencies", finer_parts.by_mode(high))
+            finer_parts.warn_of_values(
+                f"{where(scene, 'analysis')}: frequencies", finer_parts.by_mode(high)
+            )
             facts |= {"too_high_by": high}
             columns |= {"too_high_by": high}
             heads += ["too high by"]
@@ -82,10 +95,14 @@ class Modes(NearState):
         captions = tuple(f"mode {k + 1}: {value:.4g} Hz" for k, value in enumerate(hertz))
         moving = dynamics.Shapes(reduced, linear.x, found.vectors, captions)
         about = f"{len(hertz)} vibration modes"
-        return StateTable(raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free)
+        return StateTable(
+            raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free
+        )
 
     def too_high(self, found: Motions, system: System, about: str) -> np.ndarray | None:
-        """By what part of themselves (i,) parts make the sizes of eigenvalues too large, see `finer_parts`; None without parts."""
+        """By what part of themselves (i,) parts make the sizes of eigenvalues too large, see
+        `finer_parts`; None without parts.
+        """
 
         def again(finer: System) -> np.ndarray:
             return size(self.motions(finer, self.equations(finer, about)))
@@ -108,9 +125,15 @@ class Modes(NearState):
             yield ("initial",), "does nothing, a vibration mode has no initial motion"
         unread = [name for name, load in scene.loads.items() if not load.resists]
         if self.about == "reference" and unread:
-            yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
+            yield (
+                ("loads",),
+                f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}",
+            )
         if self.about == "reference" and self.spin is not None:
-            yield ("analysis", "about"), "the reference is no equilibrium in a rotating frame, whose pull stretches the bodies"
+            yield (
+                ("analysis", "about"),
+                "the reference is no equilibrium in a rotating frame, whose pull stretches the bodies",
+            )
 
 
 def size(found: Motions) -> np.ndarray:
@@ -122,22 +145,33 @@ def warn(scene: Scene, found: Motions, about: str) -> None:
     """Name motions that grow."""
     if growing := np.flatnonzero(grows(found.omega, found.growth)).tolist():
         listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
-        kind = "flutter" if (found.omega[growing] > GROWS * np.hypot(found.omega, found.growth).max()).any() else "divergence"
-        notify(f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}")
+        kind = (
+            "flutter"
+            if (found.omega[growing] > GROWS * np.hypot(found.omega, found.growth).max()).any()
+            else "divergence"
+        )
+        notify(
+            f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}"
+        )
     if len(found.beyond):
         fastest = found.beyond[np.argmax(found.beyond.real)]
         kind = "flutter" if abs(fastest.imag) > GROWS * abs(fastest) else "divergence"
         text = f"{len(found.beyond)} of the motions that are not listed grow ({kind}), most by {fastest.real:.3g} 1/s"
         at = f" at {abs(fastest.imag) / (2 * np.pi):.4g} Hz" if kind == "flutter" else ""
-        notify(f"{where(scene, 'analysis', 'count')}: the {about} is unstable: {text}{at}; ask for more modes to see them")
+        notify(
+            f"{where(scene, 'analysis', 'count')}: the {about} is unstable: {text}{at}; ask for more modes to see them"
+        )
     elif found.unknown and not growing:
         text = f"whether {found.unknown} faster motions grow is not known"
-        remark(f"{where(scene, 'analysis', 'count')}: {text}; ask for more modes, or see whether a run stays where it begins")
+        remark(
+            f"{where(scene, 'analysis', 'count')}: {text}; ask for more modes, or see whether a run stays where it begins"
+        )
 
 
 def real_motions(linear: Linear, free: Free, count: int) -> Motions:
     """Undamped modes: the free motions, and those orthogonal to them."""
-    idle, others = min(len(free.names), count), shapes.apart_from(linear, free)
+    idle = min(len(free.names), count)
+    others = shapes.apart_from(linear, free)
     resisted = count > idle and (not idle or len(others.x) > len(others.rows))
     rest = dynamics.real_modes(others, count - idle) if resisted else None
     squares = np.concatenate([np.zeros(idle), *([rest.squares] if rest else [])])
@@ -153,17 +187,29 @@ def complex_motions(linear: Linear, free: Free, count: int, system: System) -> M
     idle = len(free.names)
     wanted = count + idle
     if idle < len(linear.x) - len(linear.rows) and shapes.stands_alone(linear, free):
-        linear, wanted = shapes.apart_from(linear, free), max(count - idle, 1)
+        linear = shapes.apart_from(linear, free)
+        wanted = max(count - idle, 1)
     modes = dynamics.complex_modes(linear, wanted)
     slow = np.abs(modes.eigenvalues) <= STILL * fastest(linear)
     kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))
     kept, rest = np.split(kept, [whole_pairs(modes.eigenvalues[kept], max(count - idle, 0))])
     others = np.append(modes.eigenvalues[rest], modes.beyond)
     idle = min(idle, count)
-    vectors = np.concatenate([free.vectors[:, :idle], shapes.in_phase(modes.shapes[:, kept], system.metric)], axis=1)
+    vectors = np.concatenate(
+        [free.vectors[:, :idle], shapes.in_phase(modes.shapes[:, kept], system.metric)], axis=1
+    )
     none = np.zeros(idle)
     omega, growth, damping = (
-        np.concatenate([none, part[kept]]) for part in (modes.angular_frequencies, modes.eigenvalues.real, modes.damping_ratios)
+        np.concatenate([none, part[kept]])
+        for part in (modes.angular_frequencies, modes.eigenvalues.real, modes.damping_ratios)
     )
     beyond = others[grows(others.imag, others.real)] if len(others) else others
-    return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)), beyond, modes.unknown)
+    return Motions(
+        omega,
+        growth,
+        damping,
+        vectors,
+        (*free.names[:idle], *[""] * len(kept)),
+        beyond,
+        modes.unknown,
+    )

@@ -19,13 +19,17 @@ from .pilots import ScenePilots
 from .planner import LEAST, NOTHING, ROACHE, AccuracyPlan, Limits, Pilot, Unresolved, plan, size
 
 USUAL = 6  #: pilot runs of a plan
-UNPLANNED = AccuracyPlan(0, 1, NOTHING, NOTHING, ())  #: of an equilibrium whose meshes are all given, and whose parts are judged
+UNPLANNED = AccuracyPlan(
+    0, 1, NOTHING, NOTHING, ()
+)  #: of an equilibrium whose meshes are all given, and whose parts are judged
 TRAIN = "train its parts on such states, or take more of their shape functions"
 
 
 @dataclass(frozen=True)
 class Planned:
-    """What was found for an accuracy, in plain values: a part of reports, from which the same scene is made again."""
+    """What was found for an accuracy, in plain values: a part of reports, from which the same scene
+    is made again.
+    """
 
     wanted: str
     met: bool
@@ -36,18 +40,28 @@ class Planned:
     of_step: float  #: largest error of the step, over what is wanted
     of_mesh: float | None  #: of the mesh; None where no mesh is judged
     driven_by: str  #: the column whose error is largest beside what is wanted of it
-    trusted_until: float | None  #: time up to which a motion can be trusted that more steps do not settle [s]
+    trusted_until: (
+        float | None
+    )  #: time up to which a motion can be trusted that more steps do not settle [s]
     errors: dict[str, float]  #: of columns, in their units
-    pilots: list[dict[str, Any]] = field(default_factory=list)  #: all runs: cells, steps, whether resolved, difference over wanted
+    pilots: list[dict[str, Any]] = field(
+        default_factory=list
+    )  #: all runs: cells, steps, whether resolved, difference over wanted
     local_error: float = 0.0  #: of a step over the size of the mechanism, above which it is divided; 0 for equal steps
     tolerance: float | None = None  #: of Newton's iteration, over that size, in a motion
-    of_parts: float | None = None  #: largest error of parts, over what is wanted; None where none knows more shapes than it has
+    of_parts: float | None = (
+        None  #: largest error of parts, over what is wanted; None where none knows more shapes than it has
+    )
 
     @property
     def words(self) -> str:
         """What was chosen and what it errs by, in a sentence."""
         cells = [f"{self.cells} cells a line"] if self.cells else []
-        levels = f", in up to {2**FINEST} parts where one errs by {self.local_error:.2g} of the size" if self.local_error else ""
+        levels = (
+            f", in up to {2**FINEST} parts where one errs by {self.local_error:.2g} of the size"
+            if self.local_error
+            else ""
+        )
         newton = f", Newton's tolerance {self.tolerance:.2g}" if self.tolerance else ""
         steps = [f"{self.steps} steps of {self.step:.4g} s{levels}{newton}"] if self.step else []
         chosen = f"accuracy {self.wanted}: {', '.join([*cells, *steps, f'found by {len(self.pilots)} pilot runs'])}"
@@ -64,18 +78,31 @@ class Planned:
         return scene.chosen(self.cells, self.step, self.local_error, self.tolerance)
 
 
-def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None, within: bool = False) -> Planned:
-    """Cells and step for the accuracy of a scene; warnings of what is not met, or not judged. States may lie `within` steps.
+def find(
+    scene: Scene,
+    allow_outside: bool = False,
+    progress: Progress | None = None,
+    within: bool = False,
+) -> Planned:
+    """Cells and step for the accuracy of a scene; warnings of what is not met, or not judged.
+    States may lie `within` steps.
 
-    SolverError where no number of steps resolves the motion, InputError for an accuracy that no output has the unit of.
+    SolverError where no number of steps resolves the motion, InputError for an accuracy that no
+    output has the unit of.
     """
-    analysis, pilots = build.history(scene), ScenePilots(scene, allow_outside, within)
+    analysis = build.history(scene)
+    pilots = ScenePilots(scene, allow_outside, within)
     cells = 2 * pilots.fewest if pilots.open else 1 if pilots.refined else 0
     motion = build.dynamic(scene) if analysis.moves else None
     if motion is None and not cells and pilots.with_finer_parts(0) is None:
         return nothing_to_find(pilots)
-    given, unit = not analysis.open, pilots.unit
-    limits = Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid, usual=pilots.usual) if motion else Limits(1)
+    given = not analysis.open
+    unit = pilots.unit
+    limits = (
+        Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid, usual=pilots.usual)
+        if motion
+        else Limits(1)
+    )
     steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.usual
     made = 0
 
@@ -86,11 +113,18 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
             progress(made / (made + USUAL))  # nobody knows how many there will be
 
     try:
-        found = plan(pilots, cells, steps, bool(pilots.open), not given, limits, see) if steps or cells else UNPLANNED
+        found = (
+            plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
+            if steps or cells
+            else UNPLANNED
+        )
     except Unresolved as error:
         assert motion is not None  # equilibria say themselves why they are not found
         text = f"{error.steps} steps of {motion.duration / error.steps:.3g} s do not resolve the motion"
-        raise SolverError(f"analysis.accuracy: {text}; look at loads and joints, or give a step", Reason.NOT_CONVERGED) from error
+        raise SolverError(
+            f"analysis.accuracy: {text}; look at loads and joints, or give a step",
+            Reason.NOT_CONVERGED,
+        ) from error
     if motion and not given and pilots.rough and found.met and not motion.local_error:
         found = with_levels(pilots, found, limits, pilots.usual, see)
     if pilots.open and pilots.refined:
@@ -119,8 +153,12 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
 
 
 def nothing_to_find(pilots: ScenePilots) -> Planned:
-    """What an accuracy of an equilibrium finds where no mesh can be chosen or refined: rigid bodies and springs are exact."""
-    result = Planned(str(pilots.accuracy), not pilots.unjudged, "", None, None, None, 0.0, None, "", None, {})
+    """What an accuracy of an equilibrium finds where no mesh can be chosen or refined: rigid bodies
+    and springs are exact.
+    """
+    result = Planned(
+        str(pilots.accuracy), not pilots.unjudged, "", None, None, None, 0.0, None, "", None, {}
+    )
     tell_unjudged(pilots)
     return result
 
@@ -132,18 +170,28 @@ def short_of(found: AccuracyPlan, given: bool) -> str:
     return "steps" if given else "cells"
 
 
-def with_given_meshes(pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]) -> AccuracyPlan:
-    """A plan of lines whose cells were chosen, with the errors of the meshes beside them, from a run with these once finer."""
+def with_given_meshes(
+    pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]
+) -> AccuracyPlan:
+    """A plan of lines whose cells were chosen, with the errors of the meshes beside them, from a
+    run with these once finer.
+    """
     told = beside(pilots, ScenePilots(pilots.refined_by(2), pilots.allow_outside), found, see)
     if told is None:
         pilots.unjudged += pilots.refined
         return found
     difference, pilot = told
-    return replace(found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot))
+    return replace(
+        found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot)
+    )
 
 
-def with_parts(pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]) -> AccuracyPlan:
-    """A plan with the errors of parts, from a run with all shapes that these know, which errs by a small part of that."""
+def with_parts(
+    pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]
+) -> AccuracyPlan:
+    """A plan with the errors of parts, from a run with all shapes that these know, which errs by a
+    small part of that.
+    """
     finer = pilots.with_finer_parts(found.cells)
     told = None if finer is None else beside(pilots, finer, found, see)
     if told is None:
@@ -155,12 +203,16 @@ def with_parts(pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], 
 def beside(
     pilots: ScenePilots, finer: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]
 ) -> tuple[np.ndarray, Pilot] | None:
-    """Differences (2, k) of the runs of a plan from those of a finer system, with the fewest steps that resolve both."""
+    """Differences (2, k) of the runs of a plan from those of a finer system, with the fewest steps
+    that resolve both.
+    """
     steps = min((one.steps for one in found.pilots if one.resolved), default=found.steps)
-    one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)
+    one = pilots.run(found.cells, steps)
+    other = finer.run(found.cells, steps)
     while (one is None or other is None) and steps < found.steps:
         steps = min(2 * steps, found.steps)
-        one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)
+        one = pilots.run(found.cells, steps)
+        other = finer.run(found.cells, steps)
     if one is None or other is None:
         return None
     difference = pilots.differ(one, other)
@@ -169,20 +221,34 @@ def beside(
 
 
 def warn(found: Planned, given: bool, pilots: ScenePilots, apart: str) -> None:
-    """Warnings of an accuracy that is not met, and of what nobody has judged; runs that are `apart` do not settle."""
+    """Warnings of an accuracy that is not met, and of what nobody has judged; runs that are `apart`
+    do not settle.
+    """
     if found.trusted_until is not None:
         text = f"more {apart.split()[-1]} do not settle {found.driven_by}: runs of {apart} agree within the accuracy"
         notify(f"{text} up to t = {found.trusted_until:.4g} s only")
     elif not found.met:
-        parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0, "parts": found.of_parts or 0.0}
+        parts = {
+            "step": found.of_step,
+            "mesh": found.of_mesh or 0.0,
+            "parts": found.of_parts or 0.0,
+        }
         what = max(parts, key=lambda name: parts[name])
-        remedies = {"step": "leave the step out to have that found" if given else "", "mesh": pilots.remedy, "parts": TRAIN}
+        remedies = {
+            "step": "leave the step out to have that found" if given else "",
+            "mesh": pilots.remedy,
+            "parts": TRAIN,
+        }
         about = f"the error is about {sum(parts.values()):.2g} times what is wanted, mostly by the {what}"
-        notify(f"the accuracy {found.wanted} is not met: {about}; {remedies[what] or 'ask for less'}")
+        notify(
+            f"the accuracy {found.wanted} is not met: {about}; {remedies[what] or 'ask for less'}"
+        )
     tell_unjudged(pilots)
 
 
 def tell_unjudged(pilots: ScenePilots) -> None:
     """A warning of meshes that stay as they are."""
     if pilots.unjudged:
-        notify(f"errors are without those of the meshes of {listed(pilots.unjudged)}, which are as they are given")
+        notify(
+            f"errors are without those of the meshes of {listed(pilots.unjudged)}, which are as they are given"
+        )

@@ -1,16 +1,19 @@
-r"""Which mesh and which step meet an accuracy: chains of pilot runs, of which only differences are known.
+r"""Which mesh and which step meet an accuracy: chains of pilot runs, of which only differences are
+known.
 
-Errors are in units of what is wanted, so that 1 is met. Along a chain of levels n, 2n, 4n, ... (steps, or cells) the differences
-d_i of neighbours fall by a ratio r, and
+Errors are in units of what is wanted, so that 1 is met. Along a chain of levels n, 2n, 4n, ...
+(steps, or cells) the differences d_i of neighbours fall by a ratio r, and
 
     e(n) = d_last / (r - 1) (n_last / n)^(log2 r)                                                                             (1)
 
-is the error at n. The chain of steps runs on a coarse mesh, that of cells with the coarsest steps that are resolved: neither ratio
-depends much on the other knob. The chain of cells begins with half of them: two cells cost little, and tell the ratio. The step may
-use `SHARE` of the accuracy and the mesh the rest. What is chosen is run, with half its steps as well: their difference proves the
-error of the step on this mesh. Nothing here asks a clock, so that a plan can be made again.
+is the error at n. The chain of steps runs on a coarse mesh, that of cells with the coarsest steps
+that are resolved: neither ratio depends much on the other knob. The chain of cells begins with half
+of them: two cells cost little, and tell the ratio. The step may use `SHARE` of the accuracy and the
+mesh the rest. What is chosen is run, with half its steps as well: their difference proves the error
+of the step on this mesh. Nothing here asks a clock, so that a plan can be made again.
 
-Source of the estimate: Roache, J. Fluids Eng. 116 (1994) 405-413, doi 10.1115/1.2910291 (grid convergence, measured ratios).
+Source of the estimate: Roache, J. Fluids Eng. 116 (1994) 405-413, doi 10.1115/1.2910291 (grid
+convergence, measured ratios).
 """
 
 from __future__ import annotations
@@ -29,25 +32,36 @@ SHARE = 0.6  #: of the accuracy, for the step; cheapest runs of ten mechanisms l
 SAFETY = 0.9  #: of the accuracy that is aimed at
 SURE = 0.25  #: of the share, below which one difference is enough
 REACH = 4.0  #: how many times more steps a chain may foretell beyond its last pilot
-STRETCH = 1.0  #: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
+STRETCH = (
+    1.0  #: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
+)
 FALLS = 1.6, 4.0  #: ratios of a chain of steps that are believed
 LEAST = 2.0  #: of a chain of cells, and of meshes that are given: corners and supports at points leave no more
 FIRST = 4.0  #: ratio that a first difference of meshes is believed to fall by
 ROACHE = 1.25  #: factor of safety of an error that a difference tells, as grid convergence has it
 WHOLE = 1e-9  #: of a unit of steps, by which it may be missed
-# step chains pass 1.5 times the ratio of their order before they settle, and are proved; a chain of cells that passes its own was
-# on meshes too coarse to tell: with 2 it foretold a third of the error of a moment
-CHANCE, CHANCE_OF_CELLS = 2.0, 1.0  #: times the largest ratio that is believed, above which a difference is small by chance
+# step chains pass 1.5 times the ratio of their order before they settle, and are proved; a chain of
+# cells that passes its own was on meshes too coarse to tell: with 2 it foretold a third of the
+# error of a moment
+CHANCE, CHANCE_OF_CELLS = (
+    2.0,
+    1.0,
+)  #: times the largest ratio that is believed, above which a difference is small by chance
 SURELY = 2.0  #: luck above which two runs are no proof for each other
 EVEN = 2.5  #: ratios above which forces that jump have not made an error uneven
 WILD = 1.5  #: ratio below which a difference does not fall
-# starts that jump, stops and ropes have plateaus of up to six halvings before their stiffness is resolved, and then settle
+# starts that jump, stops and ropes have plateaus of up to six halvings before their stiffness is
+# resolved, and then settle
 PLATEAU, PLATEAU_OF_CELLS = 7, 5  #: differences, after which those that do not fall are believed
 MESHES = 4  #: on which steps may not settle, up to 32 cells, before that is said of the motion
 FINER = 4  #: times the steps with which a chain of cells begins anew where its differences grow
 FEW = 8  #: times the steps of the chain of cells, above which the error of the mesh is measured with those of the run
-# proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by 1.8
-DOUBT, MORE = 1.25, 1.4  #: difference of the proof over the foretold one that is too much, and steps that it asks for
+# proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by
+# 1.8
+DOUBT, MORE = (
+    1.25,
+    1.4,
+)  #: difference of the proof over the foretold one that is too much, and steps that it asks for
 TWICE = 2.0  #: cells that a proof asks for at most, of those that it doubts
 DOUBTS = 6  #: proofs that are tried
 MANY = 40  #: units of steps, above which four of them are rounded to
@@ -72,7 +86,9 @@ class Pilots(Protocol):
         """What a run gives; None where the steps do not resolve it."""
 
     def differ(self, one: Any, other: Any) -> np.ndarray:
-        """Differences of two runs, (2, k): in units of the accuracy, 0 where nothing is wanted; and in units of their own."""
+        """Differences of two runs, (2, k): in units of the accuracy, 0 where nothing is wanted; and
+        in units of their own.
+        """
 
 
 Pair: TypeAlias = tuple[tuple[int, int], tuple[int, int]]  #: cells and steps of two runs
@@ -104,12 +120,16 @@ class Chain:
 
     @property
     def own(self) -> list[np.ndarray]:
-        """Differences (k,) of the last three pairs, or of as many as there are, in units of their own."""
+        """Differences (k,) of the last three pairs, or of as many as there are, in units of their
+        own.
+        """
         return [one[1] for one in self.differences[-3:]]
 
     @property
     def ratios(self) -> np.ndarray:
-        """(k,): by what the differences of every column fall; one that settles late falls by less than the others do."""
+        """(k,): by what the differences of every column fall; one that settles late falls by less
+        than the others do.
+        """
         own = self.own
         if len(own) < 2:
             return np.full(len(own[-1]), self.first)
@@ -117,7 +137,9 @@ class Chain:
 
     @property
     def uneven(self) -> np.ndarray:
-        """(k,): which columns of a rough chain have not shown in two ratios that they fall as those of a smooth one do."""
+        """(k,): which columns of a rough chain have not shown in two ratios that they fall as those
+        of a smooth one do.
+        """
         own = self.own
         even = len(own) == 3 and np.all([a >= EVEN * b for a, b in itertools.pairwise(own)], axis=0)
         return ~(even & np.ones(len(own[-1]), bool)) & self.rough
@@ -128,7 +150,9 @@ class Chain:
         return np.where(self.uneven, 1.0, np.log2(self.ratios))
 
     def known(self) -> list[tuple[int, np.ndarray]]:
-        """Levels of all runs, the finest first, with errors (2, k): at most those of the next one and the difference from it."""
+        """Levels of all runs, the finest first, with errors (2, k): at most those of the next one
+        and the difference from it.
+        """
         even = ROACHE * self.differences[-1] / (self.ratios - 1.0) * self.luck
         found = [(self.fine, np.where(self.uneven, np.maximum.reduce(self.differences[-2:]), even))]
         for difference in reversed(self.differences):
@@ -137,7 +161,9 @@ class Chain:
         return found
 
     def errors(self, level: float) -> np.ndarray:
-        """Errors (2, k) at a level: above the finest run (1), below the coarsest as fast as they can grow, even between two."""
+        """Errors (2, k) at a level: above the finest run (1), below the coarsest as fast as they
+        can grow, even between two.
+        """
         known = self.known()
         if level >= known[0][0]:
             return known[0][1] * (known[0][0] / level) ** self.powers
@@ -160,7 +186,8 @@ class Chain:
         for (fine, small), (coarse, large) in itertools.pairwise(known):
             if size(large) > goal:
                 above = large[0] > goal
-                less, more = np.maximum(small[0][above], TINY * goal), large[0][above]
+                less = np.maximum(small[0][above], TINY * goal)
+                more = large[0][above]
                 part = np.log(goal / less) / np.log(more / less)
                 return float(fine * (coarse / fine) ** part.min())
         level, error = known[-1]
@@ -172,7 +199,9 @@ class Chain:
 
     @property
     def luck(self) -> np.ndarray:
-        """(k,): by how much the last two runs are nearer to each other than an order allows, 1 at least: that may be by chance."""
+        """(k,): by how much the last two runs are nearer to each other than an order allows, 1 at
+        least: that may be by chance.
+        """
         own = self.own[-2:]
         if len(own) < 2:
             return np.ones(len(own[-1]))
@@ -191,7 +220,9 @@ class Pilot:
     cells: int
     steps: int
     resolved: bool
-    difference: float | None = None  #: from the run that it was first held against, in units of the accuracy
+    difference: float | None = (
+        None  #: from the run that it was first held against, in units of the accuracy
+    )
     local_error: float = 0.0  #: of its steps where these have several lengths; its difference is that from equal ones
 
 
@@ -205,9 +236,13 @@ class AccuracyPlan:
     mesh: np.ndarray  #: (2, k) those of the mesh
     pilots: tuple[Pilot, ...]
     why: str = ""  #: it falls short: `sensitive`, `steps`, `cells`, `doubt`
-    pairs: tuple[tuple[Any, Any], ...] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
+    pairs: tuple[
+        tuple[Any, Any], ...
+    ] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
     apart: str = ""  #: of how many steps, or cells, these are
-    local_error: float = 0.0  #: of steps of several lengths over the size of the mechanism, 0 for equal ones
+    local_error: float = (
+        0.0  #: of steps of several lengths over the size of the mechanism, 0 for equal ones
+    )
     parts: np.ndarray | None = None  #: (2, k) those of parts, None where nothing is known of any
 
     @property
@@ -264,73 +299,111 @@ class Planner:
         return found
 
     def proved(
-        self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free: tuple[bool, bool], known: int = 0
+        self,
+        chosen: tuple[int, int],
+        time: Chain,
+        mesh: Chain | None,
+        why: str,
+        free: tuple[bool, bool],
+        known: int = 0,
     ) -> AccuracyPlan:
-        """The plan of what is chosen, with the error of the step on its own mesh, from a run with half as many.
+        """The plan of what is chosen, with the error of the step on its own mesh, from a run with
+        half as many.
 
-        More steps are taken where that is larger than the coarsest mesh has foretold. Where the run is farther than foretold from
-        the nearest pilot, and its steps are proved or given, it is the mesh that is doubted, and more cells are taken; equilibria
-        have no steps. The chain of cells has so many steps as are `known`.
+        More steps are taken where that is larger than the coarsest mesh has foretold. Where the run
+        is farther than foretold from the nearest pilot, and its steps are proved or given, it is
+        the mesh that is doubted, and more cells are taken; equilibria have no steps. The chain of
+        cells has so many steps as are `known`.
         """
         (cells, steps), (free_cells, free_steps) = chosen, free
         errors = lambda n, m: time.errors(m) + (mesh.errors(n) if mesh else 0.0)  # noqa: E731
-        found, of_mesh = time.errors(steps), mesh.errors(cells) if mesh else NOTHING
+        found = time.errors(steps)
+        of_mesh = mesh.errors(cells) if mesh else NOTHING
         for attempt in range(DOUBTS):
             if self.run(cells, steps) is None and free_steps and 2 * steps <= self.limits.steps:
                 steps *= 2
                 continue
-            others = [one for one, run in self.known.items() if run is not None and one != (cells, steps)]
+            others = [
+                one for one, run in self.known.items() if run is not None and one != (cells, steps)
+            ]
             nearest = min(others, key=lambda one: size(errors(*one)))
             difference = self.differ(nearest, (cells, steps))
             if difference is None:
                 raise Unresolved(cells, steps)
-            far = size(difference) > DOUBT * max(size(errors(*nearest) + errors(cells, steps)), SURE)
+            far = size(difference) > DOUBT * max(
+                size(errors(*nearest) + errors(cells, steps)), SURE
+            )
             measured = self.measured(cells, steps, time)
-            found = time.errors(steps) if measured is None else np.maximum(time.errors(steps), measured)
+            found = (
+                time.errors(steps) if measured is None else np.maximum(time.errors(steps), measured)
+            )
             if mesh:
-                of_mesh = self.of_mesh(cells, steps, mesh, known) if free_cells else mesh.errors(cells)
+                of_mesh = (
+                    self.of_mesh(cells, steps, mesh, known) if free_cells else mesh.errors(cells)
+                )
             # a given mesh that errs by more than is wanted is no reason for more steps
             together = size(found + of_mesh if free_cells or size(of_mesh) <= 1.0 else found)
             if not (far or measured is None or together > 1.0):
                 break
             more_steps = free_steps and steps < self.limits.steps
-            more_cells = mesh is not None and free_cells and cells < self.limits.cells and (more_steps or size(found) < SAFETY)
+            more_cells = (
+                mesh is not None
+                and free_cells
+                and cells < self.limits.cells
+                and (more_steps or size(found) < SAFETY)
+            )
             if not more_steps and not more_cells:
                 break
             if attempt == DOUBTS - 1:
                 why = why or "doubt"
                 break
             left = SAFETY - min(size(found), SAFETY * SHARE) if more_steps else SAFETY - size(found)
-            by_steps = more_steps and (measured is None or size(found) > SAFETY * SHARE or not more_cells)
+            by_steps = more_steps and (
+                measured is None or size(found) > SAFETY * SHARE or not more_cells
+            )
             if by_steps:
                 steps = self.rounded(np.clip(time.more(found, SAFETY * SHARE), MORE, REACH) * steps)
             if mesh and more_cells and (not by_steps or size(of_mesh) > left):
-                cells = min(math.ceil(np.clip(mesh.more(of_mesh, left), MORE, TWICE) * cells), self.limits.cells)
+                cells = min(
+                    math.ceil(np.clip(mesh.more(of_mesh, left), MORE, TWICE) * cells),
+                    self.limits.cells,
+                )
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         return AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
 
-    def fewer(self, cells: int, steps: int, error: np.ndarray, of_mesh: np.ndarray) -> tuple[int, np.ndarray]:
-        """Half of the steps, again and again, while twice the difference from these is within the share of the step.
+    def fewer(
+        self, cells: int, steps: int, error: np.ndarray, of_mesh: np.ndarray
+    ) -> tuple[int, np.ndarray]:
+        """Half of the steps, again and again, while twice the difference from these is within the
+        share of the step.
 
-        Chains of forces that jump foretell many times too much where a coarse mesh does not settle as the chosen one does. Errors
-        that fall by two or more with every halving add up to twice the last difference.
+        Chains of forces that jump foretell many times too much where a coarse mesh does not settle
+        as the chosen one does. Errors that fall by two or more with every halving add up to twice
+        the last difference.
         """
-        while steps % (2 * self.limits.unit) == 0 and (apart := self.differ((cells, steps // 2), (cells, steps))) is not None:
+        while (
+            steps % (2 * self.limits.unit) == 0
+            and (apart := self.differ((cells, steps // 2), (cells, steps))) is not None
+        ):
             if size(2.0 * apart) > SAFETY * SHARE or size(2.0 * apart + of_mesh) > 1.0:
                 break
-            steps, error = steps // 2, 2.0 * apart
+            steps = steps // 2
+            error = 2.0 * apart
         return steps, error
 
     def of_mesh(self, cells: int, steps: int, mesh: Chain, known: int) -> np.ndarray:
-        """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with other cells and as many steps tell.
+        """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with other
+        cells and as many steps tell.
 
-        Beside the finest mesh of the chain nothing has to be foretold: both err together by what they differ. Where the run has
-        many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as many cells tells
-        that, with half of these steps, which prove the step as well. Meshes of less than a third of the cells do not: what they
-        miss is of another kind.
+        Beside the finest mesh of the chain nothing has to be foretold: both err together by what
+        they differ. Where the run has many more steps than the chain, it resolves what the chain
+        could not see, such as waves: a mesh of half as many cells tells that, with half of these
+        steps, which prove the step as well. Meshes of less than a third of the cells do not: what
+        they miss is of another kind.
         """
-        found, half = mesh.errors(cells), self.limits.half(steps)
+        found = mesh.errors(cells)
+        half = self.limits.half(steps)
         finer = self.differ((cells, known), (mesh.fine, known)) if mesh.fine > cells else None
         if finer is not None:
             found = finer + mesh.errors(mesh.fine)
@@ -342,23 +415,29 @@ class Planner:
             if run is None or not beside or not APART * other <= cells <= THIRD * other:
                 continue
             if (apart := self.differ((other, same), (cells, same))) is not None:
-                # what differs by more than the chain has foretold is not what the chain has seen fall
+                # what differs by more than the chain has foretold is not what the chain has seen
+                # fall
                 foretold = DOUBT * (mesh.errors(other) - mesh.errors(cells))
                 powers = np.where(apart[1] <= foretold[1], mesh.powers, math.log2(LEAST))
                 found = np.maximum(found, ROACHE * apart / ((cells / other) ** powers - 1.0))
         return found
 
     def measured(self, cells: int, steps: int, time: Chain) -> np.ndarray | None:
-        """Errors (2, k) of a number of steps on a mesh, from a run with half as many; None where these do not resolve it.
+        """Errors (2, k) of a number of steps on a mesh, from a run with half as many; None where
+        these do not resolve it.
 
-        What runs with other steps on this mesh tell counts too. Given steps that have no half are held against twice as many.
+        What runs with other steps on this mesh tell counts too. Given steps that have no half are
+        held against twice as many.
         """
-        half, foretold = self.limits.half(steps), time.errors(steps)
+        half = self.limits.half(steps)
+        foretold = time.errors(steps)
         if half == steps:
             return foretold
         if 2 * half != steps:
             difference = self.differ((cells, steps), (cells, 2 * steps))
-            return foretold if difference is None else 2.0 * ROACHE * difference  # nobody knows by which ratio it falls
+            return (
+                foretold if difference is None else 2.0 * ROACHE * difference
+            )  # nobody knows by which ratio it falls
         difference = self.differ((cells, half), (cells, steps))
         if difference is None and half < time.known()[-1][0]:
             return foretold  # nobody has said that so few resolve it
@@ -378,16 +457,28 @@ class Planner:
                 found = np.maximum(found, ROACHE * apart / ((steps / fewer) ** powers - 1.0))
         return found
 
-    def unsettled(self, chosen: tuple[int, int], time: Chain, mesh: np.ndarray, apart: str, *pairs: Pair) -> AccuracyPlan:
+    def unsettled(
+        self, chosen: tuple[int, int], time: Chain, mesh: np.ndarray, apart: str, *pairs: Pair
+    ) -> AccuracyPlan:
         """The plan of a motion that pairs of runs do not settle."""
         known = [tuple(self.run(*one) for one in pair) for pair in pairs]
-        resolved = tuple((one, other) for one, other in known if one is not None and other is not None)
-        return AccuracyPlan(*chosen, time.errors(chosen[1]), mesh, tuple(self.log), "sensitive", resolved, apart)
+        resolved = tuple(
+            (one, other) for one, other in known if one is not None and other is not None
+        )
+        return AccuracyPlan(
+            *chosen, time.errors(chosen[1]), mesh, tuple(self.log), "sensitive", resolved, apart
+        )
 
-    def unsettled_steps(self, cells: int, time: Chain, given: int | None, free_cells: bool) -> AccuracyPlan:
-        """The plan of a motion that more steps do not settle; another mesh tells the error of this one all the same."""
-        fine, some = time.fine, time.fine // FINER
-        pairs, chosen = [((cells, fine // 2), (cells, fine))], (cells, given or fine)
+    def unsettled_steps(
+        self, cells: int, time: Chain, given: int | None, free_cells: bool
+    ) -> AccuracyPlan:
+        """The plan of a motion that more steps do not settle; another mesh tells the error of this
+        one all the same.
+        """
+        fine = time.fine
+        some = time.fine // FINER
+        pairs = [((cells, fine // 2), (cells, fine))]
+        chosen = (cells, given or fine)
         mesh = NOTHING
         if free_cells:
             pairs.append(((cells // 2, some), (cells, some)))
@@ -402,7 +493,9 @@ class Planner:
         return steps
 
     def differ(self, one: tuple[int, int], other: tuple[int, int]) -> np.ndarray | None:
-        """Differences (2, k) between two runs, the later one in the log with their size; None where one is not resolved."""
+        """Differences (2, k) between two runs, the later one in the log with their size; None where
+        one is not resolved.
+        """
         found = self.run(*one), self.run(*other)
         if found[0] is None or found[1] is None:
             return None
@@ -412,10 +505,14 @@ class Planner:
             self.log[index] = replace(self.log[index], difference=size(difference))
         return difference
 
-    def chain_of_steps(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, int, str]:
-        """The chain of steps on one mesh, the fewest steps that are resolved, and why it falls short of its goal, if it does.
+    def chain_of_steps(
+        self, cells: int, steps: int, goal: float, single: bool
+    ) -> tuple[Chain, int, str]:
+        """The chain of steps on one mesh, the fewest steps that are resolved, and why it falls
+        short of its goal, if it does.
 
-        A `single` pair tells the error of steps that are given, and one with half of these how it falls.
+        A `single` pair tells the error of steps that are given, and one with half of these how it
+        falls.
         """
         first = steps = self.coarsest(cells, steps)
         differences: list[np.ndarray] = []
@@ -431,21 +528,31 @@ class Planner:
             if found is None:  # what was resolved by chance
                 if steps > self.limits.steps or single:
                     raise Unresolved(cells, first)
-                first, differences = steps, []
+                first = steps
+                differences = []
                 continue
             differences.append(found)
-            chain = Chain(steps, tuple(differences), *FALLS, first=FALLS[1], rough=self.pilots.rough)
+            chain = Chain(
+                steps, tuple(differences), *FALLS, first=FALLS[1], rough=self.pilots.rough
+            )
             why = "steps" if 2 * steps > self.limits.steps else None
             if (why := "" if single else judge(chain, goal, REACH, PLATEAU, why)) is not None:
                 return chain, first, why
 
-    def settling(self, cells: int, steps: int, goal: float, single: bool, free_cells: bool) -> tuple[int, Chain, int, str]:
-        """The first of MESHES meshes, each twice as fine as the one before, whose chain of steps settles, and that chain.
+    def settling(
+        self, cells: int, steps: int, goal: float, single: bool, free_cells: bool
+    ) -> tuple[int, Chain, int, str]:
+        """The first of MESHES meshes, each twice as fine as the one before, whose chain of steps
+        settles, and that chain.
 
         What few cells do is no motion of the body: it may have no end of steps.
         """
         found = None
-        for level in [cells * 2**k for k in range(MESHES if free_cells else 1) if not k or cells * 2**k <= self.limits.cells]:
+        for level in [
+            cells * 2**k
+            for k in range(MESHES if free_cells else 1)
+            if not k or cells * 2**k <= self.limits.cells
+        ]:
             try:
                 found = level, *self.chain_of_steps(level, steps, goal, single)
             except Unresolved as error:
@@ -457,10 +564,14 @@ class Planner:
             raise failed
         return found
 
-    def chain_of_cells(self, cells: int, steps: int, enough: int, goal: float, single: bool) -> tuple[Chain, int, str]:
-        """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does.
+    def chain_of_cells(
+        self, cells: int, steps: int, enough: int, goal: float, single: bool
+    ) -> tuple[Chain, int, str]:
+        """The chain of meshes at one step, the steps that it took, and why it falls short of its
+        goal, if it does.
 
-        Where differences grow or do not fall, steps may not resolve what finer meshes do: more are taken, up to `enough`.
+        Where differences grow or do not fall, steps may not resolve what finer meshes do: more are
+        taken, up to `enough`.
         """
         differences: list[np.ndarray] = []
         while True:
@@ -470,17 +581,22 @@ class Planner:
                     raise Unresolved(2 * cells, steps)
                 steps *= 2
                 if differences:
-                    cells, differences = cells // 2 ** len(differences), []
+                    cells = cells // 2 ** len(differences)
+                    differences = []
                 continue
             cells *= 2
             differences.append(found)
             most = np.exp2(self.pilots.order)
-            chain = Chain(cells, tuple(differences), LEAST, most, LEAST if single else FIRST, CHANCE_OF_CELLS)
+            chain = Chain(
+                cells, tuple(differences), LEAST, most, LEAST if single else FIRST, CHANCE_OF_CELLS
+            )
             why = "cells" if 2 * cells > self.limits.cells else None
             why = "" if single else judge(chain, goal, STRETCH, PLATEAU_OF_CELLS, why)
             grow = len(differences) > 1 and size(found) > size(differences[-2])
             if (grow or why == "sensitive") and steps < enough:
-                steps, cells, differences = min(FINER * steps, enough), cells // 2 ** len(differences), []
+                steps = min(FINER * steps, enough)
+                cells = cells // 2 ** len(differences)
+                differences = []
             elif why is not None:
                 return chain, steps, why
 
@@ -494,7 +610,9 @@ class Unresolved(Exception):
 
 
 def is_enough(chain: Chain, goal: float, reach: float) -> bool:
-    """Whether a chain meets its goal, or foretells the level that does; one difference alone has to be far below it."""
+    """Whether a chain meets its goal, or foretells the level that does; one difference alone has to
+    be far below it.
+    """
     if len(chain.differences) == 1:
         return chain.error() <= SURE * goal
     if np.any((chain.luck > SURELY) & (chain.differences[-2][0] > goal)):
@@ -503,20 +621,28 @@ def is_enough(chain: Chain, goal: float, reach: float) -> bool:
 
 
 def is_wild(chain: Chain, plateau: int) -> bool:
-    """Whether the last three of `plateau` halvings or more have together made differences hardly smaller."""
+    """Whether the last three of `plateau` halvings or more have together made differences hardly
+    smaller.
+    """
     sizes = chain.sizes[-4:]
     return len(chain.differences) >= plateau and sizes[0] < WILD**3 * sizes[-1]
 
 
 def judge(chain: Chain, goal: float, reach: float, plateau: int, limit: str | None) -> str | None:
-    """Why a chain ends, nothing where it meets its goal; None where it goes on, which a `limit` does not let it."""
+    """Why a chain ends, nothing where it meets its goal; None where it goes on, which a `limit`
+    does not let it.
+    """
     if is_enough(chain, goal, reach):
         return ""
     return "sensitive" if is_wild(chain, plateau) else limit
 
 
 FAR = Limits()
-NO_STEPS = Chain(1, (NOTHING,), *FALLS, first=FALLS[1]), 1, ""  #: of an equilibrium, where every run counts as one step
+NO_STEPS = (
+    Chain(1, (NOTHING,), *FALLS, first=FALLS[1]),
+    1,
+    "",
+)  #: of an equilibrium, where every run counts as one step
 
 
 def plan(
@@ -528,10 +654,11 @@ def plan(
     limits: Limits = FAR,
     see: Callable[[Pilot], None] = lambda pilot: None,
 ) -> AccuracyPlan:
-    """Cells and steps that meet an accuracy, from chains that begin with so many of them; what is not free stays.
+    """Cells and steps that meet an accuracy, from chains that begin with so many of them; what is
+    not free stays.
 
-    `cells` are twice the fewest, and 0 where a scene has none to choose: its mesh is not judged. `steps` are 0 of an equilibrium.
-    Unresolved where no number of steps is enough.
+    `cells` are twice the fewest, and 0 where a scene has none to choose: its mesh is not judged.
+    `steps` are 0 of an equilibrium. Unresolved where no number of steps is enough.
     """
     done = Planner(pilots, limits, see)
     open_mesh = bool(cells) and free_cells
@@ -541,7 +668,10 @@ def plan(
         cells, time, first, why = done.settling(cells, steps, share, not free_steps, open_mesh)
     if why == "sensitive":
         return done.unsettled_steps(cells, time, None if free_steps else steps, open_mesh)
-    chosen = cells, max(steps, 1) if not free_steps else max(first, done.rounded(time.needed(share)))
+    chosen = (
+        cells,
+        max(steps, 1) if not free_steps else max(first, done.rounded(time.needed(share))),
+    )
     if not cells:
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
     rest = max(SAFETY - time.error(chosen[1]), LEFT)
@@ -550,9 +680,14 @@ def plan(
     mesh, first, short = done.chain_of_cells(fewest, first, chosen[1], rest, single=not free_cells)
     if short == "sensitive":
         fine = mesh.fine
-        pairs = [((fine // 2, first), (fine, first)), *([((fine // 2, first), (fine // 2, 2 * first))] if free_steps else [])]
+        pairs = [
+            ((fine // 2, first), (fine, first)),
+            *([((fine // 2, first), (fine // 2, 2 * first))] if free_steps else []),
+        ]
         delivered = fine, first if free_steps else chosen[1]
-        return done.unsettled(delivered, time, mesh.errors(fine), f"{fine // 2} and {fine} cells", *pairs)
+        return done.unsettled(
+            delivered, time, mesh.errors(fine), f"{fine // 2} and {fine} cells", *pairs
+        )
     if free_cells:
         chosen = int(np.clip(math.ceil(mesh.needed(rest)), fewest, limits.cells)), chosen[1]
     return done.proved(chosen, time, mesh, why or short, (free_cells, free_steps), first)

@@ -1,8 +1,10 @@
-"""True errors of models of a scene: against a run with four times the cells and the steps that accuracies choose.
+"""True errors of models of a scene: against a run with four times the cells and the steps that
+accuracies choose.
 
     e = max_c max_t |y_c - r_c| / range_c      of the columns c of all outputs, r of the reference
 
-An error against the full model of the same mesh and step holds neither that of the mesh nor that of the step.
+An error against the full model of the same mesh and step holds neither that of the mesh nor that of
+the step.
 """
 
 from __future__ import annotations
@@ -27,12 +29,17 @@ FINER = 4  #: times the cells and the steps of the finest model
 
 
 def find(scene: Scene, wanted: Sequence[float] = WANTED, allow_outside: bool = False) -> Truth:
-    """The reference of a scene whose lines leave their cells open, and what accuracies choose, at the instants of its snapshots.
+    """The reference of a scene whose lines leave their cells open, and what accuracies choose, at
+    the instants of its snapshots.
 
     InputError where the mesh of no line can be chosen.
     """
     analysis, reduction = plans.sections(scene)
-    every = reduction.snapshots if isinstance(reduction.snapshots, tuple) else (Span(reduction.snapshots),)
+    every = (
+        reduction.snapshots
+        if isinstance(reduction.snapshots, tuple)
+        else (Span(reduction.snapshots),)
+    )
 
     def asking(bound: float) -> Scene:
         mine = replace(analysis, step=AUTO, every=every, accuracy=Accuracy({"": Bound(bound)}))
@@ -40,15 +47,32 @@ def find(scene: Scene, wanted: Sequence[float] = WANTED, allow_outside: bool = F
 
     pilots = ScenePilots(asking(min(wanted)), allow_outside)
     if not pilots.open:
-        raise InputError(say("--true", "lines whose cells can be chosen", "none", "leave out their cells and `refine`"))
+        raise InputError(
+            say(
+                "--true",
+                "lines whose cells can be chosen",
+                "none",
+                "leave out their cells and `refine`",
+            )
+        )
     found = {bound: planned.find(asking(bound), allow_outside) for bound in wanted}
     if missed := [f"{bound:g}" for bound, plan in found.items() if not plan.met]:
-        notify(f"no full model is known to meet an accuracy of {', '.join(missed)}: the picture shows none")
+        notify(
+            f"no full model is known to meet an accuracy of {', '.join(missed)}: the picture shows none"
+        )
     cells = FINER * max(plan.cells or 0 for plan in found.values())
-    most = max(analysis.duration / analysis.step, *(one["steps"] for plan in found.values() for one in plan.pilots))
+    most = max(
+        analysis.duration / analysis.step,
+        *(one["steps"] for plan in found.values() for one in plan.pilots),
+    )
     steps = pilots.usual * math.ceil(FINER * most / pilots.usual - 1e-9)
     chosen = {
-        f"accuracy {bound:g}": (pilots.system(plan.cells), plan.step, plan.local_error, plan.tolerance)
+        f"accuracy {bound:g}": (
+            pilots.system(plan.cells),
+            plan.step,
+            plan.local_error,
+            plan.tolerance,
+        )
         for bound, plan in found.items()
         if plan.met and plan.cells and plan.step and plan.tolerance
     }

@@ -1,8 +1,10 @@
-"""The first run compiles: a process beside it compiles what that run needs last, the end of its time step first.
+"""The first run compiles: a process beside it compiles what that run needs last, the end of its
+time step first.
 
     python -m fmbs_skfem.studies.running.compiling [reduction]        ends with its input, which is its parent's end
 
-The parent compiles from the beginning of a step meanwhile; each finds in the cache what the other has compiled.
+The parent compiles from the beginning of a step meanwhile; each finds in the cache what the other
+has compiled.
 """
 
 from __future__ import annotations
@@ -23,14 +25,17 @@ from ...core.compiling.machine_code import SUFFIX
 if TYPE_CHECKING:
     from ..job import Job
 
-_BESIDE: list[subprocess.Popen[bytes]] = []  #: processes that end with this one, whose end of their input they see
+_BESIDE: list[
+    subprocess.Popen[bytes]
+] = []  #: processes that end with this one, whose end of their input they see
 
 
 def announce(job: Job, reduces: bool = False) -> bool:
     """Whether no compiled step is cached; then the first run compiles, which is said.
 
-    What it needs last, and what reductions need, is compiled by a process beside it, one for all runs that begin meanwhile. Each
-    function is compiled by one process (`jit.alone`), the others wait for it.
+    What it needs last, and what reductions need, is compiled by a process beside it, one for all
+    runs that begin meanwhile. Each function is compiled by one process (`jit.alone`), the others
+    wait for it.
     """
     folder = jit.cache_folder()
     new = folder is None or cold(folder)
@@ -39,7 +44,9 @@ def announce(job: Job, reduces: bool = False) -> bool:
     if new and folder is not None and first(folder):
         command = [sys.executable, "-P", "-m", __name__, *(["reduction"] if reduces else [])]
         nowhere = subprocess.DEVNULL
-        _BESIDE.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere))
+        _BESIDE.append(
+            subprocess.Popen(command, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere)
+        )
     return new
 
 
@@ -67,9 +74,21 @@ def compile_from_the_end(reduces: bool) -> None:
 
     threading.Thread(target=end_with_parent, daemon=True).start()
     factorise, solve, apply = factors.doors(Storage.BAND)
-    first = evaluation.take_over, work.forces  #: what a run asks for before its first step, when all of the step is compiled
+    first = (
+        evaluation.take_over,
+        work.forces,
+    )  #: what a run asks for before its first step, when all of the step is compiled
     steps = stepping.advance, stepping.take
-    for one in (*steps, work.survey, solve, apply, *first, factors.assemble, factorise, evaluation.residuals):
+    for one in (
+        *steps,
+        work.survey,
+        solve,
+        apply,
+        *first,
+        factors.assemble,
+        factorise,
+        evaluation.residuals,
+    ):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)

@@ -1,4 +1,6 @@
-"""What keeps a model from being exported, in the words of its scene, before it is trained; the rules are those of exports."""
+"""What keeps a model from being exported, in the words of its scene, before it is trained; the
+rules are those of exports.
+"""
 
 from __future__ import annotations
 
@@ -18,17 +20,24 @@ if TYPE_CHECKING:
 
 
 def find(scene: Scene, raw: System, ranged: bool) -> Iterator[tuple[str, Problem]]:
-    """What a model of a scene cannot have in C, as messages name it, and why; `raw` is the full system as it was assembled."""
-    from ...exports import refusals  # with SymPy, an extra, which nothing else of a check has a use for
+    """What a model of a scene cannot have in C, as messages name it, and why; `raw` is the full
+    system as it was assembled.
+    """
+    from ...exports import (
+        refusals,  # with SymPy, an extra, which nothing else of a check has a use for
+    )
 
     return refusals.find(raw, build.stepped(scene).scheme, ranged)
 
 
 def require(scene: Scene, raw: System, option: str) -> None:
-    """InputError with all that a model of a scene cannot have in C, each with file, line and keys; MissingFeature without SymPy."""
+    """InputError with all that a model of a scene cannot have in C, each with file, line and keys;
+    MissingFeature without SymPy.
+    """
     extras.need("symbols", option)
     if told := [
-        problem.at(where(scene, *keys_of(scene, subject))) for subject, problem in find(scene, raw, scene.training is not None)
+        problem.at(where(scene, *keys_of(scene, subject)))
+        for subject, problem in find(scene, raw, scene.training is not None)
     ]:
         raise InputError("\n".join(told))
 
@@ -36,7 +45,13 @@ def require(scene: Scene, raw: System, option: str) -> None:
 def announce(job: Job, scene: Scene, raw: System, ranged: bool = False) -> None:
     """Say before a training, in one line, what of a scene keeps its model from being exported."""
     if extras.there("symbols"):
-        tell(job, [in_words(scene, subject) for subject in dict.fromkeys(subject for subject, _ in find(scene, raw, ranged))])
+        tell(
+            job,
+            [
+                in_words(scene, subject)
+                for subject in dict.fromkeys(subject for subject, _ in find(scene, raw, ranged))
+            ],
+        )
 
 
 def announce_part(job: Job, scene: Scene, part: Body) -> None:
@@ -51,7 +66,9 @@ def announce_part(job: Job, scene: Scene, part: Body) -> None:
 def tell(job: Job, found: list[str]) -> None:
     """Say what keeps a model from being exported, where there is anything."""
     if found:
-        job.listener.tell(f"this model cannot be exported to C, as an FMU or into a page: {', '.join(found)}")
+        job.listener.tell(
+            f"this model cannot be exported to C, as an FMU or into a page: {', '.join(found)}"
+        )
 
 
 def in_words(scene: Scene, subject: str) -> str:

@@ -45,7 +45,8 @@ ERROR, STATES = "internal_error.json", "states.h5"
 def write_failure(
     out: Path | None, error: FmbsError | None, provenance: Mapping[str, Any], picture: bool = True
 ) -> tuple[dict[str, Any], list[Path]]:
-    """What explains a solve that failed, with the files of it in the folder; nothing without a folder, and of other errors.
+    """What explains a solve that failed, with the files of it in the folder; nothing without a
+    folder, and of other errors.
 
     Beside it stands the last good state. Files of an earlier failure are removed.
     """
@@ -65,7 +66,9 @@ def write_failure(
 
 
 def clear_earlier(out: Path) -> bool:
-    """Remove the files of an earlier failure; False with a warning where the names are taken by files of other origin."""
+    """Remove the files of an earlier failure; False with a warning where the names are taken by
+    files of other origin.
+    """
     taken = [name for name in NAMES if (out / name).exists()]
     if not taken:
         return True
@@ -83,7 +86,10 @@ def write_state(path: Path, trajectory: Trajectory) -> Path:
     trajectory = trajectory.states
     system = trajectory.system
     state = {name: getattr(trajectory, name)[-1] for name in ("x", "v", "a", "multipliers")}
-    named = {"unknowns": names.coordinate_names(system), "constraints": names.row_names(system)[system.size :]}
+    named = {
+        "unknowns": names.coordinate_names(system),
+        "constraints": names.row_names(system)[system.size :],
+    }
     return durable.write(path, container.image({**state, **named, "time": trajectory.times[-1]}))
 
 
@@ -112,7 +118,9 @@ def plain(found: Diagnosis) -> dict[str, Any]:
 
 
 def rescue(job: Job, error: Exception) -> list[Path]:
-    """Everything that can be written, one file after the other; their names, the record of the error first."""
+    """Everything that can be written, one file after the other; their names, the record of the
+    error first.
+    """
     found: list[Path] = []
     for make in (record, states, outputs):
         with contextlib.suppress(Exception):  # the error at hand is the one to report
@@ -146,4 +154,6 @@ def states(job: Job, error: Exception) -> Iterator[Path]:
 def outputs(job: Job, error: Exception) -> Iterator[Path]:
     """The outputs of the motion."""
     if job.made is not None and job.trajectory is not None:
-        yield reports.write_csv(job.made / OUTPUTS, {"t": job.trajectory.times, **dynamics.outputs(job.trajectory)})
+        yield reports.write_csv(
+            job.made / OUTPUTS, {"t": job.trajectory.times, **dynamics.outputs(job.trajectory)}
+        )

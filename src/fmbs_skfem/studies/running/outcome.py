@@ -30,17 +30,28 @@ SERIES = "motion"  #: of VTK files
 
 
 def write_outputs(
-    out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], report: Mapping[str, Any], heads: bool = False
+    out: Path,
+    times: np.ndarray,
+    columns: Mapping[str, np.ndarray],
+    report: Mapping[str, Any],
+    heads: bool = False,
 ) -> list[Path]:
-    """The columns (s,) over time or load factor (s,), with their SI units in their `heads`, and the unit of each by itself."""
+    """The columns (s,) over time or load factor (s,), with their SI units in their `heads`, and the
+    unit of each by itself.
+    """
     units = {"t": "s" if report.get("solver") else "", **report["units"]}
-    named = {add_unit(name, units.get(name, "") if heads else ""): column for name, column in {"t": times, **columns}.items()}
+    named = {
+        add_unit(name, units.get(name, "") if heads else ""): column
+        for name, column in {"t": times, **columns}.items()
+    }
     return [reports.write_csv(out / OUTPUTS, named), reports.write_json(out / UNITS, units)]
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Run(Result):
-    """A run: its outputs over time, or over the load factor of an equilibrium; of vibration modes their frequencies."""
+    """A run: its outputs over time, or over the load factor of an equilibrium; of vibration modes
+    their frequencies.
+    """
 
     motion: Trajectory | None = None  #: None of vibration modes
     outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: column -> (s,) in SI units
@@ -50,7 +61,9 @@ class Run(Result):
 
     @property
     def trajectory(self) -> Trajectory:
-        """All states; those that are kept of a run with `states=False`, where it lets the others go."""
+        """All states; those that are kept of a run with `states=False`, where it lets the others
+        go.
+        """
         if self.motion is None:
             raise InputError(say("trajectory", "a motion or an equilibrium", "vibration modes"))
         return self.motion.states
@@ -61,21 +74,36 @@ class Run(Result):
         return self.trajectory.times if self.motion is None else self.motion.times
 
     def table(self) -> Any:
-        """The outputs with their units, the time first: a pandas DataFrame where pandas is installed, else a mapping of arrays."""
+        """The outputs with their units, the time first: a pandas DataFrame where pandas is
+        installed, else a mapping of arrays.
+        """
         units = self.report.get("units", {})
-        found = {} if self.motion is None else {"t [s]": self.times} if self.report.get("solver") else {"load factor": self.times}
-        found |= {add_unit(name, units.get(name, "")): values for name, values in self.outputs.items()}
+        found = (
+            {}
+            if self.motion is None
+            else {"t [s]": self.times}
+            if self.report.get("solver")
+            else {"load factor": self.times}
+        )
+        found |= {
+            add_unit(name, units.get(name, "")): values for name, values in self.outputs.items()
+        }
         return frame(found)
 
     def plot(self) -> Figure:
-        """The outputs over time, transfer functions, or a Campbell diagram; InputError where there is nothing of that kind."""
+        """The outputs over time, transfer functions, or a Campbell diagram; InputError where there
+        is nothing of that kind.
+        """
         if not self.figures:
-            raise InputError(say("plot", "a run with outputs", self.about, "draw modes with fmbs render"))
+            raise InputError(
+                say("plot", "a run with outputs", self.about, "draw modes with fmbs render")
+            )
         return self.figures[next(iter(self.figures))]
 
     @checked
     def view(self, time: float | None = None) -> MultiBlock:
-        """The bodies at the stored instant nearest to a time [s], the last one by default, as a block of pyvista for each.
+        """The bodies at the stored instant nearest to a time [s], the last one by default, as a
+        block of pyvista for each.
 
         Modes are fields `mode_1`, ... of the bodies in the state about which they are.
         """
@@ -88,7 +116,9 @@ class Run(Result):
 
     @checked
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write outputs, report and figures into a folder, and a linear system; files of another run are kept without `force`."""
+        """Write outputs, report and figures into a folder, and a linear system; files of another
+        run are kept without `force`.
+        """
         out = reports.make_folder(Path(folder))
         if (out / reports.REPORT).exists() and not force:
             remedy = "choose another folder, or force=True"

@@ -1,4 +1,6 @@
-"""The figure of a run: a panel for the columns of an output that are of one unit, such as the components of a vector."""
+"""The figure of a run: a panel for the columns of an output that are of one unit, such as the
+components of a vector.
+"""
 
 from __future__ import annotations
 
@@ -37,27 +39,54 @@ def figures_of(
     errors: Mapping[str, float] = MappingProxyType({}),
     display: DisplayUnits = SI,
 ) -> Figures:
-    """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks and bands of errors.
+    """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels,
+    with marks and bands of errors.
 
-    Columns that are `silent`, see `find_noise`, are drawn as zero. There is no figure of a single instant.
+    Columns that are `silent`, see `find_noise`, are drawn as zero. There is no figure of a single
+    instant.
     """
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:
         return Figures()
     found = arrange(outputs, finite, silent, errors)
     shown = sum(len(panel.curves) for panel in found)
-    left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
-    return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks, display=display)})
+    left = (
+        f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})"
+        if shown < len(finite)
+        else ""
+    )
+    return Figures(
+        {
+            "outputs": partial(
+                panel_grid,
+                times,
+                found,
+                title=title + left,
+                across=across,
+                marks=marks,
+                display=display,
+            )
+        }
+    )
 
 
-def find_noise(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], size: float, noise: float) -> frozenset[str]:
-    """Known columns (s,) of reactions that are round-off: below ROUND of the largest one, or within `noise` [N].
+def find_noise(
+    outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], size: float, noise: float
+) -> frozenset[str]:
+    """Known columns (s,) of reactions that are round-off: below ROUND of the largest one, or within
+    `noise` [N].
 
-    Moments and forces per length are compared with forces by the `size` of the mechanism [m], so that no unit counts.
+    Moments and forces per length are compared with forces by the `size` of the mechanism [m], so
+    that no unit counts.
     """
     units = probes.column_units(outputs)
     balancing = [one for one in outputs.values() if probes.kind_of(one).balances]
-    reactions = [column for one in balancing for column in one.columns if column in known and np.isfinite(known[column]).all()]
+    reactions = [
+        column
+        for one in balancing
+        for column in one.columns
+        if column in known and np.isfinite(known[column]).all()
+    ]
     forces = {
         column: float(np.abs(known[column]).max()) / size ** POWERS[units[column]]
         for column in reactions
@@ -73,37 +102,60 @@ def arrange(
     noise: Collection[str] = (),
     errors: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Panel]:
-    """Panels of the known columns (s,), in the order of the outputs: at most PANELS, the first ones of every output.
+    """Panels of the known columns (s,), in the order of the outputs: at most PANELS, the first ones
+    of every output.
 
     Columns of `noise` are drawn as zero, and say so.
     """
-    known = {column: np.zeros_like(values) if column in noise else values for column, values in known.items()}
-    units, labels = probes.column_units(outputs), probes.column_labels(outputs)
+    known = {
+        column: np.zeros_like(values) if column in noise else values
+        for column, values in known.items()
+    }
+    units = probes.column_units(outputs)
+    labels = probes.column_labels(outputs)
     found: list[tuple[int, Panel]] = []
     for name, output in outputs.items():
         groups: dict[tuple[object, ...], dict[str, np.ndarray]] = {}
         columns = [column for column in output.columns if column in known]
         for column in columns:
             alike = [known[other] for other in columns if units[other] == units[column]]
-            span, largest = np.ptp(known[column]), max(np.ptp(values) for values in alike)
-            key = (units[column], column) if 0.0 < span < FLAT * largest else (units[column], len(alike) > TOGETHER and column)
+            span = np.ptp(known[column])
+            largest = max(np.ptp(values) for values in alike)
+            key = (
+                (units[column], column)
+                if 0.0 < span < FLAT * largest
+                else (units[column], len(alike) > TOGETHER and column)
+            )
             groups.setdefault(key, {})[column] = known[column]
         for rank, ((unit, *_), group) in enumerate(groups.items()):
             alone = heading_of(units, labels, next(iter(group)))
             title = alone if len(group) == 1 else add_unit(name, str(unit))
-            names = {column: labels.get(column, column.removeprefix(f"{name}_")) for column in group}
-            names = names if len(set(names.values())) == len(names) else {column: column for column in group}
+            names = {
+                column: labels.get(column, column.removeprefix(f"{name}_")) for column in group
+            }
+            names = (
+                names
+                if len(set(names.values())) == len(names)
+                else {column: column for column in group}
+            )
             silent = group.keys() <= set(noise)
             named = {one: names[one] + SILENT * (one in noise and not silent) for one in group}
             bands = {named[one]: errors[one] for one in group if one in errors and one not in noise}
-            curves, columns_of = {named[one]: group[one] for one in group}, {named[one]: one for one in group}
+            curves = {named[one]: group[one] for one in group}
+            columns_of = {named[one]: one for one in group}
             found.append((rank, Panel(title + SILENT * silent, curves, bands, columns_of)))
     last = sorted(rank for rank, _ in found)[:PANELS][-1]
     first = [panel for rank, panel in found if rank < last]
     room = iter(range(PANELS - len(first)))
-    return [panel for rank, panel in found if rank < last or (rank == last and next(room, None) is not None)]
+    return [
+        panel
+        for rank, panel in found
+        if rank < last or (rank == last and next(room, None) is not None)
+    ]
 
 
 def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
     """`motor_torque: moment about z [N m]`."""
-    return add_unit(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))
+    return add_unit(
+        f"{column}: {labels[column]}" if column in labels else column, units.get(column, "")
+    )

@@ -1,6 +1,7 @@
 """What studies draw of bodies: configurations, animations, errors of reduced models.
 
-An `Order` draws one file, by the process at hand (`rendering.painter`) or one of its own, so that other work can go on beside it.
+An `Order` draws one file, by the process at hand (`rendering.painter`) or one of its own, so that
+other work can go on beside it.
 """
 
 from __future__ import annotations
@@ -32,7 +33,11 @@ Order = Callable[[], Path]
 PICTURE, ANIMATION, ERROR = "picture.png", "animation.gif", "error.png"
 FRAMES, INSTANTS = 60, 6  #: of the animation and of the picture
 CONFIGURATIONS = 7  #: in a picture of a saved model
-PICTURED = ("component+ecsw", "component", "component+exact")  #: the reduced model that is pictured: the first of these that ran
+PICTURED = (
+    "component+ecsw",
+    "component",
+    "component+exact",
+)  #: the reduced model that is pictured: the first of these that ran
 
 
 def scene(
@@ -44,7 +49,8 @@ def scene(
     rate: float = 15.0,
     scale: float = 1.0,
 ) -> list[Order]:
-    """The picture of a trajectory at the instants of its scene, and its animation with `count` frames (none for 0).
+    """The picture of a trajectory at the instants of its scene, and its animation with `count`
+    frames (none for 0).
 
     Displacements are drawn `scale` times as large, which the title says.
     """
@@ -53,8 +59,13 @@ def scene(
     fields = (shade,) if shade else ()
     moving = motion.frames(trajectory, rows, fields)
     wanted = instants(scene, trajectory)
-    chosen = moving if wanted is None else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
-    clock, heading = "s" if scene.analysis.clock else "load factor", jobs.title(scene)
+    chosen = (
+        moving
+        if wanted is None
+        else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
+    )
+    clock = "s" if scene.analysis.clock else "load factor"
+    heading = jobs.title(scene)
     if scale != 1.0:
         start = motion.frames(trajectory, np.array([0]), ())
         moving, chosen = (frames_.magnify(one, start, scale) for one in (moving, chosen))
@@ -63,7 +74,11 @@ def scene(
     options = PictureOptions(shade, label, title=heading, clock=clock, display=scene.display)
     found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, options)]
     options = replace(options, size=(800, 600))
-    return [*found, partial(pictures.animate, moving, out / names[1], count, rate, options)] if count else found
+    return (
+        [*found, partial(pictures.animate, moving, out / names[1], count, rate, options)]
+        if count
+        else found
+    )
 
 
 def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
@@ -72,8 +87,18 @@ def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
     if name is None:
         return []
     wanted = instants(scene, study.full)
-    options = PictureOptions("error", title=f"{jobs.title(scene)}, {name}: error", display=scene.display)
-    return [partial(pictures.render, motion.errors(study.full, study.motions[name], wanted), path, wanted, options)]
+    options = PictureOptions(
+        "error", title=f"{jobs.title(scene)}, {name}: error", display=scene.display
+    )
+    return [
+        partial(
+            pictures.render,
+            motion.errors(study.full, study.motions[name], wanted),
+            path,
+            wanted,
+            options,
+        )
+    ]
 
 
 def model(title: str, display: DisplayUnits, trajectory: Trajectory, out: Path) -> list[Order]:
@@ -84,12 +109,18 @@ def model(title: str, display: DisplayUnits, trajectory: Trajectory, out: Path) 
 
 
 def last(trajectory: Trajectory, path: Path, clock: str) -> list[Path]:
-    """The last state, bodies in their colours; nothing where no picture can be drawn. `clock` as in `PictureOptions`."""
+    """The last state, bodies in their colours; nothing where no picture can be drawn. `clock` as in
+    `PictureOptions`.
+    """
     trajectory = trajectory.states
     end = len(trajectory.times) - 1
     try:
         frames = motion.frames(trajectory, np.array([end]), ())
-        return [pictures.render(frames, path, options=PictureOptions(title="last good state", clock=clock))]
+        return [
+            pictures.render(
+                frames, path, options=PictureOptions(title="last good state", clock=clock)
+            )
+        ]
     except FmbsError as error:
         notify(f"no picture of the last good state: {error}")
         return []
@@ -101,7 +132,9 @@ def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
     end = float(np.max(trajectory.times))
     reached = [float(time) for time in wanted if time <= end * (1 + 1e-9)]
     if len(reached) < len(wanted):
-        notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {end:g} are left out")
+        notify(
+            f"pictures: {len(wanted) - len(reached)} instants after the end at {end:g} are left out"
+        )
     return reached or None
 
 

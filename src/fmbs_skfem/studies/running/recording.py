@@ -1,4 +1,6 @@
-"""The folder of a run while it runs: settled and locked before anything is solved, and a motion that can be stopped and resumed."""
+"""The folder of a run while it runs: settled and locked before anything is solved, and a motion
+that can be stopped and resumed.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,14 @@ def clear(job: Job, out: Path, mark: str) -> None:
         where = f"--out {out}"
         if found.state is segments.HistoryState.RUNNING:
             got = f"a run that was stopped at t = {found.time:.6g} s"
-            raise InputError(say(where, "an empty folder", got, f"go on with: fmbs resume {out}; or begin anew with --force"))
+            raise InputError(
+                say(
+                    where,
+                    "an empty folder",
+                    got,
+                    f"go on with: fmbs resume {out}; or begin anew with --force",
+                )
+            )
         if found.job.get("fingerprint") != mark:
             got, remedy = "the history of another run", "choose another folder, or --force"
             raise InputError(say(where, "an empty folder or one of the same run", got, remedy))
@@ -66,9 +75,11 @@ def clear(job: Job, out: Path, mark: str) -> None:
 
 @contextlib.contextmanager
 def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
-    """A record that ends its run at SIGINT, SIGTERM and SIGHUP, or after `limit` seconds, with a segment and a checkpoint.
+    """A record that ends its run at SIGINT, SIGTERM and SIGHUP, or after `limit` seconds, with a
+    segment and a checkpoint.
 
-    A second signal acts as usual, and so does one that comes before the run has shown any state: there is nothing to keep.
+    A second signal acts as usual, and so does one that comes before the run has shown any state:
+    there is nothing to keep.
     """
     if record is None:
         yield None
@@ -93,7 +104,9 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
         at = f"at t = {moment.time:.6g} s, after {moment.done} of {moment.steps} steps"
         remedy = f"go on with: fmbs resume {record.folder}"
         if arrived:
-            raise Interrupted(arrived[0], f"stopped by {signal.Signals(arrived[0]).name} {at}; {remedy}")
+            raise Interrupted(
+                arrived[0], f"stopped by {signal.Signals(arrived[0]).name} {at}; {remedy}"
+            )
         raise TimeOver(f"stopped by --time-limit {limit:g} {at}; {remedy}")
 
     with endings.noted(note) as restore:

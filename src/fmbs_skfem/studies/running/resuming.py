@@ -29,7 +29,10 @@ def resume_run(job: Job) -> Run:
     with locks.own(out):
         found = segments.manifest(out)
         asked = found.job
-        same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration", "checkpoint")}
+        same = {
+            name: asked[name]
+            for name in ("changes", "allow_outside", "repair", "duration", "checkpoint")
+        }
         own = replace(job, path=Path(asked["scene"]), out=out, made=out, **same)
         own.listener.begin(own)
         # found once, before the run was stopped
@@ -43,22 +46,38 @@ def resume_run(job: Job) -> Run:
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    """Refuse another scene, other meshes or another release; warn of other libraries or another machine."""
+    """Refuse another scene, other meshes or another release; warn of other libraries or another
+    machine.
+    """
 
-    binding = [differences(binds(then), binds(now)), differences(flatten(then["scene"], "scene"), flatten(now["scene"], "scene"))]
+    binding = [
+        differences(binds(then), binds(now)),
+        differences(flatten(then["scene"], "scene"), flatten(now["scene"], "scene")),
+    ]
     other = [text for texts in binding for text in texts]
     if other:
         remedy = "restore what has changed, or run the scene anew with --force"
-        raise CorruptFile(say(f"{out}", "the scene, the meshes and the release of its run", "; ".join(other), remedy))
+        raise CorruptFile(
+            say(
+                f"{out}",
+                "the scene, the meshes and the release of its run",
+                "; ".join(other),
+                remedy,
+            )
+        )
     loose = differences(flatten(loosely(then)), flatten(loosely(now)))
     if loose:
-        notify(f"{out}: {'; '.join(loose)}; the numbers may differ in their last digits from those of an unbroken run")
+        notify(
+            f"{out}: {'; '.join(loose)}; the numbers may differ in their last digits from those of an unbroken run"
+        )
 
 
 def binds(found: Mapping[str, Any]) -> dict[str, str]:
     """Release and files, but for the text of the scene, whose values are compared."""
     release = {"release of fmbs_skfem": str(found["versions"]["fmbs_skfem"])}
-    return release | {f"sha256 of {name}": text for name, text in found["files"].items() if name != found["file"]}
+    return release | {
+        f"sha256 of {name}": text for name, text in found["files"].items() if name != found["file"]
+    }
 
 
 def loosely(found: Mapping[str, Any]) -> dict[str, Any]:

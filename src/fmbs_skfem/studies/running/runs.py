@@ -27,29 +27,56 @@ if TYPE_CHECKING:
     from ...scenes import Scene
 
 
-def run_source(job: Job, step: float | None = None, picture: bool = False, html: bool = False) -> Run:
+def run_source(
+    job: Job, step: float | None = None, picture: bool = False, html: bool = False
+) -> Run:
     """A scene or a saved model, as its file says; options that are not for it are refused."""
     limits = {"--checkpoint": job.checkpoint is not None, "--time-limit": isfinite(job.time_limit)}
     given = " and ".join(name for name, used in limits.items() if used)
     if models.is_model(job):
         if given:
-            raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
+            raise InputError(
+                say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds")
+            )
         models.require_own_accuracy(job)
         return models.run_saved(job, step, picture, html)
     if picture:
-        raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
+        raise InputError(
+            say(
+                "--picture",
+                "a saved reduced model (.h5)",
+                f"{job.path}",
+                "draw a scene with fmbs render",
+            )
+        )
     if step is not None:
-        raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
+        raise InputError(
+            say(
+                "--step",
+                "a saved reduced model (.h5)",
+                f"{job.path}",
+                "a scene has its own step: analysis.step",
+            )
+        )
     scene = jobs.read_scene(job, within=True)
     if given and not scene.analysis.moves:
-        raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
+        raise InputError(
+            say(
+                given,
+                "a scene with a dynamic analysis",
+                scene.analysis.word,
+                "leave the option out",
+            )
+        )
     if given and job.out is None:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
     if not html:
         return solve_scene(job, scene)
     require_motion(scene, "draw modes with fmbs render")
     job.states = True
-    return solve_scene(job, scene, webpages.drawing(jobs.title(scene), scene.display, scene), [webpages.PAGE])
+    return solve_scene(
+        job, scene, webpages.drawing(jobs.title(scene), scene.display, scene), [webpages.PAGE]
+    )
 
 
 def require_motion(scene: Scene, remedy: str) -> None:
@@ -59,19 +86,33 @@ def require_motion(scene: Scene, remedy: str) -> None:
 
 
 def render_scene(job: Job, frames: int, ending: str, scale: float, html: bool = False) -> Run:
-    """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`, and its page (`html`)."""
+    """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or
+    `.mp4`, and its page (`html`).
+    """
     scene = jobs.read_scene(job, within=True)
     draw: webpages.Draw | near_states.Draw | None
     if isinstance(scene.analysis, States):
         if html:
             require_motion(scene, "leave it out: modes get pictures and animations")
         if scale != 1.0:
-            raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
-        names, draw = [near_states.PICTURE], partial(near_states.pictures, jobs.title(scene), frames, ending, scene.display)
+            raise InputError(
+                say(
+                    "--scale",
+                    "a motion or an equilibrium",
+                    scene.analysis.word,
+                    "shapes have a size of their own",
+                )
+            )
+        names = [near_states.PICTURE]
+        draw = partial(near_states.pictures, jobs.title(scene), frames, ending, scene.display)
     else:
         names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
-        drawn = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
-        draw = webpages.together(drawn, webpages.drawing(jobs.title(scene), scene.display, scene) if html else None)
+        drawn = partial(
+            pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale
+        )
+        draw = webpages.together(
+            drawn, webpages.drawing(jobs.title(scene), scene.display, scene) if html else None
+        )
         names += [webpages.PAGE] if html else []
     with painter.at_hand(job.out is not None):
         return solve_scene(job, scene, draw, names)
@@ -82,7 +123,9 @@ def export_scene(job: Job, frames: int) -> Run:
     scene = jobs.read_scene(job, within=True)
     if isinstance(scene.analysis, States):
         return solve_scene(job, scene, near_states.write_series, [f"{near_states.SERIES}.pvd"])
-    return solve_scene(job, scene, partial(write_series, frames), [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"])
+    return solve_scene(
+        job, scene, partial(write_series, frames), [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"]
+    )
 
 
 def write_series(frames: int, trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
@@ -96,9 +139,14 @@ def write_series(frames: int, trajectory: Trajectory, out: Path) -> Sequence[Cal
 
 
 def solve_scene(
-    job: Job, scene: Scene, draw: Callable[..., Sequence[Callable[[], Path]]] | None = None, names: Sequence[str] = ()
+    job: Job,
+    scene: Scene,
+    draw: Callable[..., Sequence[Callable[[], Path]]] | None = None,
+    names: Sequence[str] = (),
 ) -> Run:
-    """What the analysis of a scene asks for; `draw` orders the files `names` of what is found, as `solving.Draw`."""
+    """What the analysis of a scene asks for; `draw` orders the files `names` of what is found, as
+    `solving.Draw`.
+    """
     if isinstance(scene.analysis, States):
         return near_states.solve_states(job, scene, scene.analysis, draw, names)
     return solve(job, reports.fingerprint(scene), partial(scene_task, job, scene), draw, names)
@@ -108,8 +156,12 @@ def scene_task(job: Job, scene: Scene) -> RunTask:
     """The full model of a scene, over time or at rest."""
     analysis = scene.analysis
     if not isinstance(analysis, History):
-        known = " or ".join(sorted(word for word, kind in Analysis.known.items() if issubclass(kind, History)))
-        raise InputError(say("analysis.type", known, analysis.word, f"use fmbs run for {analysis.word}"))
+        known = " or ".join(
+            sorted(word for word, kind in Analysis.known.items() if issubclass(kind, History))
+        )
+        raise InputError(
+            say("analysis.type", known, analysis.word, f"use fmbs run for {analysis.word}")
+        )
     raw = build.system(scene, allow_outside=job.allow_outside)
     analysis.require(scene, raw)
     reduced = build.chosen_form(scene, raw)

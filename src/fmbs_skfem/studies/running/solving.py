@@ -2,7 +2,8 @@
 
     RunTask -> Trajectory, with the error that ended it early -> Run -> outputs.csv, outputs.png, report.json
 
-What is run is a `RunTask`: full models over time and equilibria from `runs.scene_task`, saved models from `models.task`.
+What is run is a `RunTask`: full models over time and equilibria from `runs.scene_task`, saved
+models from `models.task`.
 """
 
 from __future__ import annotations
@@ -40,7 +41,9 @@ if TYPE_CHECKING:
     from ...dynamics.checkpoint import Resumed
     from ...systems import System
 
-Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
+Draw = Callable[
+    [Trajectory, Path], Sequence[Callable[[], Path]]
+]  #: pictures and series in a folder, each drawn when called
 
 
 @dataclass(frozen=True)
@@ -48,11 +51,15 @@ class RunTask:
     """What is run, and what its report says of it."""
 
     title: str
-    facts: Mapping[str, Any]  #: of the report: what it is, at which parameters, its sizes, fingerprint and provenance
+    facts: Mapping[
+        str, Any
+    ]  #: of the report: what it is, at which parameters, its sizes, fingerprint and provenance
     words: str  #: the same at the begin of a line
     system: System
     solve: Callable[[Progress, recording.Watch | None, Resumed | None], Trajectory]
-    judge: Callable[[Trajectory], dict[str, Any]]  #: energy error and noise of the motion, with warnings
+    judge: Callable[
+        [Trajectory], dict[str, Any]
+    ]  #: energy error and noise of the motion, with warnings
     scheme: GeneralizedAlpha | None = None  #: None of equilibria
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"
@@ -64,20 +71,39 @@ class RunTask:
         return DisplayUnits.of(self.facts)
 
 
-def solve(job: Job, mark: str, make: Callable[[], RunTask], draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
-    """Run a task into the output folder, settled before the task is made, where nothing of another run is touched."""
+def solve(
+    job: Job,
+    mark: str,
+    make: Callable[[], RunTask],
+    draw: Draw | None = None,
+    names: Sequence[str] = (),
+) -> Run:
+    """Run a task into the output folder, settled before the task is made, where nothing of another
+    run is touched.
+    """
     wanted = (OUTPUTS, UNITS, reports.REPORT, *(["outputs.png"] if job.plots else []), *names)
     with recording.place(job, wanted, mark) as out:
         cold = compiling.announce(job)
         task = make()
         warm_up(task, cold)
-        record = Recorder(out, task.request, task.request["checkpoint"]) if out and task.request else None
+        record = (
+            Recorder(out, task.request, task.request["checkpoint"])
+            if out and task.request
+            else None
+        )
         return finish(job, task, draw, record)
 
 
-def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder | None = None, resume: Resumed | None = None) -> Run:
+def finish(
+    job: Job,
+    task: RunTask,
+    draw: Draw | None = None,
+    record: Recorder | None = None,
+    resume: Resumed | None = None,
+) -> Run:
     """Solve a task, or go on with it; its outputs, report, plots and pictures."""
-    cpu, wall = time.process_time(), time.perf_counter()
+    cpu = time.process_time()
+    wall = time.perf_counter()
     job.trajectory, error = attempt(job, task, record, resume)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     trajectory = job.trajectory
@@ -87,7 +113,9 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
             departures.warn(beyond)  # what a run sees that ends early may be older
         strained = large_strains.find(trajectory)
         large_strains.warn(strained)
-        outputs, cost, judged = dynamics.outputs(trajectory), trajectory.statistics, task.judge(trajectory)
+        outputs = dynamics.outputs(trajectory)
+        cost = trajectory.statistics
+        judged = task.judge(trajectory)
         uncertain = stress_errors.of_outputs(trajectory, outputs)
         stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
@@ -120,20 +148,33 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
         "notices": job.notices,
         **failure,
     }
-    across, marks = "time [s]" if task.scheme else "load factor", [(one.time, one.name) for one in trajectory.events]
+    across = "time [s]" if task.scheme else "load factor"
+    marks = [(one.time, one.name) for one in trajectory.events]
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
     report["round_off"] = sorted(silent)
     errors = job.plan.errors if job.plan else {}
     figures = panels.figures_of(
-        task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent, errors, task.display
+        task.system.outputs,
+        trajectory.times,
+        outputs,
+        task.title,
+        across,
+        marks,
+        silent,
+        errors,
+        task.display,
     )
 
     def write(out: Path) -> list[Path]:
         return [*write_outputs(out, trajectory.times, outputs, report, job.units), *files]
 
     missing = jobs.deliver(job, report, write, figures, draw and partial(draw, trajectory))
-    view: list[ReportTable | str] = [summary(task, report), *([job.plan.words] if job.plan else []), *task.remarks]
+    view: list[ReportTable | str] = [
+        summary(task, report),
+        *([job.plan.words] if job.plan else []),
+        *task.remarks,
+    ]
     view += [*kinds.views(report, task.display), *list_files(report)]
     about = f"{task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return conclude(
@@ -151,7 +192,10 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
 
 def warm_up(task: RunTask, cold: bool) -> None:
     """Compile what a motion needs before it is timed and recorded."""
-    with contextlib.suppress(FmbsError), warnings.catch_warnings():  # the run itself will say what is wrong
+    with (
+        contextlib.suppress(FmbsError),
+        warnings.catch_warnings(),
+    ):  # the run itself will say what is wrong
         warnings.simplefilter("ignore", Notice)
         if cold and task.scheme is not None:
             dynamics.integrate(task.system, task.scheme, task.scheme.step)
@@ -160,9 +204,11 @@ def warm_up(task: RunTask, cold: bool) -> None:
 def attempt(
     job: Job, task: RunTask, record: Recorder | None = None, resume: Resumed | None = None
 ) -> tuple[Trajectory, SolverError | Warned | None]:
-    """The trajectory of a task, or the part up to a failure with its error; a task that never starts is explained.
+    """The trajectory of a task, or the part up to a failure with its error; a task that never
+    starts is explained.
 
-    Where warnings are to be errors, a run ends with one that it gives, and keeps what there is as well.
+    Where warnings are to be errors, a run ends with one that it gives, and keeps what there is as
+    well.
     """
     try:
         with recording.stoppable(record, job.time_limit) as watch:
@@ -191,7 +237,9 @@ def extremes(values: np.ndarray) -> dict[str, float]:
 
 
 def path_report(trajectory: Trajectory) -> dict[str, Any]:
-    """Of every equilibrium the negative pivots of its tangent and whether it is stable, and what its path has passed."""
+    """Of every equilibrium the negative pivots of its tangent and whether it is stable, and what
+    its path has passed.
+    """
     negative = [None if np.isnan(one) else int(one) for one in np.asarray(trajectory.negative)]
     stable = [None if one is None else one == 0 for one in negative]
     listed = zip(trajectory.times.tolist(), negative, stable, strict=True)
@@ -201,7 +249,9 @@ def path_report(trajectory: Trajectory) -> dict[str, Any]:
 
 def summary(task: RunTask, report: Mapping[str, Any]) -> str:
     """The run in one line."""
-    text = f"{task.words}, {report['steps']} steps, {report['newton_iterations']} Newton iterations, "
+    text = (
+        f"{task.words}, {report['steps']} steps, {report['newton_iterations']} Newton iterations, "
+    )
     text += f"{report['cpu_s']:.3g} s CPU, {report['wall_s']:.3g} s wall"
     drift = report["energy_drift"]
     return text if drift is None else f"{text}, energy error {drift:.3g} J"

@@ -1,4 +1,6 @@
-"""Pages for the browser: the motion of a scene, of a saved reduced model, or of a folder of results, as one file of HTML."""
+"""Pages for the browser: the motion of a scene, of a saved reduced model, or of a folder of
+results, as one file of HTML.
+"""
 
 from __future__ import annotations
 
@@ -38,20 +40,33 @@ if TYPE_CHECKING:
 
 
 def view(job: Job, html: Path | None, instants: int, opens: bool) -> Result:
-    """The motion of a scene, a saved model or a folder as a page, shown to who is at the screen unless it is written to `html`.
+    """The motion of a scene, a saved model or a folder as a page, shown to who is at the screen
+    unless it is written to `html`.
 
     A file that exists is kept without --force, but for a page of this program at the usual place.
     """
     if job.out is not None and html is not None:
-        raise InputError(say("--out", "no folder beside --html", f"{job.out}", "give one of the two"))
+        raise InputError(
+            say("--out", "no folder beside --html", f"{job.out}", "give one of the two")
+        )
     folder = job.path.is_dir()
     usual = job.path / webpages.PAGE if folder else Path(f"{job.path.stem}.html")
     path = html or (job.out / webpages.PAGE if job.out else usual)
     if path.exists() and not job.force and (html is not None or not is_page(path)):
-        raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
+        raise InputError(
+            say(
+                f"--html {path}", "a new file", "one that exists", "choose another name, or --force"
+            )
+        )
     title = draw(job, path, instants)
     size = path.stat().st_size
-    report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
+    report = {
+        "status": "ok",
+        "source": job.path,
+        "files": [path],
+        "bytes": size,
+        "notices": job.notices,
+    }
     shown = opens and html is None and show(path)
     where = "is open in your browser" if shown else "opens in any browser"
     told = f"written: {path} ({size / 1e6:.2g} MB); it {where} and needs no network"
@@ -65,13 +80,19 @@ def is_page(path: Path) -> bool:
 
 
 def show(path: Path) -> bool:
-    """Open a page in the browser of the person at the screen; False where there is no terminal, no display or no browser."""
-    display = sys.platform in ("darwin", "win32") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+    """Open a page in the browser of the person at the screen; False where there is no terminal, no
+    display or no browser.
+    """
+    display = sys.platform in ("darwin", "win32") or any(
+        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
+    )
     if sys.stdout is None or not sys.stdout.isatty() or not display:
         return False
     try:
         found = webbrowser.get()
-        return getattr(found, "name", "") not in IN_TERMINALS and found.open(path.resolve().as_uri())
+        return getattr(found, "name", "") not in IN_TERMINALS and found.open(
+            path.resolve().as_uri()
+        )
     except (webbrowser.Error, OSError):
         return False
 
@@ -97,7 +118,9 @@ def draw(job: Job, path: Path, instants: int = content.INSTANTS) -> str:
 
 
 def of_model(job: Job, name: str, folder: Path) -> Iterator[Callable[[], Path]]:
-    """The page of a model that a study has saved in its folder; a warning, and nothing, where its motion fails."""
+    """The page of a model that a study has saved in its folder; a warning, and nothing, where its
+    motion fails.
+    """
     page = folder / webpages.PAGE
     try:
         draw(Job(folder / name, listener=job.listener, notices=job.notices), page)
@@ -108,9 +131,13 @@ def of_model(job: Job, name: str, folder: Path) -> Iterator[Callable[[], Path]]:
 
 
 def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
-    """A saved model as it runs in a page; None, with a notice, where it has no C or there is no compiler."""
+    """A saved model as it runs in a page; None, with a notice, where it has no C or there is no
+    compiler.
+    """
     if not extras.there("symbols"):
-        notify(f"the page shows the run alone: C is written of symbols, {extras.install('symbols')}")
+        notify(
+            f"the page shows the run alone: C is written of symbols, {extras.install('symbols')}"
+        )
         return None
     from ...exports import wasm
     from .. import exporting
@@ -122,7 +149,9 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
         notify(f"the page shows the run alone: {problem}")
         return None
     if module is None:
-        notify(f"the page shows the run alone: the model itself runs in it with a compiler, {extras.install('fmu')}")
+        notify(
+            f"the page shows the run alone: the model itself runs in it with a compiler, {extras.install('fmu')}"
+        )
         return None
     parameters = tuple(PageParameter(name, *one) for name, one in made.parameters.items())
     inputs = tuple(PageParameter(name, *one) for name, one in exporting.input_ranges(made).items())
@@ -131,7 +160,9 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
 
 
 def motion(job: Job) -> tuple[Scene | None, RunTask, Trajectory]:
-    """The scene and the motion of the source of a job, stored or run now, with the task that says what it is of."""
+    """The scene and the motion of the source of a job, stored or run now, with the task that says
+    what it is of.
+    """
     scene, task, trajectory = of_folder(job) if job.path.is_dir() else of_source(job)
     if trajectory is None:
         trajectory, error = attempt(job, task)
@@ -147,19 +178,35 @@ def of_source(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
         return None, models.task(job), None
     scene = jobs.read_scene(job, within=True)
     if isinstance(scene.analysis, States):
-        raise InputError(say("analysis.type", "a motion or an equilibrium", scene.analysis.word, "draw modes with fmbs render"))
+        raise InputError(
+            say(
+                "analysis.type",
+                "a motion or an equilibrium",
+                scene.analysis.word,
+                "draw modes with fmbs render",
+            )
+        )
     return scene, runs.scene_task(job, scene), None
 
 
 def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
-    """What the results in a folder are of, and their motion where it is stored there; else they are run again.
+    """What the results in a folder are of, and their motion where it is stored there; else they are
+    run again.
 
-    A run that takes seconds stores no states. What is run again is what the report names: InputError where that has changed.
+    A run that takes seconds stores no states. What is run again is what the report names:
+    InputError where that has changed.
     """
     folder = job.path
     reports.verify_checksums(folder)
     if job.changes:
-        raise InputError(say("--set", "none beside a folder of results", ", ".join(job.changes), "name the scene instead"))
+        raise InputError(
+            say(
+                "--set",
+                "none beside a folder of results",
+                ", ".join(job.changes),
+                "name the scene instead",
+            )
+        )
     if segments.exists(folder):
         asked = segments.manifest(folder).job
         same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration")}
@@ -168,19 +215,40 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
         scene, task = planned(own)
         require_same(folder, asked["fingerprint"], task)
         rows = segments.read(folder).rows
-        found = Trajectory(task.system, rows.times, rows.x, rows.v, rows.a, rows.multipliers, memory=rows.memory, work=rows.work)
+        found = Trajectory(
+            task.system,
+            rows.times,
+            rows.x,
+            rows.v,
+            rows.a,
+            rows.multipliers,
+            memory=rows.memory,
+            work=rows.work,
+        )
         return scene, task, replace(found, trace=rows.trace, kept=rows.kept)
     report = read_report(folder)
     values = {name: str(value) for name, value in report.get("parameters", {}).items()}
     if report.get("model"):
         path = Path(report["model"])
         container.require_file(path, "a saved reduced model", "name the model itself")
-        own = replace(job, path=path, changes=values if models.parametric(path) else {}, duration=report["end"])
+        own = replace(
+            job,
+            path=path,
+            changes=values if models.parametric(path) else {},
+            duration=report["end"],
+        )
         task = models.task(own)
         require_same(folder, mark_of(report), task, mark_of(task.facts))
         return None, task, None
     if not report.get("file"):
-        raise InputError(say(f"{folder}", "the results of a scene in a file", "those of another", "give the scene instead"))
+        raise InputError(
+            say(
+                f"{folder}",
+                "the results of a scene in a file",
+                "those of another",
+                "give the scene instead",
+            )
+        )
     own = replace(job, path=Path(report["file"]), changes=values)
     analysis = report.get("provenance", {}).get("scene", {}).get("analysis", {})
     own.duration = analysis.get("duration")
@@ -212,10 +280,19 @@ def read_report(folder: Path) -> dict[str, Any]:
     """The report of a run in a folder."""
     path = folder / reports.REPORT
     if not path.is_file():
-        raise InputError(say(f"{folder}", f"a folder of fmbs run, with {reports.REPORT}", "none", "give the scene instead"))
+        raise InputError(
+            say(
+                f"{folder}",
+                f"a folder of fmbs run, with {reports.REPORT}",
+                "none",
+                "give the scene instead",
+            )
+        )
     found = reports.read_record(path)
     if found is None or found.get("end") is None:
-        raise InputError(say(f"{path}", "the report of a motion", "another one", "give the scene instead"))
+        raise InputError(
+            say(f"{path}", "the report of a motion", "another one", "give the scene instead")
+        )
     return found
 
 
@@ -228,4 +305,11 @@ def require_same(folder: Path, then: str, task: RunTask, now: str = "") -> None:
     """InputError where what a folder has results of is another one now."""
     if then != (now or task.facts["fingerprint"]):
         got = f"{task.title} with other values, files or times"
-        raise InputError(say(f"{folder}", "the scene or model as it was run", got, "run it anew, or show the scene itself"))
+        raise InputError(
+            say(
+                f"{folder}",
+                "the scene or model as it was run",
+                got,
+                "run it anew, or show the scene itself",
+            )
+        )

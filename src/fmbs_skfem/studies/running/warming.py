@@ -1,4 +1,6 @@
-"""Compile ahead what ordinary scenes need: some steps of the examples that travel with the package, of every kind of model."""
+"""Compile ahead what ordinary scenes need: some steps of the examples that travel with the package,
+of every kind of model.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ SHORT = 0.02  #: duration of trainings [s]
 def reduce(sample: str, job: Job) -> Result:
     """A training with a hyper-reduction."""
     scene = jobs.read_scene(job, plans=False)
-    return reducing.reduce_scene(job, scene, None, plans.plan_with(scene, "component", None, None, None, sample))
+    return reducing.reduce_scene(
+        job, scene, None, plans.plan_with(scene, "component", None, None, None, sample)
+    )
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,11 @@ def compile_ahead(job: Job) -> Result:
             job.listener.tell(f"{kind.name}: compiled {', '.join(names)} in {rows[-1][2]:.0f} s")
     total, seconds = sum(row[1] for row in rows), sum(row[2] for row in rows)
     folder = jit.cache_folder()
-    text = f"{total} functions compiled in {seconds:.0f} s; they are kept in {folder}" if folder else "nothing can be kept"
+    text = (
+        f"{total} functions compiled in {seconds:.0f} s; they are kept in {folder}"
+        if folder
+        else "nothing can be kept"
+    )
     keys = ("kind", "functions", "wall_s", "outcome")
     report = {
         "status": "ok",
@@ -80,7 +88,11 @@ def compile_ahead(job: Job) -> Result:
         "kinds": [dict(zip(keys, row, strict=True)) for row in rows],
         "notices": job.notices,
     }
-    return Result(about=text, report=report, lines=[ReportTable("Compiled", ("kind", "functions", "wall [s]", ""), rows), text])
+    return Result(
+        about=text,
+        report=report,
+        lines=[ReportTable("Compiled", ("kind", "functions", "wall [s]", ""), rows), text],
+    )
 
 
 def attempt(kind: Warmed) -> str:
@@ -91,7 +103,8 @@ def attempt(kind: Warmed) -> str:
     duration = kind.duration
     if scene.analysis.moves and duration is None:
         analysis = build.dynamic(scene)
-        duration, scene = STEPS * analysis.step, replace(scene, analysis=replace(analysis, every=1))
+        duration = STEPS * analysis.step
+        scene = replace(scene, analysis=replace(analysis, every=1))
     try:
         quiet = Listener(tell=jobs.ignore, notice=jobs.ignore)
         with jobs.begin(scene, listener=quiet, duration=duration, plots=False) as job:

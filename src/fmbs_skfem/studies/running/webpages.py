@@ -1,4 +1,6 @@
-"""Motions of studies as pages for the browser: what colours them, what stands below their title, their outputs beside them."""
+"""Motions of studies as pages for the browser: what colours them, what stands below their title,
+their outputs beside them.
+"""
 
 from __future__ import annotations
 
@@ -36,11 +38,15 @@ def film_of(
     full: Trajectory | None = None,
     errors: Callable[[Mapping[str, np.ndarray]], Mapping[str, float]] | None = None,
 ) -> Film:
-    """A motion with the panels of its outputs, and bands of what is known of their `errors`, by column in their units."""
+    """A motion with the panels of its outputs, and bands of what is known of their `errors`, by
+    column in their units.
+    """
     outputs = dynamics.outputs(trajectory)
     several = outputs and len(trajectory.times) > 1
     bands = errors(outputs) if errors and several else {}
-    shown: list[Panel] = panels.arrange(trajectory.system.outputs, outputs, errors=bands) if several else []
+    shown: list[Panel] = (
+        panels.arrange(trajectory.system.outputs, outputs, errors=bands) if several else []
+    )
     return content.film(name, trajectory, shown, instants, full)
 
 
@@ -68,25 +74,46 @@ def write(
     display: DisplayUnits = SI,
 ) -> Path:
     """The page of one or several motions."""
-    return durable.write(path, writing.text(Page(title, *content.describe(title, films, shade, clock, words, display))).encode())
+    return durable.write(
+        path,
+        writing.text(
+            Page(title, *content.describe(title, films, shade, clock, words, display))
+        ).encode(),
+    )
 
 
 def drawing(title: str, display: DisplayUnits, scene: Scene | None = None) -> Draw:
     """What orders the page of a motion beside the files of its run."""
 
     def order(trajectory: Trajectory, out: Path) -> Path:
-        return write(out / PAGE, title, [film_of(title, trajectory)], *look(scene, trajectory), about(trajectory), display)
+        return write(
+            out / PAGE,
+            title,
+            [film_of(title, trajectory)],
+            *look(scene, trajectory),
+            about(trajectory),
+            display,
+        )
 
     return lambda trajectory, out: [partial(order, trajectory, out)]
 
 
 def compared(scene: Scene, study: Comparison, path: Path) -> Path:
     """The page of a full motion beside that of a reduced model, with the distance between the two."""
-    title, films = jobs.title(scene), [film_of("full model", study.full)]
+    title = jobs.title(scene)
+    films = [film_of("full model", study.full)]
     name = next((name for name in pictures.PICTURED if name in study.motions), None)
     if name is not None:
         films.append(film_of(name, study.motions[name], full=study.full))
-    return write(path, title, films, pictures.color(scene, study.full.system), "s", about(study.full), scene.display)
+    return write(
+        path,
+        title,
+        films,
+        pictures.color(scene, study.full.system),
+        "s",
+        about(study.full),
+        scene.display,
+    )
 
 
 def together(*draws: Draw | None) -> Draw | None:

@@ -1,15 +1,18 @@
-r"""What holds at a place s of a line, as a constraint function by a law: s is a coordinate, and selects the cell.
+r"""What holds at a place s of a line, as a constraint function by a law: s is a coordinate, and
+selects the cell.
 
     phi = p + sum_c a_c R_c,    R_c = sum_b N_b(s) Y_bc                                                                (1)
 
-N_b are polynomials of a cell, or their derivatives by s, Y_b the coefficients of a field of the line: its positions, or a director
-of a beam. a_c and p are probe rows as well. With a = -1 and p the component of a point, it is on the line; with p = 0 and a vector
-a of a body, this stays normal to the slope or director at s. Beyond the ends the polynomials of the last cell go on.
+N_b are polynomials of a cell, or their derivatives by s, Y_b the coefficients of a field of the
+line: its positions, or a director of a beam. a_c and p are probe rows as well. With a = -1 and p
+the component of a point, it is on the line; with p = 0 and a vector a of a body, this stays normal
+to the slope or director at s. Beyond the ends the polynomials of the last cell go on.
 
     dR/dt = R' s' + Y',   ...        derivatives are as smooth as the splines are: R'' jumps where these are C1
 
-Source: H. Sugiyama, J. L. Escalona, A. A. Shabana, Formulation of three-dimensional joint constraints using the absolute nodal
-coordinates, Nonlinear Dynamics 31 (2003) 167-195, doi:10.1023/A:1022082826627 (the arc length as a coordinate of the joint).
+Source: H. Sugiyama, J. L. Escalona, A. A. Shabana, Formulation of three-dimensional joint
+constraints using the absolute nodal coordinates, Nonlinear Dynamics 31 (2003) 167-195,
+doi:10.1023/A:1022082826627 (the arc length as a coordinate of the joint).
 """
 
 from __future__ import annotations
@@ -31,7 +34,9 @@ HEAD = 3  #: numbers in front: components, functions on a cell, derivative by s
 
 @jit
 def layout(F: Any, k: int) -> tuple[int, int, int, int]:
-    """Components c, functions on a cell, the derivative that is taken, and the number of cells, of row k."""
+    """Components c, functions on a cell, the derivative that is taken, and the number of cells, of
+    row k.
+    """
     c, b, order = int(F.numbers[k, 0]), int(F.numbers[k, 1]), int(F.numbers[k, 2])
     return c, b, order, (F.numbers.shape[1] - HEAD - 1) // (2 + b * b)
 
@@ -49,7 +54,10 @@ def share(F: Any, k: int, e: int, b: int, s: float, order: int) -> float:
     _, count, first, cells = layout(F, k)
     start = F.numbers[k, HEAD + e]
     h = F.numbers[k, HEAD + e + 1] - start
-    u, total, begin, order = (s - start) / h, 0.0, HEAD + 2 * cells + 1 + (e * count + b) * count, order + first
+    u = (s - start) / h
+    total = 0.0
+    begin = HEAD + 2 * cells + 1 + (e * count + b) * count
+    order = order + first
     for j in range(count - 1, order - 1, -1):
         factor = 1.0
         for i in range(order):
@@ -68,7 +76,8 @@ def node(F: Any, k: int, e: int, cells: int) -> int:
 def value(F: Any, k: int, e: int, y: np.ndarray, c: int, s: float, order: int) -> float:
     """sum_b N_b^(order)(s) Y_bc with the coefficients Y in y, in the cell e."""
     dim, count, _, cells = layout(F, k)
-    first, total = node(F, k, e, cells), 0.0
+    first = node(F, k, e, cells)
+    total = 0.0
     for b in range(count):
         total += share(F, k, e, b, s, order) * y[F.rows[k, 2 + dim + (first + b) * dim + c]]
     return total
@@ -76,34 +85,42 @@ def value(F: Any, k: int, e: int, y: np.ndarray, c: int, s: float, order: int) -
 
 @routine
 def constrain(table: Any, record: Any) -> int:
-    w, F = evaluation(table).space, opened(record)
+    w = evaluation(table).space
+    F = opened(record)
     gap = w.rhs[0, len(w.rhs[0]) - len(w.multipliers) :]
     for k in range(len(F.rows)):
         dim, count, _, cells = layout(F, k)
-        row, s = F.row[k], w.y[F.rows[k, 0]]
+        row = F.row[k]
+        s = w.y[F.rows[k, 0]]
         e = cell_of(F, k, s, cells)
         gap[row] += w.y[F.rows[k, 1]]
         w.Jy[row, F.rows[k, 1]] += 1.0
         for c in range(dim):
-            a, R = w.y[F.rows[k, 2 + c]], value(F, k, e, w.y, c, s, 0)
+            a = w.y[F.rows[k, 2 + c]]
+            R = value(F, k, e, w.y, c, s, 0)
             gap[row] += a * R
             w.Jy[row, F.rows[k, 2 + c]] += R
             w.Jy[row, F.rows[k, 0]] += a * value(F, k, e, w.y, c, s, 1)
             for b in range(count):
-                w.Jy[row, F.rows[k, 2 + dim + (node(F, k, e, cells) + b) * dim + c]] += a * share(F, k, e, b, s, 0)
+                w.Jy[row, F.rows[k, 2 + dim + (node(F, k, e, cells) + b) * dim + c]] += a * share(
+                    F, k, e, b, s, 0
+                )
     return 0
 
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    w, F = evaluation(table).space, opened(record)
+    w = evaluation(table).space
+    F = opened(record)
     place = F.pair
     for k in range(len(F.rows)):
         dim, count, _, cells = layout(F, k)
-        q, s = w.multipliers[F.row[k]], w.y[F.rows[k, 0]]
+        q = w.multipliers[F.row[k]]
+        s = w.y[F.rows[k, 0]]
         e = cell_of(F, k, s, cells)
         for c in range(dim):
-            a, along = w.y[F.rows[k, 2 + c]], q * value(F, k, e, w.y, c, s, 1)
+            a = w.y[F.rows[k, 2 + c]]
+            along = q * value(F, k, e, w.y, c, s, 1)
             w.H[place] += q * a * value(F, k, e, w.y, c, s, 2)
             w.H[place + 1 + 2 * c] += along
             w.H[place + 2 + 2 * c] += along
@@ -120,13 +137,21 @@ def slopes(table: Any, record: Any) -> int:
 
 @routine
 def drift(table: Any, record: Any) -> int:
-    w, F = evaluation(table).space, opened(record)
-    gap, y, z, v, a = w.rhs[0, len(w.rhs[0]) - len(w.multipliers) :], w.paths[0], w.paths[1], w.paths[2], w.paths[3]
+    w = evaluation(table).space
+    F = opened(record)
+    gap = w.rhs[0, len(w.rhs[0]) - len(w.multipliers) :]
+    y = w.paths[0]
+    z = w.paths[1]
+    v = w.paths[2]
+    a = w.paths[3]
     for k in range(len(F.rows)):
         dim, _, _, cells = layout(F, k)
         place = F.rows[k, 0]
-        s, ds, dds = y[place], v[place], a[place]
-        e, found = cell_of(F, k, s, cells), z[F.rows[k, 1]]
+        s = y[place]
+        ds = v[place]
+        dds = a[place]
+        e = cell_of(F, k, s, cells)
+        found = z[F.rows[k, 1]]
         for c in range(dim):
             r = F.rows[k, 2 + c]
             R0, R1, R2, R3 = (
@@ -135,13 +160,19 @@ def drift(table: Any, record: Any) -> int:
                 value(F, k, e, y, c, s, 2),
                 value(F, k, e, y, c, s, 3),
             )
-            V0, V1, V2 = value(F, k, e, v, c, s, 0), value(F, k, e, v, c, s, 1), value(F, k, e, v, c, s, 2)
+            V0, V1, V2 = (
+                value(F, k, e, v, c, s, 0),
+                value(F, k, e, v, c, s, 1),
+                value(F, k, e, v, c, s, 2),
+            )
             A0, A1 = value(F, k, e, a, c, s, 0), value(F, k, e, a, c, s, 1)
             speed, bend = R1 * ds + V0, R2 * ds * ds + 2.0 * V1 * ds
             third = R3 * ds**3 + 3.0 * (R2 * ds * dds + V2 * ds * ds + V1 * dds + A1 * ds)
             found += z[r] * R0 + y[r] * (R1 * z[place] + value(F, k, e, z, c, s, 0))
             found += w.leads[0] * (2.0 * v[r] * speed + y[r] * bend)
-            found += w.leads[1] * (3.0 * a[r] * speed + 3.0 * v[r] * (bend + R1 * dds + A0) + y[r] * third)
+            found += w.leads[1] * (
+                3.0 * a[r] * speed + 3.0 * v[r] * (bend + R1 * dds + A0) + y[r] * third
+            )
         gap[F.row[k]] += found
     return 0
 
@@ -158,7 +189,15 @@ def law(name: str) -> ConstraintLaw:
             one = 2 + dim + b * dim + c
             pairs += [(0, one), (one, 0), (2 + c, one), (one, 2 + c)]
     rows, numbers = 2 + dim + functions * dim, HEAD + 1 + cells * (2 + count**2)
-    return ConstraintLaw(name, rows, numbers, 0, tuple(pairs), ConstraintRoutines(constrain, slopes, drift), maker=law)
+    return ConstraintLaw(
+        name,
+        rows,
+        numbers,
+        0,
+        tuple(pairs),
+        ConstraintRoutines(constrain, slopes, drift),
+        maker=law,
+    )
 
 
 def law_on(space: line.BSpline | line.Hermite, dim: int) -> ConstraintLaw:
@@ -167,16 +206,26 @@ def law_on(space: line.BSpline | line.Hermite, dim: int) -> ConstraintLaw:
     return law(f"{WORD}|{dim}|{space.count}|{nodes.shape[1]}|{len(nodes)}")
 
 
-def numbers_of(space: line.BSpline | line.Hermite, length: float, dim: int, derivative: int) -> np.ndarray:
-    """Numbers of the law: head, ends of the cells in s, first functions, and polynomials C (e, b, j) of the functions of each cell.
+def numbers_of(
+    space: line.BSpline | line.Hermite, length: float, dim: int, derivative: int
+) -> np.ndarray:
+    """Numbers of the law: head, ends of the cells in s, first functions, and polynomials C (e, b,
+    j) of the functions of each cell.
 
-    s is the parameter of the line from its start on, as a part of its `length` [m]; R is the derivative of this order by s.
+    s is the parameter of the line from its start on, as a part of its `length` [m]; R is the
+    derivative of this order by s.
     """
-    nodes, ends = line.functions(space), line.breaks(space)
+    nodes = line.functions(space)
+    ends = line.breaks(space)
     cells, count = nodes.shape
-    h, s = np.diff(ends), (ends - ends[0]) * (length / (ends[-1] - ends[0]))
+    h = np.diff(ends)
+    s = (ends - ends[0]) * (length / (ends[-1] - ends[0]))
     found = line.in_cells(space, np.arange(cells), ends[:-1], count - 1)
-    powers = found.transpose(0, 2, 1) * (h[:, None, None] ** np.arange(count)) / [factorial(j) for j in range(count)]
+    powers = (
+        found.transpose(0, 2, 1)
+        * (h[:, None, None] ** np.arange(count))
+        / [factorial(j) for j in range(count)]
+    )
     return np.concatenate([[dim, count, derivative], s, nodes[:, 0], powers.ravel()])
 
 

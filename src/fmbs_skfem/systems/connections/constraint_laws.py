@@ -1,7 +1,7 @@
 """Constraint functions by a law: phi(y, numbers, histories) of a few probe rows.
 
-Their value, Jacobian, second derivatives, and what velocities are settled with (`kernels.drift`) follow. Those of this package are
-`gears`; a user's own are written in symbols (`own_joints`).
+Their value, Jacobian, second derivatives, and what velocities are settled with (`kernels.drift`)
+follow. Those of this package are `gears`; a user's own are written in symbols (`own_joints`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from ..terms.elastic import Piece
 
 
 class ConstraintRoutines(NamedTuple):
-    """What a record of constraint rows is acted on by; each takes the table of the evaluation and the record."""
+    """What a record of constraint rows is acted on by; each takes the table of the evaluation and
+    the record.
+    """
 
     constrain: Routine  #: rows of Phi and of dPhi/dy +=
     slopes: Routine  #: H += d(Phi_y^T lambda)/dy on its pairs, from the place it was given on
@@ -53,11 +55,20 @@ class LawRows(Groups):
     def kept(self, place: np.ndarray) -> LawRows:
         """Those whose numbers of rows have new ones (m,) that are not -1."""
         mine = place[self.row] >= 0
-        return LawRows(self.law, self.rows[mine], self.numbers[mine], self.signals[mine], place[self.row[mine]])
+        return LawRows(
+            self.law, self.rows[mine], self.numbers[mine], self.signals[mine], place[self.row[mine]]
+        )
 
 
-def one(law: str | ConstraintLaw, row: int, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> LawRows:
-    """One constraint row, number `row`, by a law or its name, of probe rows (r,), numbers (p,) and histories (h,).
+def one(
+    law: str | ConstraintLaw,
+    row: int,
+    rows: Sequence[int],
+    numbers: ArrayLike = (),
+    signals: Sequence[int] = (),
+) -> LawRows:
+    """One constraint row, number `row`, by a law or its name, of probe rows (r,), numbers (p,) and
+    histories (h,).
 
     InputError where no law has that name.
     """
@@ -65,7 +76,9 @@ def one(law: str | ConstraintLaw, row: int, rows: Sequence[int], numbers: ArrayL
 
 
 class ConstraintRecord(NamedTuple):
-    """t constraint rows of one law for compiled code: row (t,), rows (t, r), numbers (t, p), signals (t, h)."""
+    """t constraint rows of one law for compiled code: row (t,), rows (t, r), numbers (t, p),
+    signals (t, h).
+    """
 
     row: Integers
     rows: IntegerMatrix
@@ -87,11 +100,21 @@ class Constraint(Piece):
 
 def compile_rows(found: LawRows, pair: int) -> Constraint:
     """Constraint rows for compiled code, whose second derivatives begin at the place `pair` in H."""
-    parts = (np.ascontiguousarray(part) for part in (found.row, found.rows, found.numbers, found.signals))
+    parts = (
+        np.ascontiguousarray(part) for part in (found.row, found.rows, found.numbers, found.signals)
+    )
     row, rows, numbers, signals = parts
-    law, local = found.law, np.array(found.law.pairs, dtype=np.int64).reshape(-1, 2)
+    law = found.law
+    local = np.array(found.law.pairs, dtype=np.int64).reshape(-1, 2)
     if law.actions:
-        groups = {"rows": rows, "numbers": numbers, "signals": signals, "row": row, "pair": pair, "memory": 0}
+        groups = {
+            "rows": rows,
+            "numbers": numbers,
+            "signals": signals,
+            "row": row,
+            "pair": pair,
+            "memory": 0,
+        }
         record: Any = row_programs.compile_actions(law.actions, groups, len(local), 0)
     else:
         record = ConstraintRecord(row, rows, numbers, signals, pair)
@@ -99,11 +122,25 @@ def compile_rows(found: LawRows, pair: int) -> Constraint:
 
 
 def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """phi (t,) and its derivatives by the rows of each (t, r), at probe rows y (j,) and signals (s,)."""
+    """phi (t,) and its derivatives by the rows of each (t, r), at probe rows y (j,) and signals
+    (s,).
+    """
     count, size = found.rows.shape
-    own = LawRows(found.law, np.arange(count * size).reshape(count, size), found.numbers, found.signals, np.arange(count))
+    own = LawRows(
+        found.law,
+        np.arange(count * size).reshape(count, size),
+        found.numbers,
+        found.signals,
+        np.arange(count),
+    )
     piece = compile_rows(own, 0)
     rhs, Jy = np.zeros((1, count)), np.zeros((count, count * size))
-    space = space_of(y=np.ascontiguousarray(y[found.rows.ravel()]), signals=signals, multipliers=rhs[0], rhs=rhs, Jy=Jy)
+    space = space_of(
+        y=np.ascontiguousarray(y[found.rows.ravel()]),
+        signals=signals,
+        multipliers=rhs[0],
+        rhs=rhs,
+        Jy=Jy,
+    )
     piece.routines.constrain(space, piece.address)
     return rhs[0], Jy.reshape(count, count, size)[np.arange(count), np.arange(count)]

@@ -3,7 +3,8 @@ r"""Constraint functions of probe rows in symbols: their derivatives become prog
     phi(y, h, p) = 0,     d phi/dy,     lambda d2 phi/dy2,
     phi_y z + D1 + second D2 + third D3,     D_k = d^k phi/dt^k - phi_y d^k y/dt^k
 
-for rows y, their rates v and accelerations a, histories h with the derivatives h', h'', h''', and numbers p.
+for rows y, their rates v and accelerations a, histories h with the derivatives h', h'', h''', and
+numbers p.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ accelerations = partial(symbols, "a")  #: second derivatives of the rows by time
 
 @dataclass(frozen=True)
 class RowSymbols:
-    """A constraint function phi(y, h, p) in symbols: `rows` y, `numbers` p and `histories` h are how many of each it may read."""
+    """A constraint function phi(y, h, p) in symbols: `rows` y, `numbers` p and `histories` h are
+    how many of each it may read.
+    """
 
     phi: Expression
     rows: int
@@ -38,16 +41,24 @@ class RowSymbols:
 
     def unknown(self) -> set[Expression]:
         """Symbols in the function that are none of the law's."""
-        own = {*rows(self.rows), *numbers(self.numbers), *(history(k) for k in range(self.histories))}
+        own = {
+            *rows(self.rows),
+            *numbers(self.numbers),
+            *(history(k) for k in range(self.histories)),
+        }
         return set(self.phi.free_symbols) - own
 
 
 def pruned(law: RowSymbols) -> tuple[RowSymbols, tuple[int, ...]]:
-    """The same function of those rows alone that it reads, renumbered from 0, and the old numbers of these (i,)."""
+    """The same function of those rows alone that it reads, renumbered from 0, and the old numbers
+    of these (i,).
+    """
     y = rows(law.rows)
     used = tuple(k for k in range(law.rows) if y[k] in law.phi.free_symbols)
     fewer = dict(zip([y[k] for k in used], rows(len(used)), strict=True))
-    return RowSymbols(law.phi.subs(fewer, simultaneous=True), len(used), law.numbers, law.histories), used
+    return RowSymbols(
+        law.phi.subs(fewer, simultaneous=True), len(used), law.numbers, law.histories
+    ), used
 
 
 def change(number: int, order: int) -> Expression:
@@ -60,15 +71,21 @@ def drift(law: RowSymbols) -> Expression:
 
         D_k = d^k phi/dt^k - phi_y d^k y/dt^k
 
-    Rates v and accelerations a of the rows, and derivatives of the histories up to the third, are symbols.
+    Rates v and accelerations a of the rows, and derivatives of the histories up to the third, are
+    symbols.
     """
     y, v, a, z = (part(law.rows) for part in (rows, rates, accelerations, steps))
 
     def by_time(value: Expression) -> Expression:
         """Its derivative by time, with the third derivative of the rows left out."""
-        found = sum(sympy.diff(value, one) * rate for one, rate in (*zip(y, v, strict=True), *zip(v, a, strict=True)))
+        found = sum(
+            sympy.diff(value, one) * rate
+            for one, rate in (*zip(y, v, strict=True), *zip(v, a, strict=True))
+        )
         return found + sum(
-            sympy.diff(value, change(k, order)) * change(k, order + 1) for k in range(law.histories) for order in range(ORDERS)
+            sympy.diff(value, change(k, order)) * change(k, order + 1)
+            for k in range(law.histories)
+            for order in range(ORDERS)
         )
 
     slopes = [sympy.diff(law.phi, one) for one in y]
@@ -77,17 +94,25 @@ def drift(law: RowSymbols) -> Expression:
     D1 = first - sum(slope * one for slope, one in zip(slopes, v, strict=True))
     D2 = second - sum(slope * one for slope, one in zip(slopes, a, strict=True))
     lead = sum(slope * one for slope, one in zip(slopes, z, strict=True))
-    return lead + sympy.expand(D1) + sympy.Symbol("second") * D2 + sympy.Symbol("third") * by_time(second)
+    return (
+        lead
+        + sympy.expand(D1)
+        + sympy.Symbol("second") * D2
+        + sympy.Symbol("third") * by_time(second)
+    )
 
 
 def law(name: str, found: RowSymbols, maker: Callable[[str], ConstraintLaw]) -> ConstraintLaw:
     """The law of a constraint function in symbols by its name, by which `maker` makes it again."""
-    count, y, phi = found.rows, rows(found.rows), sympy.sympify(found.phi)
+    count = found.rows
+    y = rows(found.rows)
+    phi = sympy.sympify(found.phi)
     own = {one: (row_programs.NUMBER, n) for n, one in enumerate(numbers(found.numbers))}
     histories = range(found.histories)
     times = {history(n): (row_programs.HISTORY, n) for n in histories}
     still = Drawing({one: (row_programs.ROW, n) for n, one in enumerate(y)} | own | times)
-    graph, value = still.graph, still.node(plain(phi))
+    graph = still.graph
+    value = still.node(plain(phi))
     along = [{still.node(each): graph.constant(1.0)} for each in y]
     slopes = [graph.derivatives([value], direction)[0] for direction in along]
     second = dict[tuple[int, int], Node]()
@@ -98,15 +123,33 @@ def law(name: str, found: RowSymbols, maker: Callable[[str], ConstraintLaw]) -> 
     pairs = sorted(second)
 
     paths = enumerate((rows, steps, rates, accelerations), row_programs.PATH)
-    moving: dict[Any, tuple[int, int]] = {one: (kind, k) for kind, part in paths for k, one in enumerate(part(count))}
-    moving |= {change(n, order): (row_programs.HISTORY + order, n) for n in histories for order in range(1, ORDERS + 1)}
+    moving: dict[Any, tuple[int, int]] = {
+        one: (kind, k) for kind, part in paths for k, one in enumerate(part(count))
+    }
+    moving |= {
+        change(n, order): (row_programs.HISTORY + order, n)
+        for n in histories
+        for order in range(1, ORDERS + 1)
+    }
     moving |= {one: (row_programs.LEAD, k) for k, one in enumerate(sympy.symbols("second third"))}
     driven = Drawing(moving | own | times)
     constrain = [(row_programs.GAP, 0), *((row_programs.JACOBIAN, n) for n in range(count))]
     actions = (
         Action(graph.program([value, *slopes]), tuple(constrain)),
-        Action(graph.program([second[pair] for pair in pairs]), tuple((row_programs.CURVATURE, k) for k in range(len(pairs)))),
+        Action(
+            graph.program([second[pair] for pair in pairs]),
+            tuple((row_programs.CURVATURE, k) for k in range(len(pairs))),
+        ),
         Action(driven.graph.program([driven.node(plain(drift(found)))]), ((row_programs.GAP, 0),)),
     )
     routines = ConstraintRoutines(row_programs.first, row_programs.second, row_programs.third)
-    return ConstraintLaw(name, count, found.numbers, found.histories, tuple(pairs), routines, maker=maker, actions=actions)
+    return ConstraintLaw(
+        name,
+        count,
+        found.numbers,
+        found.histories,
+        tuple(pairs),
+        routines,
+        maker=maker,
+        actions=actions,
+    )

@@ -1,10 +1,12 @@
 r"""Linear constraints solved for some of their unknowns: A x + a = 0 becomes x_d = S x_rest + s.
 
-Rows that share no unknown are solved apart: an edge of a plate has as many small systems as it has nodes. Each one is eliminated by
-Gauss and Jordan with full pivoting, which finds the same pivots as the elimination of all rows together would. Entries count as
-zero relative to r_i c_j, the largest entries of their row and, of rows divided by r_i, of their column: slopes of cells of a
-nanometre and positions in kilometres have equal rights. What is ROUND_OFF of its row in units of the unknowns, changes u_j that
-count alike, is zero before: a column of nothing else would make a constraint of it.
+Rows that share no unknown are solved apart: an edge of a plate has as many small systems as it has
+nodes. Each one is eliminated by Gauss and Jordan with full pivoting, which finds the same pivots as
+the elimination of all rows together would. Entries count as zero relative to r_i c_j, the largest
+entries of their row and, of rows divided by r_i, of their column: slopes of cells of a nanometre
+and positions in kilometres have equal rights. What is ROUND_OFF of its row in units of the
+unknowns, changes u_j that count alike, is zero before: a column of nothing else would make a
+constraint of it.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import distinct, entries, others, stacked
 from ...core.storage.records import dataclass
 
-# without it 1e-17 became a constraint: a simply supported plate of 8 x 8 cells vibrated 2 % too fast and buckled 3.5 % too late
+# without it 1e-17 became a constraint: a simply supported plate of 8 x 8 cells vibrated 2 % too
+# fast and buckled 3.5 % too late
 ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a place that is a node to the last digit
 
 
@@ -35,13 +38,16 @@ class Echelon:
     gap: np.ndarray  #: (k,) what those rows miss: zero, or they contradict the others
 
 
-def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np.ndarray | None = None) -> Echelon:
+def solve(
+    A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np.ndarray | None = None
+) -> Echelon:
     """Echelon form of A x + a = 0, A (m, n), a (m,), see the module; unknowns x (n,).
 
-    Pivots are larger than `tolerance` times r_i c_j, entries of S than ROUND_OFF times c_j / c_i, r and c the largest entries of
-    rows and columns: a weight of 6e-10 left out moves one end of a plate of 1 m by as much, 0.07 N at rest. `units` (n,) are
-    changes of the unknowns that count alike, 1 without them. Rows without a pivot are `left`; nothing is raised where they
-    contradict the others: their `gap` says it.
+    Pivots are larger than `tolerance` times r_i c_j, entries of S than ROUND_OFF times c_j / c_i, r
+    and c the largest entries of rows and columns: a weight of 6e-10 left out moves one end of a
+    plate of 1 m by as much, 0.07 N at rest. `units` (n,) are changes of the unknowns that count
+    alike, 1 without them. Rows without a pivot are `left`; nothing is raised where they contradict
+    the others: their `gap` says it.
     """
     u = np.ones(A.shape[1]) if units is None else units
     # before anything is compared: round-off would join blocks that have nothing in common
@@ -52,7 +58,10 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
     order = np.flatnonzero(~alone)
     order = order[np.argsort(labels[order], kind="stable")]
     blocks = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []
-    parts = [solve_alone(A, a, np.flatnonzero(alone)), *(solve_block(A, a, rows, tolerance, u) for rows in blocks)]
+    parts = [
+        solve_alone(A, a, np.flatnonzero(alone)),
+        *(solve_block(A, a, rows, tolerance, u) for rows in blocks),
+    ]
     return Echelon(
         np.concatenate([part.dependent for part in parts]),
         stacked([part.solution for part in parts]),
@@ -63,14 +72,16 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
 
 
 def inverse(A: csr_array, kept: np.ndarray) -> csr_array:
-    """The pseudo-inverse C (n, m) of A (m, n), whose rank is the number of rows `kept` (i,) that `solve` found independent.
+    """The pseudo-inverse C (n, m) of A (m, n), whose rank is the number of rows `kept` (i,) that
+    `solve` found independent.
 
         A^T p = r,    p = C^T r of least norm
 
-    Rows that share no unknown are inverted apart. The rank is not decided here anew: singular values of rows that follow from
-    others are round-off, and their inverses would carry all forces.
+    Rows that share no unknown are inverted apart. The rank is not decided here anew: singular
+    values of rows that follow from others are round-off, and their inverses would carry all forces.
     """
-    labels, independent = labels_of(A), np.zeros(A.shape[0], dtype=bool)
+    labels = labels_of(A)
+    independent = np.zeros(A.shape[0], dtype=bool)
     independent[kept] = True
     order = np.argsort(labels, kind="stable")
     blocks = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []
@@ -86,7 +97,9 @@ def inverse(A: csr_array, kept: np.ndarray) -> csr_array:
 
 
 def labels_of(A: csr_array) -> np.ndarray:
-    """Numbers (m,) of the parts of A (m, n) whose rows share no column with other parts, in the order of their first rows."""
+    """Numbers (m,) of the parts of A (m, n) whose rows share no column with other parts, in the
+    order of their first rows.
+    """
     m, n = A.shape
     # rows and columns are the points of a graph, entries its lines
     indptr = np.append(A.indptr, np.full(n, A.indptr[-1]))
@@ -95,19 +108,24 @@ def labels_of(A: csr_array) -> np.ndarray:
 
 
 def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
-    """Rows (i,) of A (m, n) that fix one unknown each, which no other row reads: edges that are held, thousands of them."""
+    """Rows (i,) of A (m, n) that fix one unknown each, which no other row reads: edges that are
+    held, thousands of them.
+    """
     # edges that are held: no elimination for thousands of rows of one entry
     at = A.indptr[rows]
-    entry, unknown = A.data[at], A.indices[at].astype(np.int64)
+    entry = A.data[at]
+    unknown = A.indices[at].astype(np.int64)
     good = entry != 0.0
-    left, solution = rows[~good], csr_array((int(good.sum()), A.shape[1]))
+    left = rows[~good]
+    solution = csr_array((int(good.sum()), A.shape[1]))
     return Echelon(unknown[good], solution, -a[rows[good]] / entry[good], left, -a[left])
 
 
 def without_round_off(A: csr_array, units: np.ndarray) -> csr_array:
     """A (m, n) without what is ROUND_OFF of its row in `units` (n,)."""
     row, column, values = entries(A)
-    size, largest = np.abs(values) * units[column], np.zeros(A.shape[0])
+    size = np.abs(values) * units[column]
+    largest = np.zeros(A.shape[0])
     np.maximum.at(largest, row, size)
     kept = size > ROUND_OFF * largest[row]
     found = by_rows(row[kept], column[kept], values[kept], A.shape)
@@ -115,13 +133,21 @@ def without_round_off(A: csr_array, units: np.ndarray) -> csr_array:
     return found
 
 
-def by_rows(row: np.ndarray, column: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> csr_array:
+def by_rows(
+    row: np.ndarray, column: np.ndarray, values: np.ndarray, shape: tuple[int, int]
+) -> csr_array:
     """Entries (z,) that stand row by row as a sparse array."""
-    return csr_array((values, column, np.append(0, np.cumsum(np.bincount(row, minlength=shape[0])))), shape=shape)
+    return csr_array(
+        (values, column, np.append(0, np.cumsum(np.bincount(row, minlength=shape[0])))), shape=shape
+    )
 
 
-def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float, units: np.ndarray) -> Echelon:
-    """Echelon form of some rows (i,) of A (m, n) that share no unknown with the others; arguments as of `solve`."""
+def solve_block(
+    A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float, units: np.ndarray
+) -> Echelon:
+    """Echelon form of some rows (i,) of A (m, n) that share no unknown with the others; arguments
+    as of `solve`.
+    """
     used, work = dense(A, rows)
     columns = sizes(work)[1]
     pivots, left, right = eliminated(work, -a[rows], tolerance, units[used])
@@ -135,7 +161,9 @@ def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float,
 
 
 def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The columns (j,) that some rows (i,) of A (m, n) use, and the block (i, j) of those rows and columns."""
+    """The columns (j,) that some rows (i,) of A (m, n) use, and the block (i, j) of those rows and
+    columns.
+    """
     spans = [slice(A.indptr[row], A.indptr[row + 1]) for row in rows]
     used = distinct(np.concatenate([A.indices[span] for span in spans]))
     block = np.zeros((len(rows), len(used)))
@@ -145,7 +173,9 @@ def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sizes(work: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """r (m,), the largest entry of every row, and c (n,), of every column of the rows divided by them; 1 for zeros."""
+    """r (m,), the largest entry of every row, and c (n,), of every column of the rows divided by
+    them; 1 for zeros.
+    """
     rows = np.abs(work).max(axis=1, initial=0.0)
     rows[rows == 0.0] = 1.0
     columns = np.abs(work / rows[:, None]).max(axis=0, initial=0.0)
@@ -156,15 +186,19 @@ def sizes(work: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def eliminated(
     work: np.ndarray, right: np.ndarray, tolerance: float, units: np.ndarray
 ) -> tuple[list[tuple[int, int]], list[int], np.ndarray]:
-    """Gauss and Jordan's elimination with full pivoting, in place, of a dense block `work` (m, n) and `right` (m,).
+    """Gauss and Jordan's elimination with full pivoting, in place, of a dense block `work` (m, n)
+    and `right` (m,).
 
-    It gives pivots (row, column), rows without one, and the right-hand side; `units` (n,) and `tolerance` as in `solve`.
+    It gives pivots (row, column), rows without one, and the right-hand side; `units` (n,) and
+    `tolerance` as in `solve`.
     """
     pivots: list[tuple[int, int]] = []
     round_off = ROUND_OFF * np.outer((np.abs(work) * units).max(axis=1, initial=0.0), 1.0 / units)
-    left, weights = [*range(len(work))], np.maximum(np.outer(*sizes(work)), round_off / tolerance)
+    left = [*range(len(work))]
+    weights = np.maximum(np.outer(*sizes(work)), round_off / tolerance)
     while left and work.size:
-        entries, shape = np.abs(work[left]), (len(left), work.shape[1])
+        entries = np.abs(work[left])
+        shape = (len(left), work.shape[1])
         i, j = np.unravel_index(np.argmax(entries), shape)
         if entries[i, j] <= tolerance * weights[left[i], j]:
             i, j = np.unravel_index(np.argmax(entries / weights[left]), shape)

@@ -3,10 +3,12 @@ r"""Supports and loads along named edges of plates and over their surface.
     edge         u . e_c = 0,  (u,n) . e_c = 0 along the edge        rim nodes      (|r_i - r_b|^2 - R_i^2) / 2 = 0
     surface      w_b = int N_b dA                                    edge load      w_b = int N_b ds
 
-u is the displacement and u,n its derivative across the edge. The trace of the interpolation on an edge determines some functions by
-others, q_i + X_ij q_j = 0 for a trace of zero; each such function has one linear row, so that no row is redundant. A derivative u,n
-alone is held as far as the functions across the edge reach (`edge_slopes`): where lines of the surface meet the edge at an angle
-that varies, it is zero in the mean of least squares, since zero at all points would hold u along the edge as well.
+u is the displacement and u,n its derivative across the edge. The trace of the interpolation on an
+edge determines some functions by others, q_i + X_ij q_j = 0 for a trace of zero; each such function
+has one linear row, so that no row is redundant. A derivative u,n alone is held as far as the
+functions across the edge reach (`edge_slopes`): where lines of the surface meet the edge at an
+angle that varies, it is zero in the mean of least squares, since zero at all points would hold u
+along the edge as well.
 """
 
 from __future__ import annotations
@@ -38,11 +40,13 @@ SHOWN = 5  #: points of a held edge, and arrows of a load over an edge or a surf
 
 @dataclass(frozen=True)
 class Edge(Joint):
-    """Edges of a plate held to the ground: components of the displacement (`fixed`, all by default), and of its derivative across.
+    """Edges of a plate held to the ground: components of the displacement (`fixed`, all by
+    default), and of its derivative across.
 
-    For a plate in x, y with an edge along y: clamped is slope `z`, hinged none, a plane of symmetry is fixed `x`, slope `yz`.
-    Sides that meet in one line to 1e-4 rad, or to what the digits of their file state, are straight. Other nodes are corners, where
-    both slopes are held; `fmbs check` counts them.
+    For a plate in x, y with an edge along y: clamped is slope `z`, hinged none, a plane of symmetry
+    is fixed `x`, slope `yz`. Sides that meet in one line to 1e-4 rad, or to what the digits of
+    their file state, are straight. Other nodes are corners, where both slopes are held; `fmbs
+    check` counts them.
 
     {type: edge, body: plate, edges: [left, right], slope: z}
     """
@@ -55,12 +59,20 @@ class Edge(Joint):
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if self.fixed == "" and not self.slope:
-            yield "fixed", Problem("a component of displacement or slope that is held", "none", "delete the joint")
+            yield (
+                "fixed",
+                Problem(
+                    "a component of displacement or slope that is held", "none", "delete the joint"
+                ),
+            )
 
     def constrain(self, draft: Draft) -> None:
-        name, dim = where(self), draft.layout.dim
+        name = where(self)
+        dim = draft.layout.dim
         part, shape = whole_shape(name, draft, self.body)
-        positions = components(f"{name}.fixed", AXES[:dim] if self.fixed is None else self.fixed, dim)
+        positions = components(
+            f"{name}.fixed", AXES[:dim] if self.fixed is None else self.fixed, dim
+        )
         slopes = components(f"{name}.slope", self.slope, dim)
         sides = edge(name, shape, self.edges)
         kinds = {(c in positions, c in slopes) for c in range(dim)} - {(False, False)}
@@ -69,7 +81,12 @@ class Edge(Joint):
         for c, mine in order:
             first = draft.probes.add(draft.layout.widen(self.body, kron(mine, np.eye(dim)[[c]])))
             for k, value in enumerate(mine @ part.reference[:, c]):
-                draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
+                draft.constraints.row(
+                    self.name,
+                    f"{AXES[c]} {k + 1}",
+                    (1.0, -1, first + k, -1),
+                    (-float(value), -1, -1, -1),
+                )
         whole = csr_array(vstack([mine for _, mine in order]))
         draft.constraints.edges.append(self.name)
         show(self, draft, part, shape, sides)
@@ -84,7 +101,8 @@ class Edge(Joint):
 
 @dataclass(frozen=True)
 class RimNodes(Joint):
-    """Every node on edges of a plate keeps its distance to a place or a fixed point, so that the rim itself may deform.
+    """Every node on edges of a plate keeps its distance to a place or a fixed point, so that the
+    rim itself may deform.
 
     {type: rim_nodes, body: plate, edges: hole, to: pin.center}
     """
@@ -98,7 +116,8 @@ class RimNodes(Joint):
         yield from needs_other_side(self.to)
 
     def constrain(self, draft: Draft) -> None:
-        name, layout = where(self), draft.layout
+        name = where(self)
+        layout = draft.layout
         part, shape = whole_shape(name, draft, self.body)
         sides = edge(name, shape, self.edges)
         show(self, draft, part, shape, sides)
@@ -109,7 +128,14 @@ class RimNodes(Joint):
         apart = np.asarray(rows @ part.reference) - center
         size = np.ptp(apart, axis=0).max()
         if np.linalg.norm(apart, axis=1).min() <= 1e-7 * size:
-            raise InputError(say(f"{name}.to", "a place away from every node", center, "hold a single node with a pin"))
+            raise InputError(
+                say(
+                    f"{name}.to",
+                    "a place away from every node",
+                    center,
+                    "hold a single node with a pin",
+                )
+            )
         grid = np.round(apart / (1e-7 * size)).astype(np.int64)
         nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
         block = layout.spread(part, rows[nodes])
@@ -123,28 +149,34 @@ class RimNodes(Joint):
             draft.constraints.row(self.name, f"node {k + 1}", *terms)
 
 
-def show(joint: Edge | RimNodes, draft: Draft, part: Body, shape: Surface, sides: np.ndarray) -> None:
+def show(
+    joint: Edge | RimNodes, draft: Draft, part: Body, shape: Surface, sides: np.ndarray
+) -> None:
     """Let pictures show a held edge at the middles of some of its sides."""
     rows = sensed(draft, part, shape, *middles(shape, sides))
     draft.markers.append((joint.name, "edge", tuple(rows.ravel().tolist())))
 
 
 def outward(draft: Draft, part: Body, shape: Surface, sides: np.ndarray, size: float) -> np.ndarray:
-    """Rows (x, 2) of sensors that read `size` times the outward normal where `middles` are, of a surface in the plane.
+    """Rows (x, 2) of sensors that read `size` times the outward normal where `middles` are, of a
+    surface in the plane.
 
     The normal is as long as the slope along the side.
     """
     cell, side = thinned(sides).T
     xi = surface.side_points(shape.parent, side, np.full(len(side), 0.5))
     slopes = [surface.sample(shape, cell, xi, k) for k in (1, 2)]
-    along = surface.along(shape, slopes[0] @ part.shape_reference, slopes[1] @ part.shape_reference, side)
+    along = surface.along(
+        shape, slopes[0] @ part.shape_reference, slopes[1] @ part.shape_reference, side
+    )
     rows = own(part, csr_array(sum(diags_array(size * along[:, k]) @ slopes[k] for k in range(2))))
     turned = csr_array(kron(eye_array(len(side)), -QUARTER) @ draft.layout.spread(part, rows))
     return draft.sensors.add(turned) + np.arange(turned.shape[0]).reshape(-1, 2)
 
 
 def middles(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cells (x,) and parent points (x, 2) of the middles of some of the sides (i, 2), or of the cells (i,).
+    """Cells (x,) and parent points (x, 2) of the middles of some of the sides (i, 2), or of the
+    cells (i,).
 
     They are chosen evenly, for pictures.
     """
@@ -161,18 +193,30 @@ def thinned(sides: np.ndarray) -> np.ndarray:
 
 
 def sensed(
-    draft: Draft, part: Body, shape: Surface, cell: np.ndarray, xi: np.ndarray, derivative: int = 0, factor: float = 1.0
+    draft: Draft,
+    part: Body,
+    shape: Surface,
+    cell: np.ndarray,
+    xi: np.ndarray,
+    derivative: int = 0,
+    factor: float = 1.0,
 ) -> np.ndarray:
-    """Rows (x, c) of sensors that read a surface at parent points xi (x, 2) of cells (x,), times a factor.
+    """Rows (x, c) of sensors that read a surface at parent points xi (x, 2) of cells (x,), times a
+    factor.
 
-    With `derivative` k they read one of its derivatives by parent coordinates, numbered as in `surface.sample`.
+    With `derivative` k they read one of its derivatives by parent coordinates, numbered as in
+    `surface.sample`.
     """
-    rows = draft.layout.spread(part, own(part, factor * surface.sample(shape, cell, xi, derivative)))
+    rows = draft.layout.spread(
+        part, own(part, factor * surface.sample(shape, cell, xi, derivative))
+    )
     return draft.sensors.add(rows) + np.arange(rows.shape[0]).reshape(len(cell), -1)
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
-    """A body with its surface; InputError, after `name`, where it does not exist or is no plate or shell."""
+    """A body with its surface; InputError, after `name`, where it does not exist or is no plate or
+    shell.
+    """
     part = draft.layout.body(name, At(body, ""))
     if not isinstance(part.space, Surface):
         raise InputError(say(name, "a plate or shell", f"'{body}', which is none"))
@@ -180,7 +224,9 @@ def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
 
 
 def whole_shape(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
-    """A body with its surface, no reduced part: a held edge is more conditions than that has functions, and would lock it."""
+    """A body with its surface, no reduced part: a held edge is more conditions than that has
+    functions, and would lock it.
+    """
     part, shape = shape_of(name, draft, body)
     if part.shapes is not None:
         remedy = "hold a part at rims or at named points, which its functions know, or take the full body here"
@@ -196,7 +242,9 @@ def components(name: str, letters: str, dim: int) -> list[int]:
 
 
 def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: bool) -> csr_array:
-    """Rows (i, b) whose displacements vanish where those of the edge (and of the derivative across it) do."""
+    """Rows (i, b) whose displacements vanish where those of the edge (and of the derivative across
+    it) do.
+    """
     if edge_directions.derivatives(shape.space) is not None:
         first, second, X = edge_directions.determined(shape, sides, position, slope)
     elif position:
@@ -207,18 +255,24 @@ def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: b
     values = np.concatenate([np.ones(len(first)), x])
     places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
     rows = own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
-    tied = isinstance(shape.space, Nurbs) and shape.space.seams  # a corner of two patches is one point of the body
-    return csr_array(rows[ranks.independent_rows(rows[:, distinct(rows.indices)])]) if tied else rows
+    tied = (
+        isinstance(shape.space, Nurbs) and shape.space.seams
+    )  # a corner of two patches is one point of the body
+    return (
+        csr_array(rows[ranks.independent_rows(rows[:, distinct(rows.indices)])]) if tied else rows
+    )
 
 
 def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:
-    """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some cells (i,) [m2].
+    """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some
+    cells (i,) [m2].
 
     b counts the functions of the body.
     """
     reference = part.shape_reference
     table = surface.tabulate(shape)
-    nodes, values = shape.nodes[cells], table.values[cells]
+    nodes = shape.nodes[cells]
+    values = table.values[cells]
     area = local_first(values, table.weights[cells], reference[nodes])[1]
     tangents = np.einsum("epkb,ebc->epkc", values[:, :, 1:3], reference[nodes])
     field = surface.local_axes(tangents)[1] if normal else np.ones((*area.shape, 1))
@@ -226,7 +280,9 @@ def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool)
 
 
 def edge_weights(part: Body, shape: Surface, sides: np.ndarray) -> np.ndarray:
-    """int N_b ds (b, 1) over sides of cells, pairs (i, 2) of a cell and a side [m]; b counts the functions of the body."""
+    """int N_b ds (b, 1) over sides of cells, pairs (i, 2) of a cell and a side [m]; b counts the
+    functions of the body.
+    """
     x, w = np.polynomial.legendre.leggauss(shape.order + 1)
     cell, side = np.repeat(sides, len(x), axis=0).T
     xi = surface.side_points(shape.parent, side, np.tile(0.5 + 0.5 * x, len(sides)))
@@ -247,9 +303,21 @@ def gathered(part: Body, shape: Surface, nodes: np.ndarray, values: np.ndarray) 
 
 
 def chosen(name: str, shape: Surface, faces: Iterable[str]) -> np.ndarray:
-    """Cells (i,) of named faces, each once; all of them without names. InputError, after `name`, for a face that is not there."""
+    """Cells (i,) of named faces, each once; all of them without names. InputError, after `name`,
+    for a face that is not there.
+    """
     names = tuple(faces)
     unknown = [face for face in names if face not in shape.faces]
     if unknown:
-        raise InputError(say(name, f"one of its faces ({listed(sorted(shape.faces), unknown[0], 'none')})", f"'{unknown[0]}'"))
-    return distinct(np.concatenate([shape.faces[face] for face in names])) if names else np.arange(len(shape.nodes))
+        raise InputError(
+            say(
+                name,
+                f"one of its faces ({listed(sorted(shape.faces), unknown[0], 'none')})",
+                f"'{unknown[0]}'",
+            )
+        )
+    return (
+        distinct(np.concatenate([shape.faces[face] for face in names]))
+        if names
+        else np.arange(len(shape.nodes))
+    )

@@ -1,10 +1,12 @@
-r"""Gears as constraint functions by a law: angles of arms w = y_0 + i y_1 in fixed ratios, of two wheels, or of two and a carrier.
+r"""Gears as constraint functions by a law: angles of arms w = y_0 + i y_1 in fixed ratios, of two
+wheels, or of two and a carrier.
 
     phi = sum_k p_k arg w_k,     phi' = sum_k p_k Im(w'/w),     phi'' = sum_k p_k Im(w''/w - (w'/w)^2)
 
-reduced to its remainder nearest to zero in units of the last number, the turn of a tooth. An angle is the imaginary part of log w,
-so that all its derivatives are those of the logarithm: 1/w and i/w by the two rows of an arm, -1/w^2, -i/w^2 and 1/w^2 by pairs of
-them, and by time what `kernels.drift` adds.
+reduced to its remainder nearest to zero in units of the last number, the turn of a tooth. An angle
+is the imaginary part of log w, so that all its derivatives are those of the logarithm: 1/w and i/w
+by the two rows of an arm, -1/w^2, -i/w^2 and 1/w^2 by pairs of them, and by time what
+`kernels.drift` adds.
 """
 
 from __future__ import annotations
@@ -35,12 +37,15 @@ def inverse(w: complex) -> complex:
 
 @routine
 def constrain(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
-    gap, last = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :], F.numbers.shape[1] - 1
+    s = evaluation(table).space
+    F = opened(record)
+    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]
+    last = F.numbers.shape[1] - 1
     for k in range(len(F.rows)):
         angle = 0.0
         for wheel in range(last):
-            p, w = F.numbers[k, wheel], arm(s.y, F, k, wheel)
+            p = F.numbers[k, wheel]
+            w = arm(s.y, F, k, wheel)
             angle += p * math.atan2(w.imag, w.real)
             s.Jy[F.row[k], F.rows[k, 2 * wheel]] += p * inverse(w).imag
             s.Jy[F.row[k], F.rows[k, 2 * wheel + 1]] += p * inverse(w).real
@@ -50,7 +55,8 @@ def constrain(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    F = opened(record)
     place = F.pair
     for k in range(len(F.rows)):
         for wheel in range(F.numbers.shape[1] - 1):
@@ -65,21 +71,42 @@ def slopes(table: Any, record: Any) -> int:
 
 @routine
 def drift(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
-    gap, second, third = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :], s.leads[0], s.leads[1]
+    s = evaluation(table).space
+    F = opened(record)
+    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]
+    second = s.leads[0]
+    third = s.leads[1]
     for k in range(len(F.rows)):
         for wheel in range(F.numbers.shape[1] - 1):
             i = inverse(arm(s.paths[0], F, k, wheel))
-            z, v, a = i * arm(s.paths[1], F, k, wheel), i * arm(s.paths[2], F, k, wheel), i * arm(s.paths[3], F, k, wheel)
+            z, v, a = (
+                i * arm(s.paths[1], F, k, wheel),
+                i * arm(s.paths[2], F, k, wheel),
+                i * arm(s.paths[3], F, k, wheel),
+            )
             found = z - second * v * v + third * (2.0 * v * v * v - 3.0 * v * a)
             gap[F.row[k]] += F.numbers[k, wheel] * found.imag
     return 0
 
 
 def gear(wheels: int) -> ConstraintLaw:
-    """The law `gear_N` of a number N of wheels: 2 N probe rows, N ratios and the turn of a tooth [rad] as numbers."""
-    pairs = [(2 * wheel + i, 2 * wheel + j) for wheel in range(wheels) for i in range(2) for j in range(2)]
-    return ConstraintLaw(f"gear_{wheels}", 2 * wheels, wheels + 1, 0, tuple(pairs), ConstraintRoutines(constrain, slopes, drift))
+    """The law `gear_N` of a number N of wheels: 2 N probe rows, N ratios and the turn of a tooth
+    [rad] as numbers.
+    """
+    pairs = [
+        (2 * wheel + i, 2 * wheel + j)
+        for wheel in range(wheels)
+        for i in range(2)
+        for j in range(2)
+    ]
+    return ConstraintLaw(
+        f"gear_{wheels}",
+        2 * wheels,
+        wheels + 1,
+        0,
+        tuple(pairs),
+        ConstraintRoutines(constrain, slopes, drift),
+    )
 
 
 LAWS = {law.name: law for law in map(gear, WHEELS)}

@@ -3,9 +3,10 @@ r"""Plates and shells that swing about a rim: motions of a body beside the frame
     K U w = 0:    U = (w x e_1, w x e_2, w x e_3) of the frame alone moves nothing of the body
     hinged motions:  z, w with  Phi_q (B z + U w) = 0,   count  rank A + rank E - rank [A E],   A = Phi_q B,  E = Phi_q U
 
-The points of a rim without slopes lie still when its frame turns about the line on which they all lie: what holds the frame does
-not hold the body there. K is the elastic tangent in the reference, B are the rigid motions of the bodies with their frames. A frame
-that turns alone, as on a hinge along the rim, is no motion of the mechanism and is left out.
+The points of a rim without slopes lie still when its frame turns about the line on which they all
+lie: what holds the frame does not hold the body there. K is the elastic tangent in the reference, B
+are the rigid motions of the bodies with their frames. A frame that turns alone, as on a hinge along
+the rim, is no motion of the mechanism and is left out.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ FREE = 1e-9  #: force on a frame that turns, over the stiffness of what it moves
 
 
 def find(system: System) -> np.ndarray:
-    """Motions (z, k) of the bodies, in columns, that swing about rims that joints hold; the frames of the rims stay behind.
+    """Motions (z, k) of the bodies, in columns, that swing about rims that joints hold; the frames
+    of the rims stay behind.
 
         Phi_q (B z + U w) = 0,    k = rank A + rank E - rank [A E],    A = Phi_q B,    E = Phi_q U
 
@@ -42,7 +44,9 @@ def find(system: System) -> np.ndarray:
     Z = units[:, None] * ranks.null_space(both * units, ranks.STATED)
     swings = Z[: A.shape[1]]
     alone = units[: A.shape[1]]
-    if (idle := alone[:, None] * ranks.null_space(A * alone, ranks.STATED)).shape[1]:  # frames that move with their bodies
+    if (idle := alone[:, None] * ranks.null_space(A * alone, ranks.STATED)).shape[
+        1
+    ]:  # frames that move with their bodies
         base = np.linalg.qr(idle)[0]
         swings = swings - base @ (base.T @ swings)
     count = rank(A) + rank(E) - rank(both)
@@ -60,7 +64,9 @@ def rank(A: np.ndarray) -> int:
 
 
 def pushed(system: System, time: float) -> tuple[FreeMotion, ...]:
-    """Those of the motions of `find` that loads at a time [s] push, so that there is no equilibrium near the reference."""
+    """Those of the motions of `find` that loads at a time [s] push, so that there is no equilibrium
+    near the reference.
+    """
     Z = find(system)
     if not Z.shape[1]:
         return ()
@@ -75,8 +81,11 @@ def pushed(system: System, time: float) -> tuple[FreeMotion, ...]:
 
 
 def loose_frames(system: System) -> np.ndarray:
-    """Turns U (q, k) of frames of rims of elastic bodies, each alone, that move nothing of the body."""
-    elastic, found = {one.name for one in system.elastic}, list[np.ndarray]()
+    """Turns U (q, k) of frames of rims of elastic bodies, each alone, that move nothing of the
+    body.
+    """
+    elastic = {one.name for one in system.elastic}
+    found = list[np.ndarray]()
     axes = dict[str, list[int]]()
     for row, (owner, label) in enumerate(system.constraints.names):
         body, _, rim = owner.partition(".")

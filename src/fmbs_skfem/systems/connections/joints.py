@@ -1,14 +1,16 @@
 r"""Joints: probe rows and gap functions.
 
-Every joint states polynomials in its probe rows y (positions r, slopes t = dr/dS); coefficients may depend on time:
+Every joint states polynomials in its probe rows y (positions r, slopes t = dr/dS); coefficients may
+depend on time:
 
     pin, spherical     r_a - r_b = 0                            clamp          r - r0 = 0,  n_i . t = 0  (n_i normal to t0)
     weld               r_a - r_b = 0,  u_a . n_b = 0            slider         n_i . (r_a - r_b) = s     (n_i normal to the line)
     driven angle       m(theta(t)) . u = 0                      distance       (|r_a - r_b|^2 - l^2) / 2 = 0
     driven position    r - p(t) = 0
 
-Clamps fix the direction of the slope and leave the stretch free, as the natural boundary condition asks. Joints with axes are in
-`frame_joints`, screws and racks in `screws`, supports along edges of plates in `edges`; all of them are names of this module.
+Clamps fix the direction of the slope and leave the stretch free, as the natural boundary condition
+asks. Joints with axes are in `frame_joints`, screws and racks in `screws`, supports along edges of
+plates in `edges`; all of them are names of this module.
 """
 
 from __future__ import annotations
@@ -53,8 +55,8 @@ from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .screws import RackAndPinion, Screw
 from .sliding import DrivenSlide, Sliding
 
-# slopes that are tied have one stretch: with EA of 1 and 4 the axial forces beside a weld are 0.4 and 1.6 times the load; at a
-# tenth they are 5 % off
+# slopes that are tied have one stretch: with EA of 1 and 4 the axial forces beside a weld are 0.4
+# and 1.6 times the load; at a tenth they are 5 % off
 JUMP = 0.1  #: part of the axial stiffness by which lines differ that is worth a notice
 
 __all__ = [
@@ -84,7 +86,8 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Pin(Joint, word=("pin", "spherical")):
-    """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it is.
+    """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it
+    is.
 
     {type: pin, at: crank.right, to: coupler.left}
     """
@@ -100,10 +103,11 @@ class Pin(Joint, word=("pin", "spherical")):
 
 @dataclass(frozen=True)
 class Clamp(Joint):
-    """Position and directions fixed: the slope of a beam, all axes of a rigid body or rim, the tangent plane of a plate or shell.
+    """Position and directions fixed: the slope of a beam, all axes of a rigid body or rim, the
+    tangent plane of a plate or shell.
 
-    The stretch at the end of a beam, |dr/dS|, stays free, and so do strains and curvatures at a point of a plate; hold whole edges
-    with `edge`.
+    The stretch at the end of a beam, |dr/dS|, stays free, and so do strains and curvatures at a
+    point of a plate; hold whole edges with `edge`.
 
     {type: clamp, at: beam.left}
     """
@@ -119,21 +123,28 @@ class Clamp(Joint):
         slope = draft.layout.reference(where(self), self.at, 1)
         first = draft.probes.add(draft.layout.read(where(self), self.at, 1))
         for k, normal in enumerate(normals(slope)):
-            draft.constraints.row(self.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim), about=(slope, normal))
+            draft.constraints.row(
+                self.name,
+                f"slope {k + 1}",
+                *dot(first, normal, draft.layout.dim),
+                about=(slope, normal),
+            )
         vectors, reference = basis(where(self), draft.layout, self.at)
         if draft.layout.dim == 3 and len(vectors) > 1:  # which may still turn about the first
             normal = np.cross(reference[0], reference[1])
             second = draft.probes.add(vectors[1])
-            draft.constraints.row(self.name, "slope 3", *dot(second, normal, 3), about=(reference[1], normal))
+            draft.constraints.row(
+                self.name, "slope 3", *dot(second, normal, 3), about=(reference[1], normal)
+            )
 
 
 @dataclass(frozen=True)
 class Weld(Joint):
     """Position and directions of two bodies tied together, or of one to the ground.
 
-    Slopes of two lines that are parallel in the reference are tied as vectors, which lines of one axial stiffness want; others only
-    by their angle, and only in the plane (in space that needs torsion). Frames are held in all directions, slopes against frames in
-    theirs.
+    Slopes of two lines that are parallel in the reference are tied as vectors, which lines of one
+    axial stiffness want; others only by their angle, and only in the plane (in space that needs
+    torsion). Frames are held in all directions, slopes against frames in theirs.
 
     {type: weld, at: hub.frame, to: blade.left}
     """
@@ -144,9 +155,12 @@ class Weld(Joint):
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "weld", self.at)
-        layout, name = draft.layout, where(self)
+        layout = draft.layout
+        name = where(self)
         ends = [end for end in (self.at, self.to) if end is not None]
-        if any(on_beam(draft, name, end) for end in ends) and all(len(layout.vectors(name, end)) == 3 for end in ends):
+        if any(on_beam(draft, name, end) for end in ends) and all(
+            len(layout.vectors(name, end)) == 3 for end in ends
+        ):
             return tied(self, draft, self.at, self.to)
         coincide(self, draft, self.at, self.to)
         if self.to is None or not (is_line(draft, name, self.at) and is_line(draft, name, self.to)):
@@ -155,7 +169,9 @@ class Weld(Joint):
         parallel = float(a @ b)
         if abs(abs(parallel) - 1.0) < 1e-9:
             warn_of_stiffness(name, *((layout.body(name, at), at) for at in (self.at, self.to)))
-            first = draft.probes.add(layout.read(name, self.at, 1) - np.sign(parallel) * layout.read(name, self.to, 1))
+            first = draft.probes.add(
+                layout.read(name, self.at, 1) - np.sign(parallel) * layout.read(name, self.to, 1)
+            )
             for c in range(layout.dim):
                 draft.constraints.row(self.name, f"slope {AXES[c]}", (1.0, -1, first + c, -1))
             return
@@ -168,9 +184,18 @@ class Weld(Joint):
                     "cables carry no torsion: take `type: beam`",
                 )
             )
-        i, j = draft.probes.add(layout.read(name, self.at, 1)), draft.probes.add(layout.read(name, self.to, 1))
-        cosine, sine = parallel, float(a[0] * b[1] - a[1] * b[0])
-        terms = (cosine, -1, i, j + 1), (-cosine, -1, i + 1, j), (-sine, -1, i, j), (-sine, -1, i + 1, j + 1)
+        i, j = (
+            draft.probes.add(layout.read(name, self.at, 1)),
+            draft.probes.add(layout.read(name, self.to, 1)),
+        )
+        cosine = parallel
+        sine = float(a[0] * b[1] - a[1] * b[0])
+        terms = (
+            (cosine, -1, i, j + 1),
+            (-cosine, -1, i + 1, j),
+            (-sine, -1, i, j),
+            (-sine, -1, i + 1, j + 1),
+        )
         draft.constraints.row(self.name, "angle", *terms, about=(normals(a)[0], a))
 
 
@@ -190,20 +215,29 @@ class RigidLink(Joint, word="distance"):
         yield from needs_other_side(self.to)
 
     def constrain(self, draft: Draft) -> None:
-        layout, name = draft.layout, where(self)
+        layout = draft.layout
+        name = where(self)
         mark(self, draft, "distance", self.at, *([self.to] if isinstance(self.to, At) else []))
         mark(self, draft, "line", self.at, self.to)
         apart = layout.reference(name, self.at) - layout.reference(name, self.to)
         length = float(np.linalg.norm(apart)) if self.length is None else self.length
         if not length > 0:
-            raise InputError(say(f"{name}.length", "a positive length [m]", length, "use a pin for points that coincide"))
+            raise InputError(
+                say(
+                    f"{name}.length",
+                    "a positive length [m]",
+                    length,
+                    "use a pin for points that coincide",
+                )
+            )
         first = draft.probes.add(*layout.apart(name, self.at, self.to))
         draft.constraints.row(self.name, "length", *far(first, layout.dim, length))
 
 
 @dataclass(frozen=True)
 class Slider(Joint):
-    """A point stays on a line through its reference position, fixed to the ground or to the place `to`.
+    """A point stays on a line through its reference position, fixed to the ground or to the place
+    `to`.
 
     {type: slider, at: rod.right, direction: [1, 0]}
     """
@@ -222,7 +256,8 @@ class Slider(Joint):
 
 @dataclass(frozen=True)
 class DrivenAngle(Joint):
-    """The slope or frame turns by angle(t) [rad] from its reference, about z in the plane, about `axis` in space.
+    """The slope or frame turns by angle(t) [rad] from its reference, about z in the plane, about
+    `axis` in space.
 
     Against the place `to`, which carries the axis, or the ground.
 
@@ -240,13 +275,22 @@ class DrivenAngle(Joint):
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "driven", self.at)
-        name, dim = where(self), draft.layout.dim
+        name = where(self)
+        dim = draft.layout.dim
         slope = basis(name, draft.layout, self.at)[1]
         if not len(slope):
-            raise InputError(say(name, "a place with a direction", f"{self.at}, a mere point", "name a rigid frame"))
+            raise InputError(
+                say(
+                    name,
+                    "a place with a direction",
+                    f"{self.at}, a mere point",
+                    "name a rigid frame",
+                )
+            )
         u = slope[0]
         if dim == 2:
-            cosine, sine = np.array([-u[1], u[0]]), -u
+            cosine = np.array([-u[1], u[0]])
+            sine = -u
         else:
             axis = unit(f"{name}.axis", self.axis, 3)
             u = u if len(slope) == 1 else normals(slope @ axis)[0] @ slope
@@ -273,10 +317,20 @@ class DrivenPosition(Joint):
         mark(self, draft, "driven", self.at)
         reference = draft.layout.reference(where(self), self.at)
         if len(self.displacement) != draft.layout.dim:
-            raise InputError(say(f"{where(self)}.displacement", f"{draft.layout.dim} functions of time", len(self.displacement)))
+            raise InputError(
+                say(
+                    f"{where(self)}.displacement",
+                    f"{draft.layout.dim} functions of time",
+                    len(self.displacement),
+                )
+            )
         first = draft.probes.add(draft.layout.read(where(self), self.at))
         for k, function in enumerate(self.displacement):
-            terms = ((1.0, -1, first + k, -1), (-float(reference[k]), -1, -1, -1), (-1.0, draft.signal(function), -1, -1))
+            terms = (
+                (1.0, -1, first + k, -1),
+                (-float(reference[k]), -1, -1, -1),
+                (-1.0, draft.signal(function), -1, -1),
+            )
             draft.constraints.row(self.name, AXES[k], *terms)
 
 
@@ -284,20 +338,26 @@ Spherical = Pin
 
 
 def warn_of_stiffness(name: str, *lines: tuple[Body, At]) -> None:
-    """A notice of two lines with one slope at their weld whose axial stiffness [N] differs: so would their stretch there."""
+    """A notice of two lines with one slope at their weld whose axial stiffness [N] differs: so
+    would their stretch there.
+    """
 
     def axial(part: Body, at: At) -> float:
         if part.profile is not None:
             return float(part.profile.at(np.array([locate(part, at.place)]))[0][0, 0, 0])
         rows = () if part.cells is None else part.cells.law.section
-        return float(part.cells.section[rows.index("EA")].flat[0]) if part.cells is not None and "EA" in rows else 0.0
+        return (
+            float(part.cells.section[rows.index("EA")].flat[0])
+            if part.cells is not None and "EA" in rows
+            else 0.0
+        )
 
     low, high = sorted(axial(part, at) for part, at in lines)
     if 0.0 < low < (1.0 - JUMP) * high:
-        text = (
-            f"ties slopes, with their stretch, of lines whose EA is {low:.4g} N and {high:.4g} N: their strains beside it are wrong"
+        text = f"ties slopes, with their stretch, of lines whose EA is {low:.4g} N and {high:.4g} N: their strains beside it are wrong"
+        notify(
+            f"{name} {text}, and errors fall in proportion to their cells; weld both to a small rigid body where that matters"
         )
-        notify(f"{name} {text}, and errors fall in proportion to their cells; weld both to a small rigid body where that matters")
 
 
 def on_beam(draft: Draft, name: str, at: At) -> bool:

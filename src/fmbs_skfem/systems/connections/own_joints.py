@@ -12,8 +12,9 @@
             x, y = at.position
             return {"ellipse": (x**2 / a**2 + y**2 / b**2 - 1) / 2 * a}
 
-Each is zero, at the start too, and reads no velocities. Its Jacobian, second derivatives and drift follow, exact. Nothing is
-compiled for them: a program of operations runs in compiled code. `checks.check_joint` tests any joint.
+Each is zero, at the start too, and reads no velocities. Its Jacobian, second derivatives and drift
+follow, exact. Nothing is compiled for them: a program of operations runs in compiled code.
+`checks.check_joint` tests any joint.
 """
 
 from __future__ import annotations
@@ -35,9 +36,11 @@ __all__ = ["OwnJoint", "norm"]
 
 
 class OwnJoint(Joint, ABC, word=None):
-    """Base of joints in symbols: frozen dataclasses with `equations`, which become constraint functions with exact derivatives.
+    """Base of joints in symbols: frozen dataclasses with `equations`, which become constraint
+    functions with exact derivatives.
 
-    InputError, when a joint is used, where `equations` reads what is no field, or gives other symbols than those of its arguments.
+    InputError, when a joint is used, where `equations` reads what is no field, or gives other
+    symbols than those of its arguments.
     """
 
     def __init_subclass__(cls, **more: Any) -> None:
@@ -48,9 +51,11 @@ class OwnJoint(Joint, ABC, word=None):
     @staticmethod
     @abstractmethod
     def equations(*known: Any) -> Mapping[str, Any]:
-        """Functions that are zero, by the names of their rows: lengths [m] or numbers of that size, in symbols.
+        """Functions that are zero, by the names of their rows: lengths [m] or numbers of that size,
+        in symbols.
 
-        Arguments are fields of the class by their names, and `t`: places come as `PlaceSymbols`, numbers and histories as symbols.
+        Arguments are fields of the class by their names, and `t`: places come as `PlaceSymbols`,
+        numbers and histories as symbols.
         """
 
     def constrain(self, draft: Draft) -> None:
@@ -60,7 +65,9 @@ class OwnJoint(Joint, ABC, word=None):
         mark(self, draft, "own", *(end for end in places if isinstance(end, At)))
         for name in functions_of(type(self), read.sizes):
             law, used = law_for(type(self), f"{type(self).word}|{read.sizes}|{name}")
-            draft.constraints.law(self.name, name, law, [read.rows[k] for k in used], read.numbers, read.signals)
+            draft.constraints.law(
+                self.name, name, law, [read.rows[k] for k in used], read.numbers, read.signals
+            )
 
 
 @cache
@@ -70,19 +77,30 @@ def functions_of(kind: type[OwnJoint], sizes: str) -> dict[str, tuple[Any, tuple
     from ...core.compiling import symbols
     from . import constraint_symbols as written
 
-    known, found = own_symbols.symbols_of(own_symbols.arguments_of(kind, (kind.equations,)), sizes), {}
+    known = own_symbols.symbols_of(own_symbols.arguments_of(kind, (kind.equations,)), sizes)
+    found = {}
     for name, phi in known.call(kind.equations).items():
         phi = symbols.scalar(f"class {kind.__qualname__}: '{name}'", phi)
-        law, used = written.pruned(written.RowSymbols(phi, len(known.vectors), known.numbers, known.histories))
+        law, used = written.pruned(
+            written.RowSymbols(phi, len(known.vectors), known.numbers, known.histories)
+        )
         if unknown := law.unknown():
             got = f"{', '.join(sorted(map(str, unknown)))} in '{name}'"
-            raise InputError(say(f"class {kind.__qualname__}", "expressions of its arguments without velocities", got))
+            raise InputError(
+                say(
+                    f"class {kind.__qualname__}",
+                    "expressions of its arguments without velocities",
+                    got,
+                )
+            )
         found[str(name)] = law, used
     return found
 
 
 def law_of(kind: type[OwnJoint], name: str) -> ConstraintLaw:
-    """The law of a class for a dimension, sizes of its arguments and a row, `word|dimension|sizes|row`."""
+    """The law of a class for a dimension, sizes of its arguments and a row,
+    `word|dimension|sizes|row`.
+    """
     return law_for(kind, name)[0]
 
 

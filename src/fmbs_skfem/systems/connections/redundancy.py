@@ -3,13 +3,16 @@ r"""Redundant constraint rows: found by rank, and left out.
     rank Phi_x(x) < m  in the start and in all positions near it        redundant rows
     rank Phi_x(x) < m  in the start alone                               a singular position (dead centre): nothing is redundant
 
-Nearby positions are found by a random change along the null space of Phi_x, moved back onto Phi = 0 by Newton steps of least norm.
-Rows whose distances to the span of others, square roots of the pivots of the sparse J J^T, are clearly above zero are looked at no
-further: dense arrays have only the rows in doubt, and those that share coordinates with them, directly or by others.
-Linear rows are found first, by elimination. Rows on which a driven row depends are kept: such joints may contradict each other
-later. Ranks are those of rows without units: positions over the size of the system, axes and slopes as they are.
+Nearby positions are found by a random change along the null space of Phi_x, moved back onto Phi = 0
+by Newton steps of least norm. Rows whose distances to the span of others, square roots of the
+pivots of the sparse J J^T, are clearly above zero are looked at no further: dense arrays have only
+the rows in doubt, and those that share coordinates with them, directly or by others. Linear rows
+are found first, by elimination. Rows on which a driven row depends are kept: such joints may
+contradict each other later. Ranks are those of rows without units: positions over the size of the
+system, axes and slopes as they are.
 
-Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1007/s11044-013-9352-y (redundant constraints).
+Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171,
+doi:10.1007/s11044-013-9352-y (redundant constraints).
 """
 
 from __future__ import annotations
@@ -31,7 +34,17 @@ from ...core.storage.records import dataclass
 from .. import kernels
 from ..compiled import repeatable, signal_table
 from ..prepared import Prepared, alike, prepare, remembered
-from ..system import Constraints, System, driven_rows, is_linear, keep_constraints, linear_rows, loose_rows, reads, sizes
+from ..system import (
+    Constraints,
+    System,
+    driven_rows,
+    is_linear,
+    keep_constraints,
+    linear_rows,
+    loose_rows,
+    reads,
+    sizes,
+)
 from . import constraint_laws, echelon
 from .constraint_laws import LawRows
 
@@ -49,7 +62,9 @@ AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it
 
 @dataclass(frozen=True)
 class StartRows:
-    """Constraints at t = 0 on the coordinates z = x[used] that they read: called with z (u,), Phi (m,) and Phi_z (m, u)."""
+    """Constraints at t = 0 on the coordinates z = x[used] that they read: called with z (u,), Phi
+    (m,) and Phi_z (m, u).
+    """
 
     terms: kernels.Terms
     laws: tuple[LawRows, ...]
@@ -63,18 +78,23 @@ class StartRows:
     def reads(self) -> csr_array:
         """Which coordinates every row reads, wherever it is, (m, u)."""
         slopes = [np.ones(own.rows.shape) for own in self.laws]
-        return csr_array(self.on_probes(np.ones((len(self.terms.row), 2)), slopes) @ abs(self.probes))
+        return csr_array(
+            self.on_probes(np.ones((len(self.terms.row), 2)), slopes) @ abs(self.probes)
+        )
 
     def on_probes(self, slopes: np.ndarray, others: Sequence[np.ndarray]) -> Array:
         """Slopes (t, 2) of the terms in their two probe rows, and (t, r) of every law, as (m, j)."""
         places = np.stack([self.terms.i, self.terms.j], axis=1)
         on = places >= 0
-        values, row, column = [slopes[on]], [np.repeat(self.terms.row, 2)[on.ravel()]], [places[on]]
+        values = [slopes[on]]
+        row = [np.repeat(self.terms.row, 2)[on.ravel()]]
+        column = [places[on]]
         for own, part in zip(self.laws, others, strict=True):
             values.append(part.ravel())
             row.append(np.repeat(own.row, own.rows.shape[1]))
             column.append(own.rows.ravel())
-        entries, spots = np.concatenate(values), (np.concatenate(row), np.concatenate(column))
+        entries = np.concatenate(values)
+        spots = (np.concatenate(row), np.concatenate(column))
         shape = self.count, len(self.offset)
         if is_sparse(self.probes):
             return csr_array(coo_array((entries, spots), shape=shape))
@@ -83,9 +103,15 @@ class StartRows:
         return found
 
     def of_terms(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Phi (m,) of the terms at probe rows y (j,), and their slopes (t, 2) in their two probe rows."""
-        terms, read, signals = self.terms, np.append(y, 1.0), np.append(self.signals, 1.0)  # the number -1 reads 1
-        value, first, second = terms.value * signals[terms.signal], read[terms.i], read[terms.j]
+        """Phi (m,) of the terms at probe rows y (j,), and their slopes (t, 2) in their two probe
+        rows.
+        """
+        terms = self.terms
+        read = np.append(y, 1.0)
+        signals = np.append(self.signals, 1.0)  # the number -1 reads 1
+        value = terms.value * signals[terms.signal]
+        first = read[terms.i]
+        second = read[terms.j]
         phi = np.zeros(self.count)
         np.add.at(phi, terms.row, value * first * second)
         return phi, np.stack([value * second, value * first], axis=1)
@@ -99,12 +125,16 @@ class StartRows:
             phi[own.row] += values
         at_probes = self.on_probes(slopes, [part for _, part in found])
         J, summands = at_probes @ self.probes, abs(at_probes) @ np.abs(y)
-        moves = abs(J) @ self.scale > DIGITS * summands  # other rows, such as one of a vector that is held, are round-off
+        moves = (
+            abs(J) @ self.scale > DIGITS * summands
+        )  # other rows, such as one of a vector that is held, are round-off
         return phi, scaled(J, moves.astype(float), np.ones(len(z)))
 
 
 def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
-    """The constraints of a system at t = 0, and the values (u,) at the start of the coordinates that they read."""
+    """The constraints of a system at t = 0, and the values (u,) at the start of the coordinates
+    that they read.
+    """
     terms = system.constraints
     read = distinct(reads(terms, len(system.probes.offset)).indices)
     place = np.full(len(system.probes.offset), -1)
@@ -115,9 +145,12 @@ def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
     i, j = (np.where(part >= 0, place[part], -1) for part in (terms.i, terms.j))
     flat = kernels.Terms(terms.row, terms.coefficient, terms.signal, i, j, np.full(len(i), -1))
     signals = signal_table(system, np.zeros(1))[0]
-    probes, scale = matrix[:, used].toarray() if few else csr_array(matrix[:, used]), scale_of(system)[used]
+    probes = matrix[:, used].toarray() if few else csr_array(matrix[:, used])
+    scale = scale_of(system)[used]
     laws = tuple(replace(own, rows=place[own.rows]) for own in terms.laws)
-    return StartRows(flat, laws, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
+    return StartRows(
+        flat, laws, signals, probes, system.probes.offset[read], len(terms.names), used, scale
+    ), system.x0[used]
 
 
 def scale_of(system: System) -> np.ndarray:
@@ -133,17 +166,20 @@ def scale_of(system: System) -> np.ndarray:
 
 def large_changes(system: System) -> np.ndarray:
     """`scale_of`, found anew."""
-    matrix, factor = system.lift.matrix, np.repeat(np.where(system.unit > 0.5, 1.0 / system.scale, 1.0), system.dim)
+    matrix = system.lift.matrix
+    factor = np.repeat(np.where(system.unit > 0.5, 1.0 / system.scale, 1.0), system.dim)
     if isinstance(matrix, np.ndarray):
         largest = np.abs(factor[:, None] * matrix).max(axis=0)
     else:
-        largest, entries = np.zeros(matrix.shape[1]), np.abs(matrix.data) * np.repeat(factor, np.diff(matrix.indptr))
+        largest = np.zeros(matrix.shape[1])
+        entries = np.abs(matrix.data) * np.repeat(factor, np.diff(matrix.indptr))
         np.maximum.at(largest, matrix.indices, entries)
     return 1.0 / np.where(largest > 0.0, largest, 1.0)
 
 
 def row_lengths(system: System) -> np.ndarray:
-    """Lengths (m,) of the constraint rows at the start for changes of `scale_of`, in the unit of their gaps; 1 for zeros.
+    """Lengths (m,) of the constraint rows at the start for changes of `scale_of`, in the unit of
+    their gaps; 1 for zeros.
 
         |Phi_m,n scale_n|,    the Euclidean norm over n
 
@@ -160,16 +196,20 @@ def lengths(rows: StartRows, J: Array) -> np.ndarray:
 
 
 def doubtful(rows: StartRows, z: np.ndarray) -> np.ndarray:
-    """Rows (i,) that may depend on each other at z (u,): those within `ranks.NEAR` of others, and what is coupled to them.
+    """Rows (i,) that may depend on each other at z (u,): those within `ranks.NEAR` of others, and
+    what is coupled to them.
 
-    Pivots of a sparse factorisation of J J^T show it; none where the rows are certainly independent.
+    Pivots of a sparse factorisation of J J^T show it; none where the rows are certainly
+    independent.
     """
     unit = relative(rows, z)[1]
     if rows.count * len(z) <= FEW and ranks.rank(unit, ranks.NEAR) == rows.count:
         return np.zeros(0, np.int64)
     unit = csr_array(unit)
     shifted = (unit @ unit.T + SHIFT * eye_array(rows.count)).tocsc()
-    factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factors = splu(
+        shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
     near = factors.U.diagonal()[factors.perm_c] <= ranks.NEAR**2
     reads = rows.reads()
     group = connected_components(csr_array(reads @ reads.T), directed=False)[1]
@@ -179,12 +219,13 @@ def doubtful(rows: StartRows, z: np.ndarray) -> np.ndarray:
 def nearby(rows: StartRows, z: np.ndarray) -> list[np.ndarray]:
     """Jacobians (m, u), of unit rows and dense, in positions near z (u,) where the joints hold.
 
-    z itself counts where nothing can move. Positions are found by random changes along the null space and Newton steps of least
-    norm; there may be fewer than `AMPLITUDES`, or none.
+    z itself counts where nothing can move. Positions are found by random changes along the null
+    space and Newton steps of least norm; there may be fewer than `AMPLITUDES`, or none.
     """
     if not len(z):
         return [np.zeros((rows.count, 0))]
-    random, found = np.random.default_rng(0), []
+    random = np.random.default_rng(0)
+    found = []
     J = as_dense(relative(rows, z)[1])
     far = max(1.0, float(np.abs(z / rows.scale).max()))
     for amplitude in AMPLITUDES:
@@ -224,27 +265,44 @@ def singular_start(system: System) -> bool:
 
 
 def without_redundant(system: System) -> System:
-    """The system without rows that follow from the others in all positions near the start; a notice names them.
+    """The system without rows that follow from the others in all positions near the start; a notice
+    names them.
 
-    Rows that are driven, or that events release or lock, stay. Contradiction where linear rows contradict each other.
-    Reactions of rows that are left out are zero; `full` keeps them.
+    Rows that are driven, or that events release or lock, stay. Contradiction where linear rows
+    contradict each other. Reactions of rows that are left out are zero; `full` keeps them.
 
-    Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1007/s11044-013-9352-y.
+    Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171,
+    doi:10.1007/s11044-013-9352-y.
     """
     parts = system.constraints, system.probes, system.lift, system.unit, system.scale
-    system = left_out(system, prepare(system).find("redundant linear", parts, lambda: redundant_linear_rows(system)))
-    parts, known = (system.constraints, *parts[1:]), prepare(system) if repeatable(system) or not system.signals else Prepared()
-    return left_out(system, known.find("redundant", (*parts, system.x0, system.signals), lambda: redundant_rows(system)))
+    system = left_out(
+        system,
+        prepare(system).find("redundant linear", parts, lambda: redundant_linear_rows(system)),
+    )
+    parts = (system.constraints, *parts[1:])
+    known = prepare(system) if repeatable(system) or not system.signals else Prepared()
+    return left_out(
+        system,
+        known.find(
+            "redundant", (*parts, system.x0, system.signals), lambda: redundant_rows(system)
+        ),
+    )
 
 
 def redundant_rows(system: System) -> np.ndarray:
-    """Rows (i,), linear ones or others, that follow from the others in all positions near the start."""
-    none, terms = np.zeros(0, np.int64), system.constraints
-    driven, loose = driven_rows(terms), loose_rows(terms)
+    """Rows (i,), linear ones or others, that follow from the others in all positions near the
+    start.
+    """
+    none = np.zeros(0, np.int64)
+    terms = system.constraints
+    driven = driven_rows(terms)
+    loose = loose_rows(terms)
     candidate = ~is_linear(terms) & ~driven & ~loose
     if not candidate.any():
         return none
-    lasting = np.flatnonzero(~loose)  # what follows from a joint that is released later does not follow then
+    lasting = np.flatnonzero(
+        ~loose
+    )  # what follows from a joint that is released later does not follow then
     near = lasting[doubtful(*rows_of(keep_constraints(system, lasting)))]
     if not len(near):
         return none
@@ -258,7 +316,9 @@ def redundant_rows(system: System) -> np.ndarray:
 
 
 def redundant_linear_rows(system: System) -> np.ndarray:
-    """Rows (i,) that follow from other linear ones; Contradiction where those contradict each other."""
+    """Rows (i,) that follow from other linear ones; Contradiction where those contradict each
+    other.
+    """
     none = np.zeros(0, np.int64)
     rows, entries, a = linear_rows(system)
     if not len(rows) or (len(rows) ** 2 * system.size <= CHEAP and apart(entries)):
@@ -269,26 +329,34 @@ def redundant_linear_rows(system: System) -> np.ndarray:
     if not len(mine) or apart(A[mine]):
         return none
     found = echelon.solve(csr_array(A[mine]), a[mine], units=scale_of(system))
-    refuse_gaps([system.constraints.names[k] for k in rows[mine[found.left]]], found.gap, ranks.EXACT * system.scale)
+    refuse_gaps(
+        [system.constraints.names[k] for k in rows[mine[found.left]]],
+        found.gap,
+        ranks.EXACT * system.scale,
+    )
     return rows[mine[keep_held(system.constraints, rows[mine], A[mine], found.left)]]
 
 
 def keep_held(constraints: Constraints, rows: np.ndarray, A: Array, left: np.ndarray) -> np.ndarray:
-    """Which of `rows` (m,), A (m, n), to leave out where `left` (i,) may be: of two that are alike those of held edges stay.
+    """Which of `rows` (m,), A (m, n), to leave out where `left` (i,) may be: of two that are alike
+    those of held edges stay.
 
-    Which of them elimination takes is a matter of round-off, and so of the processor; what holds an edge once more is named.
+    Which of them elimination takes is a matter of round-off, and so of the processor; what holds an
+    edge once more is named.
     """
     if not len(left) or not constraints.edges:
         return left
     held = np.array([constraints.names[k][0] in constraints.edges for k in rows])
-    mine, others = np.flatnonzero(held[left]), np.setdiff1d(np.flatnonzero(~held), left)
+    mine = np.flatnonzero(held[left])
+    others = np.setdiff1d(np.flatnonzero(~held), left)
     if not len(mine) or not len(others):
         return left
     A = csr_array(A)
     length = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
     unit = csr_array(A.multiply(1.0 / np.maximum(length, np.finfo(float).tiny)[:, None]))
     alike = abs(unit[left[mine]] @ unit[others].T).toarray() > 1.0 - ranks.EXACT
-    found, free = left.copy(), np.ones(len(others), bool)
+    found = left.copy()
+    free = np.ones(len(others), bool)
     for k, row in zip(mine, alike, strict=True):
         same = np.flatnonzero(row & free)
         if len(same):
@@ -302,25 +370,34 @@ def apart(A: Array) -> bool:
 
 
 def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
-    """Contradiction that names the rows that miss those they follow from by more than a tolerance [m].
+    """Contradiction that names the rows that miss those they follow from by more than a tolerance
+    [m].
 
-    `names` are joint and coordinate of the rows (k,), `gap` (k,) is what they miss; nothing where all are within the tolerance.
+    `names` are joint and coordinate of the rows (k,), `gap` (k,) is what they miss; nothing where
+    all are within the tolerance.
     """
     wrong = sorted(np.flatnonzero(np.abs(gap) > tolerance), key=lambda k: -abs(gap[k]))
     if wrong:
         worst = tuple((".".join(names[k]), abs(float(gap[k]))) for k in wrong)
         listed = ", ".join(f"{name} by {miss:.3g} m" for name, miss in worst)
-        raise Contradiction(say("joints contradict each other", "rows that agree", listed, "remove or move one"), worst)
+        raise Contradiction(
+            say("joints contradict each other", "rows that agree", listed, "remove or move one"),
+            worst,
+        )
 
 
 def left_out(system: System, rows: np.ndarray) -> System:
-    """The system without some rows (i,), always the same, which a notice names; their reactions are zero."""
+    """The system without some rows (i,), always the same, which a notice names; their reactions are
+    zero.
+    """
     if not len(rows):
         return system
     notify_left_out(system.constraints, rows)
 
     def keep() -> tuple[Constraints, Prepared]:
-        return keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows)).constraints, Prepared()
+        return keep_constraints(
+            system, np.setdiff1d(np.arange(len(system.constraints.names)), rows)
+        ).constraints, Prepared()
 
     def find() -> System:
         kept, known = prepare(system).find("left out", (system.constraints, rows.tobytes()), keep)
@@ -330,7 +407,8 @@ def left_out(system: System, rows: np.ndarray) -> System:
 
 
 def notify_left_out(constraints: Constraints, rows: np.ndarray) -> None:
-    """The notice of rows (i,) that are left out; of many of one kind, as of an edge that is held twice, their number.
+    """The notice of rows (i,) that are left out; of many of one kind, as of an edge that is held
+    twice, their number.
 
     Nothing is said of those where held edges meet, which every symmetric model has.
     """
@@ -340,15 +418,22 @@ def notify_left_out(constraints: Constraints, rows: np.ndarray) -> None:
         kinds.setdefault(f"{joint}.{row.split()[0]}", []).append(f"{joint}.{row}")
     if not kinds:
         return
-    listed = ", ".join(", ".join(rows) if len(rows) <= MANY else f"{kind} ({len(rows)} rows)" for kind, rows in kinds.items())
+    listed = ", ".join(
+        ", ".join(rows) if len(rows) <= MANY else f"{kind} ({len(rows)} rows)"
+        for kind, rows in kinds.items()
+    )
     notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
 
 
 def where_edges_meet(constraints: Constraints, rows: np.ndarray) -> set[int]:
-    """Those of `rows` (i,) that are left out where held edges meet: of edges that keep half of their rows of a component."""
+    """Those of `rows` (i,) that are left out where held edges meet: of edges that keep half of
+    their rows of a component.
+    """
     gone = Counter(kind_of(constraints.names[k]) for k in rows)
     whole = Counter(kind_of(name) for name in constraints.names)
-    kinds = {kind for kind in gone if kind[0] in constraints.edges and 2 * gone[kind] <= whole[kind]}
+    kinds = {
+        kind for kind in gone if kind[0] in constraints.edges and 2 * gone[kind] <= whole[kind]
+    }
     return {int(k) for k in rows if kind_of(constraints.names[k]) in kinds}
 
 
@@ -368,7 +453,9 @@ def notify_projected(system: System, change: np.ndarray, why: str = "") -> None:
 
 
 def dependent_rows(J: np.ndarray, candidate: np.ndarray, driven: np.ndarray) -> np.ndarray:
-    """Candidates that follow from rows of J (m, u) kept before them; none where driven rows or others are dependent themselves."""
+    """Candidates that follow from rows of J (m, u) kept before them; none where driven rows or
+    others are dependent themselves.
+    """
     kept, dropped, weights = ranks.part(J, ranks.CLOSED, ~candidate)
     contradicts = np.abs(weights[:, driven[kept]]).max(initial=0.0) > AGREE
     return dropped[:0] if contradicts or not candidate[dropped].all() else dropped

@@ -19,7 +19,18 @@ from ...core.values.problems import Problem
 from .. import fields
 from ..places import At, Draft, Ground
 from . import travels
-from .constraint_functions import Joint, arm, carried, guided, mark, needs_axis, parallel, point, unit, where
+from .constraint_functions import (
+    Joint,
+    arm,
+    carried,
+    guided,
+    mark,
+    needs_axis,
+    parallel,
+    point,
+    unit,
+    where,
+)
 from .frame_joints import spatial
 
 Length = Annotated[float, fields.quantity("m")]
@@ -27,10 +38,12 @@ Length = Annotated[float, fields.quantity("m")]
 
 @dataclass(frozen=True)
 class Screw(Joint):
-    """Translation along and rotation about one axis that `to` (or the ground) carries, by `lead` a turn, in space.
+    """Translation along and rotation about one axis that `to` (or the ground) carries, by `lead` a
+    turn, in space.
 
-    A positive lead is a right-handed thread: `at` turns about the axis and moves along it. The screw has no friction of its own, so
-    that a force turns it; its reaction `thrust` is the force along the axis, whose moment about it is - lead / 2 pi times as large.
+    A positive lead is a right-handed thread: `at` turns about the axis and moves along it. The
+    screw has no friction of its own, so that a force turns it; its reaction `thrust` is the force
+    along the axis, whose moment about it is - lead / 2 pi times as large.
 
     {type: screw, at: nut.frame, to: frame.frame, axis: [0, 0, 1], lead: 5 mm}
     """
@@ -43,7 +56,14 @@ class Screw(Joint):
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if self.lead == 0.0:
-            yield "lead", Problem("a travel a turn that is not zero", "0", "a hinge turns without travel: take `revolute`")
+            yield (
+                "lead",
+                Problem(
+                    "a travel a turn that is not zero",
+                    "0",
+                    "a hinge turns without travel: take `revolute`",
+                ),
+            )
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "cylindrical", self.at)
@@ -57,11 +77,13 @@ class Screw(Joint):
 
 @dataclass(frozen=True)
 class RackAndPinion(Joint):
-    """A wheel `at` that rolls on a rack `to`, or on one that is fixed: it moves along `direction` by `radius` times its turn.
+    """A wheel `at` that rolls on a rack `to`, or on one that is fixed: it moves along `direction`
+    by `radius` times its turn.
 
-    Both are measured against the rack, which carries the direction and the axis (z in the plane) and may move itself; other joints
-    guide wheel and rack. Teeth are on the side axis x direction of the wheel, on the other one where the radius is negative. The
-    reaction `thrust` is the force along the direction between the teeth.
+    Both are measured against the rack, which carries the direction and the axis (z in the plane)
+    and may move itself; other joints guide wheel and rack. Teeth are on the side axis x direction
+    of the wheel, on the other one where the radius is negative. The reaction `thrust` is the force
+    along the direction between the teeth.
 
     {type: rack_and_pinion, at: pinion.frame, to: rack.frame, direction: [1, 0], radius: 20 mm}
     """
@@ -91,26 +113,41 @@ class RackAndPinion(Joint):
         point(name, draft, "axis", self.at, direction, self.to)
 
 
-def travel(joint: Any, draft: Draft, axis: Ground | None, direction: np.ndarray, rate: float, label: str) -> None:
-    """The row by which `at` moves against `to` along a direction (c,) by `rate` [m/rad] times its turn about an axis.
+def travel(
+    joint: Any, draft: Draft, axis: Ground | None, direction: np.ndarray, rate: float, label: str
+) -> None:
+    """The row by which `at` moves against `to` along a direction (c,) by `rate` [m/rad] times its
+    turn about an axis.
 
-    `to` carries the direction and the axis, z in the plane; both turn and travel count from the reference.
+    `to` carries the direction and the axis, z in the plane; both turn and travel count from the
+    reference.
     """
-    name, layout = where(joint), draft.layout
-    rows, apart = layout.read(name, joint.at), layout.reference(name, joint.at)
+    name = where(joint)
+    layout = draft.layout
+    rows = layout.read(name, joint.at)
+    apart = layout.reference(name, joint.at)
     offset = -apart if joint.to is None else 0.0 * apart
     if joint.to is not None:
         rows, apart = rows - layout.read(name, joint.to), apart - layout.reference(name, joint.to)
     _, u, normal = arm(name, layout, joint.at, axis)
     carriers = (joint.to, direction), (joint.at, u), (joint.to, u), (joint.to, normal)
-    first = [draft.probes.add(csr_array(rows), offset), *(vector(joint, draft, end, one) for end, one in carriers)]
+    first = [
+        draft.probes.add(csr_array(rows), offset),
+        *(vector(joint, draft, end, one) for end, one in carriers),
+    ]
     known = [row + c for row in first for c in range(layout.dim)]
     rest = 0.0 if joint.to is None else float(direction @ apart)
-    draft.constraints.law(joint.name, label, travels.travel(f"{travels.WORD}|{layout.dim}"), known, [rest, rate])
+    draft.constraints.law(
+        joint.name, label, travels.travel(f"{travels.WORD}|{layout.dim}"), known, [rest, rate]
+    )
     draft.constraints.directions[joint.name, label] = direction
 
 
 def vector(joint: Any, draft: Draft, end: At | None, direction: np.ndarray) -> int:
     """The first of c probe rows of a vector (c,) that an end carries along, the ground as it is."""
     found = carried(joint, draft, end, direction)
-    return found if isinstance(found, int) else draft.probes.add(csr_array((len(found), draft.layout.size)), found)
+    return (
+        found
+        if isinstance(found, int)
+        else draft.probes.add(csr_array((len(found), draft.layout.size)), found)
+    )

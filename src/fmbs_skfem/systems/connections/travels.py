@@ -1,10 +1,12 @@
-r"""Travel in proportion to a turn, of a screw in its nut or of a rack by its pinion, as a constraint function by a law.
+r"""Travel in proportion to a turn, of a screw in its nut or of a rack by its pinion, as a
+constraint function by a law.
 
     phi = n . d - l - p arg w,    w = u . e_1 + i u . e_2                                                              (1)
 
-u turns with one body; n, e_1 and e_2, and the place from which d counts, are of the other one or of the ground. phi is reduced to
-its remainder nearest to zero in units of 2 pi p, the travel of a whole turn, so that turns need no counting. Derivatives are those
-of the logarithm of w, as in `gears`, and of products of rows.
+u turns with one body; n, e_1 and e_2, and the place from which d counts, are of the other one or of
+the ground. phi is reduced to its remainder nearest to zero in units of 2 pi p, the travel of a
+whole turn, so that turns need no counting. Derivatives are those of the logarithm of w, as in
+`gears`, and of products of rows.
 """
 
 from __future__ import annotations
@@ -22,13 +24,16 @@ from .constraint_laws import ConstraintLaw, ConstraintRecord, ConstraintRoutines
 from .gears import inverse
 
 WORD = "travel"
-D, N, U, FIRST, SECOND, VECTORS = range(6)  #: vectors of a law, one behind the other, and their number
+D, N, U, FIRST, SECOND, VECTORS = range(
+    6
+)  #: vectors of a law, one behind the other, and their number
 
 
 @jit
 def product(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int, i: int, j: int) -> float:
     """a_i . b_j of the vectors i and j of row k, whose components stand in a and b."""
-    dim, total = F.rows.shape[1] // VECTORS, 0.0
+    dim = F.rows.shape[1] // VECTORS
+    total = 0.0
     for c in range(dim):
         total += a[F.rows[k, i * dim + c]] * b[F.rows[k, j * dim + c]]
     return total
@@ -44,7 +49,8 @@ def arm(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int) -> complex:
 def slope(y: np.ndarray, F: ConstraintRecord, k: int, part: int) -> complex:
     """dw/dy by the component `part` of u, e_1, e_2, of 3 c components."""
     dim = F.rows.shape[1] // VECTORS
-    which, c = part // dim, part % dim
+    which = part // dim
+    c = part % dim
     u = y[F.rows[k, U * dim + c]]
     if which == 0:
         return complex(y[F.rows[k, FIRST * dim + c]], y[F.rows[k, SECOND * dim + c]])
@@ -53,10 +59,14 @@ def slope(y: np.ndarray, F: ConstraintRecord, k: int, part: int) -> complex:
 
 @routine
 def constrain(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
-    gap, dim = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :], F.rows.shape[1] // VECTORS
+    s = evaluation(table).space
+    F = opened(record)
+    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]
+    dim = F.rows.shape[1] // VECTORS
     for k in range(len(F.rows)):
-        row, p, w = F.row[k], F.numbers[k, 1], arm(s.y, s.y, F, k)
+        row = F.row[k]
+        p = F.numbers[k, 1]
+        w = arm(s.y, s.y, F, k)
         travel = product(s.y, s.y, F, k, N, D) - F.numbers[k, 0]
         gap[row] += remainder(travel - p * math.atan2(w.imag, w.real), 2.0 * np.pi * p)
         for c in range(dim):
@@ -69,10 +79,13 @@ def constrain(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
-    dim, place = F.rows.shape[1] // VECTORS, F.pair
+    s = evaluation(table).space
+    F = opened(record)
+    dim = F.rows.shape[1] // VECTORS
+    place = F.pair
     for k in range(len(F.rows)):
-        q, p = s.multipliers[F.row[k]], F.numbers[k, 1]
+        q = s.multipliers[F.row[k]]
+        p = F.numbers[k, 1]
         i = inverse(arm(s.y, s.y, F, k))
         for _ in range(2 * dim):
             s.H[place] += q
@@ -90,11 +103,20 @@ def slopes(table: Any, record: Any) -> int:
 
 @routine
 def drift(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
-    gap, y, z, v, a = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :], s.paths[0], s.paths[1], s.paths[2], s.paths[3]
+    s = evaluation(table).space
+    F = opened(record)
+    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]
+    y = s.paths[0]
+    z = s.paths[1]
+    v = s.paths[2]
+    a = s.paths[3]
     for k in range(len(F.rows)):
-        p, i = F.numbers[k, 1], inverse(arm(y, y, F, k))
-        lead, speed = (arm(z, y, F, k) + arm(y, z, F, k)) * i, (arm(v, y, F, k) + arm(y, v, F, k)) * i
+        p = F.numbers[k, 1]
+        i = inverse(arm(y, y, F, k))
+        lead, speed = (
+            (arm(z, y, F, k) + arm(y, z, F, k)) * i,
+            (arm(v, y, F, k) + arm(y, v, F, k)) * i,
+        )
         twice, late = 2.0 * arm(v, v, F, k) * i, (arm(a, y, F, k) + arm(y, a, F, k)) * i
         mixed = 3.0 * (arm(a, v, F, k) + arm(v, a, F, k)) * i
         D2 = 2.0 * product(v, v, F, k, N, D) - p * (twice - speed * speed).imag
@@ -106,9 +128,15 @@ def drift(table: Any, record: Any) -> int:
 
 
 def travel(name: str) -> ConstraintLaw:
-    """The law `travel|c` of c components: rows d, n, u, e_1, e_2 of (1), numbers l [m] and p [m/rad]."""
+    """The law `travel|c` of c components: rows d, n, u, e_1, e_2 of (1), numbers l [m] and p
+    [m/rad].
+    """
     dim = int(name.partition("|")[2])
-    pairs = [pair for c in range(dim) for pair in ((D * dim + c, N * dim + c), (N * dim + c, D * dim + c))]
+    pairs = [
+        pair
+        for c in range(dim)
+        for pair in ((D * dim + c, N * dim + c), (N * dim + c, D * dim + c))
+    ]
     pairs += [(U * dim + a, U * dim + b) for a in range(3 * dim) for b in range(3 * dim)]
     routines = ConstraintRoutines(constrain, slopes, drift)
     return ConstraintLaw(name, VECTORS * dim, 2, 0, tuple(pairs), routines, maker=travel)

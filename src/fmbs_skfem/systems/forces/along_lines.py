@@ -4,8 +4,9 @@ r"""What acts along a line on a joint that slides there: forces, friction, stops
     friction    F = - (mu |N| tanh(v / v_0) + c v) |r'|,    v = |r'| s'       N the part of the joint's force across the line
     stop        F = k (s_0 - s) - c s'    where  s < s_0,   and from s_1 on to the other side
 
-A force F on the coordinate s is one along the slope r' on what slides, and its opposite on the line: it does the work F s'. N is
-that of the same state, which the iteration finds; its matrix has no derivative of F by N, which costs a correction or two.
+A force F on the coordinate s is one along the slope r' on what slides, and its opposite on the
+line: it does the work F s'. N is that of the same state, which the iteration finds; its matrix has
+no derivative of F by N, which costs a correction or two.
 """
 
 from __future__ import annotations
@@ -36,8 +37,11 @@ WORD = "line_friction"
 
 @jit
 def held(F: ForceRecord, k: int, w: Any, c: int) -> float:
-    """Component c of the force [N] of the rows that hold the point of group k: the only ones that read it."""
-    total, row = 0.0, F.rows[k, 2 + c]
+    """Component c of the force [N] of the rows that hold the point of group k: the only ones that
+    read it.
+    """
+    total = 0.0
+    row = F.rows[k, 2 + c]
     for m in range(len(w.multipliers)):
         total += w.Jy[m, row] * w.multipliers[m]
     return total / w.c[0]
@@ -47,20 +51,29 @@ def held(F: ForceRecord, k: int, w: Any, c: int) -> float:
 def resistance(F: ForceRecord, k: int, w: Any) -> tuple[float, float]:
     """F on s of group k, and dF/ds'."""
     dim, _, _, cells = along_lines.layout(F, k)
-    s, rate = w.y[F.rows[k, 0]], w.rates[F.rows[k, 0]]
+    s = w.y[F.rows[k, 0]]
+    rate = w.rates[F.rows[k, 0]]
     mu, v0, c = F.numbers[k, -3], F.numbers[k, -2], F.numbers[k, -1]
-    e, square, along, push = along_lines.cell_of(F, k, s, cells), 0.0, 0.0, 0.0
+    e = along_lines.cell_of(F, k, s, cells)
+    square = 0.0
+    along = 0.0
+    push = 0.0
     for i in range(dim):
-        slope, force = along_lines.value(F, k, e, w.y, i, s, 1), held(F, k, w, i)
+        slope = along_lines.value(F, k, e, w.y, i, s, 1)
+        force = held(F, k, w, i)
         square, along, push = square + slope * slope, along + slope * force, push + force * force
     size = math.sqrt(square)
-    N, rough = math.sqrt(max(push - along * along / square, 0.0)), math.tanh(size * rate / v0)
-    return -(mu * N * rough + c * size * rate) * size, -(mu * N * (1.0 - rough * rough) / v0 + c) * square
+    N = math.sqrt(max(push - along * along / square, 0.0))
+    rough = math.tanh(size * rate / v0)
+    return -(mu * N * rough + c * size * rate) * size, -(
+        mu * N * (1.0 - rough * rough) / v0 + c
+    ) * square
 
 
 @routine
 def force(table: Any, record: Any) -> int:
-    w, F = evaluation(table).space, opened(record)
+    w = evaluation(table).space
+    F = opened(record)
     for k in range(len(F.rows)):
         w.g[F.rows[k, 0]] += resistance(F, k, w)[0]
     return 0
@@ -68,16 +81,25 @@ def force(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    w, F = evaluation(table).space, opened(record)
+    w = evaluation(table).space
+    F = opened(record)
     for k in range(len(F.rows)):
         w.H[F.pair + k] -= w.c[0] * w.gh[0] * resistance(F, k, w)[1]
     return 0
 
 
 def friction(name: str) -> ForceLaw:
-    """The law `line_friction|rows|numbers`: rows s, s, the point, coefficients of the line; their numbers, then mu, v_0 and c."""
+    """The law `line_friction|rows|numbers`: rows s, s, the point, coefficients of the line; their
+    numbers, then mu, v_0 and c.
+    """
     rows, numbers = map(int, name.split("|")[1:])
-    more: dict[str, Any] = {"memory": 0, "damped": True, "smooth": True, "reacts": True, "maker": friction}
+    more: dict[str, Any] = {
+        "memory": 0,
+        "damped": True,
+        "smooth": True,
+        "reacts": True,
+        "maker": friction,
+    }
     return ForceLaw(name, rows, numbers, 0, ((0, 0),), force=force, slopes=slopes, **more)
 
 
@@ -85,8 +107,14 @@ ForceLaw.makers[WORD] = friction
 
 
 def coordinate(load: Any, draft: Draft) -> csr_array:
-    """The row (1, q) of the coordinate s of the joint that a load names; InputError where no joint of that name slides."""
-    return csr_array(draft.layout.read(where(load), coordinate_in(f"{where(load)}.joint", draft, load.joint))[[0]])
+    """The row (1, q) of the coordinate s of the joint that a load names; InputError where no joint
+    of that name slides.
+    """
+    return csr_array(
+        draft.layout.read(where(load), coordinate_in(f"{where(load)}.joint", draft, load.joint))[
+            [0]
+        ]
+    )
 
 
 @dataclass(frozen=True)
@@ -112,10 +140,12 @@ class SlidingForce(Load):
 
 @dataclass(frozen=True)
 class SlidingFriction(Load):
-    """Coulomb's friction of what slides along a line, by its force across the line, and viscous `damping`.
+    """Coulomb's friction of what slides along a line, by its force across the line, and viscous
+    `damping`.
 
-    From a sliding `speed` of 0.76 of its own on the force is within a quarter of `coefficient` N, from 2 on within 4 %; below it
-    falls to zero, so that what sticks creeps. In equilibria it is zero.
+    From a sliding `speed` of 0.76 of its own on the force is within a quarter of `coefficient` N,
+    from 2 on within 4 %; below it falls to zero, so that what sticks creeps. In equilibria it is
+    zero.
 
     {type: sliding_friction, joint: trolley, coefficient: 0.2}
     """
@@ -134,8 +164,13 @@ class SlidingFriction(Load):
 
     def push(self, draft: Draft) -> None:
         coordinate(self, draft)
-        held = [one for one in draft.constraints.laws if draft.constraints.names[one.row[0]] in self.rows(draft)]
-        along, dim = int(held[0].rows[0, 0]), draft.layout.dim
+        held = [
+            one
+            for one in draft.constraints.laws
+            if draft.constraints.names[one.row[0]] in self.rows(draft)
+        ]
+        along = int(held[0].rows[0, 0])
+        dim = draft.layout.dim
         points = [int(one.rows[0, 1]) for one in held]
         coefficients = np.stack([one.rows[0, 3:] for one in held], axis=1).ravel().tolist()
         rows = [along, along, *points, *coefficients]
@@ -150,7 +185,8 @@ class SlidingFriction(Load):
 
 @dataclass(frozen=True)
 class SlidingStop(Load):
-    """Stops of what slides along a line, springs that push back from `low` and `high`, by default the ends of the line.
+    """Stops of what slides along a line, springs that push back from `low` and `high`, by default
+    the ends of the line.
 
     {type: sliding_stop, joint: trolley, stiffness: 100 kN/m, damping: 100 N s/m}
     """
@@ -159,7 +195,9 @@ class SlidingStop(Load):
     joint: fields.JointName
     stiffness: Annotated[float, fields.quantity("N/m", ">= 0")] = 0.0
     damping: Annotated[float, fields.quantity("N s/m", ">= 0")] = 0.0
-    low: Annotated[float | None, fields.quantity("m", ">= 0"), "by default the start of the line"] = None
+    low: Annotated[
+        float | None, fields.quantity("m", ">= 0"), "by default the start of the line"
+    ] = None
     high: Annotated[float | None, fields.quantity("m", ">= 0"), "by default its end"] = None
     smoothing: Annotated[float, fields.quantity("m", ">= 0"), "over which they begin"] = 0.0
     resists: ClassVar[bool] = True
@@ -171,7 +209,11 @@ class SlidingStop(Load):
 
     def push(self, draft: Draft) -> None:
         row = coordinate(self, draft)
-        own = next(one for one in draft.constraints.laws if draft.constraints.names[one.row[0]][0] == self.joint)
+        own = next(
+            one
+            for one in draft.constraints.laws
+            if draft.constraints.names[one.row[0]][0] == self.joint
+        )
         high = along_lines.end_of(own.numbers[0]) if self.high is None else self.high
         for sign, gap in ((1.0, self.low or 0.0), (-1.0, -high)):
             law = self.stiffness, self.damping, gap, self.smoothing, 1.0

@@ -1,4 +1,5 @@
-r"""Forces of this package by a law: along a coordinate of probe rows, or with a vector that they carry.
+r"""Forces of this package by a law: along a coordinate of probe rows, or with a vector that they
+carry.
 
     F = f dc/dy,     dF/dy + gh dF/dv = f c'' + dc/dy ((f_c + gh f_r) dc/dy + f_r c'' v)^T,     r = dc/dt = dc/dy . v
 
@@ -14,8 +15,8 @@ r"""Forces of this package by a law: along a coordinate of probe rows, or with a
     F = h (a x + m x x) / |x|^n                             moment  n = 2 on the slope or axis x,  follower  n = 1 on a position
     F = p h(t)                                              dead, whatever the state
 
-arg gives an angle but for whole turns; its value is the one nearest to that of the last accepted state, so that it may change by
-up to half a turn in a step.
+arg gives an angle but for whole turns; its value is the one nearest to that of the last accepted
+state, so that it may change by up to half a turn in a step.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ from .force_laws import IMPACT, ForceLaw, ForceRecord, opened
 from .one_sided import closing, keeps, kept, lift, ramp, touch
 
 SMALLEST = 1e-60  #: of the square of a length, whose derivatives are numbers where it is zero, too
-Y, V, SLOPE, SECOND = range(4)  #: rows of the room of a coordinate: y, v, dc/dy, and from there on c'' where that is wanted
+Y, V, SLOPE, SECOND = range(
+    4
+)  #: rows of the room of a coordinate: y, v, dc/dy, and from there on c'' where that is wanted
 
 
 @jit
@@ -62,7 +65,8 @@ def row(room: np.ndarray, last: float) -> float:
 @jit
 def slide(room: np.ndarray, last: float) -> float:
     """p . d of the rows p, then d."""
-    c, half = 0.0, room.shape[1] // 2
+    c = 0.0
+    half = room.shape[1] // 2
     room[SECOND:] = 0.0
     for i in range(half):
         c += room[Y, i] * room[Y, half + i]
@@ -85,14 +89,18 @@ def angle(room: np.ndarray, last: float) -> float:
         if len(room) > SECOND:
             room[SECOND + i, i], room[SECOND + i + 1, i + 1] = twice.imag, -twice.imag
             room[SECOND + i, i + 1] = room[SECOND + i + 1, i] = twice.real
-        c, sign = c + sign * math.atan2(w.imag, w.real), -sign
+        c = c + sign * math.atan2(w.imag, w.real)
+        sign = -sign
     return continued(c, last)
 
 
 @jit
 def angle_in_space(room: np.ndarray, last: float) -> float:
     """arg w of the rows u, p, q."""
-    u, p, q, s = room[Y, :3], room[Y, 3:6], room[Y, 6:], np.empty(9, np.complex128)
+    u = room[Y, :3]
+    p = room[Y, 3:6]
+    q = room[Y, 6:]
+    s = np.empty(9, np.complex128)
     w = complex(dot(u, p), dot(u, q))
     by = inverse(w)
     for i in range(3):  # derivatives of log w
@@ -110,23 +118,37 @@ def angle_in_space(room: np.ndarray, last: float) -> float:
 
 @jit
 def spring(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, float, float, float]:
-    """f, df/dc, df/dr, the potential and its derivative by c, as of all laws: p stiffness, damping, c0."""
+    """f, df/dc, df/dr, the potential and its derivative by c, as of all laws: p stiffness, damping,
+    c0.
+    """
     s = c - p[2]
     return -p[0] * s - p[1] * r, -p[0], -p[1], 0.5 * p[0] * s * s, p[0] * s
 
 
 @jit
-def side(sign: float, c: float, r: float, p: np.ndarray) -> tuple[float, float, float, float, float]:
-    """p stiffness, damping, c0, length of transition, and whether what is never negative is cut there."""
+def side(
+    sign: float, c: float, r: float, p: np.ndarray
+) -> tuple[float, float, float, float, float]:
+    """p stiffness, damping, c0, length of transition, and whether what is never negative is cut
+    there.
+    """
     s = sign * (c - p[2])
     N = p[0] * ramp(s, p[3]) + p[1] * touch(s, p[3]) * sign * r
     on = keeps(N, p[4])
     by = on * (p[0] * touch(s, p[3]) + p[1] * closing(s, p[3]) * sign * r)
-    return -sign * kept(N, p[4]), -by, -on * p[1] * touch(s, p[3]), p[0] * lift(s, p[3]), sign * p[0] * ramp(s, p[3])
+    return (
+        -sign * kept(N, p[4]),
+        -by,
+        -on * p[1] * touch(s, p[3]),
+        p[0] * lift(s, p[3]),
+        sign * p[0] * ramp(s, p[3]),
+    )
 
 
 @jit
-def one_sided(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, float, float, float]:
+def one_sided(
+    c: float, r: float, p: np.ndarray, h: float
+) -> tuple[float, float, float, float, float]:
     """A rope, or with the sign -1 a stop: p sign, then those of a side."""
     return side(p[0], c, r, p[1:])
 
@@ -138,7 +160,9 @@ def below(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, fl
 
 
 @jit
-def constant(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, float, float, float]:
+def constant(
+    c: float, r: float, p: np.ndarray, h: float
+) -> tuple[float, float, float, float, float]:
     """A pull p h(t)."""
     return -h * p[0], 0.0, 0.0, h * p[0] * c, h * p[0]
 
@@ -176,19 +200,27 @@ def along(
     smooth: bool = True,
     judged: bool = False,
 ) -> ForceLaw:
-    """A law along a coordinate of probe rows; the last number of one that is `judged` is the share of `contacts.Touch.share`."""
+    """A law along a coordinate of probe rows; the last number of one that is `judged` is the share
+    of `contacts.Touch.share`.
+    """
 
-    # inlined, so that a routine computes no more than it reads of the law: 8 springs take 12.1 us a step, 13.2 by a call
+    # inlined, so that a routine computes no more than it reads of the law: 8 springs take 12.1 us a
+    # step, 13.2 by a call
     @inlined
-    def at(s: Space, F: ForceRecord, k: int, room: np.ndarray) -> tuple[float, float, float, float, float]:
+    def at(
+        s: Space, F: ForceRecord, k: int, room: np.ndarray
+    ) -> tuple[float, float, float, float, float]:
         """What the law says of group k, whose coordinate is in the room."""
         c = coordinate(read(s, F, k, room), s.memory[F.memory + k] if turns else 0.0)
-        found: tuple[float, float, float, float, float] = law(c, dot(room[SLOPE], room[V]), F.numbers[k], history(s, F, k))
+        found: tuple[float, float, float, float, float] = law(
+            c, dot(room[SLOPE], room[V]), F.numbers[k], history(s, F, k)
+        )
         return found
 
     @routine
     def force(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        F = opened(record)
         room = np.empty((SECOND, rows))
         for k in range(len(F.rows)):
             push(s, F, k, at(s, F, k, room)[0], room)
@@ -196,20 +228,25 @@ def along(
 
     @routine
     def slopes(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
-        room, place = np.empty((SECOND + rows, rows)), F.pair
+        s = evaluation(table).space
+        F = opened(record)
+        room = np.empty((SECOND + rows, rows))
+        place = F.pair
         for k in range(len(F.rows)):
             f, by, of_rate, _, _ = at(s, F, k, room)
             for i in range(rows):
                 for j in range(rows):
-                    change = (by + s.gh[0] * of_rate) * room[SLOPE, j] + of_rate * dot(room[SECOND + j], room[V])
+                    change = (by + s.gh[0] * of_rate) * room[SLOPE, j] + of_rate * dot(
+                        room[SECOND + j], room[V]
+                    )
                     s.H[place] -= s.c[0] * (f * room[SECOND + i, j] + room[SLOPE, i] * change)
                     place += 1
         return 0
 
     @routine
     def energy(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        F = opened(record)
         room = np.empty((SECOND, rows))
         for k in range(len(F.rows)):
             _, _, _, stored, by = at(s, F, k, room)
@@ -219,7 +256,8 @@ def along(
 
     @routine
     def accept(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        F = opened(record)
         room = np.empty((SECOND, rows))
         for k in range(len(F.rows)):
             s.memory[F.memory + k] = coordinate(read(s, F, k, room), s.memory[F.memory + k])
@@ -245,11 +283,14 @@ def along(
 
 
 def impacts(at: Any, rows: int, numbers: int) -> tuple[Routine, Routine]:
-    """What a law `at` (s, F, k, room) keeps of accepted states, and how it judges a change of its force since then."""
+    """What a law `at` (s, F, k, room) keeps of accepted states, and how it judges a change of its
+    force since then.
+    """
 
     @routine
     def remember(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        F = opened(record)
         room = np.empty((SECOND, rows))
         for k in range(len(F.rows)):
             first = F.memory + IMPACT * k
@@ -261,7 +302,8 @@ def impacts(at: Any, rows: int, numbers: int) -> tuple[Routine, Routine]:
     @routine
     def judge(table: Any, record: Any) -> int:
         """As of contact: what has touched from the start on is no impact."""
-        s, F = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        F = opened(record)
         room = np.empty((SECOND, rows))
         for k in range(len(F.rows)):
             first = F.memory + IMPACT * k
@@ -286,7 +328,13 @@ def follow(p: np.ndarray) -> tuple[float, float, float, float]:
 
 @jit
 def carry(
-    s: Space, F: ForceRecord, k: int, dim: int, power: int, parts: tuple[float, float, float, float], room: np.ndarray
+    s: Space,
+    F: ForceRecord,
+    k: int,
+    dim: int,
+    power: int,
+    parts: tuple[float, float, float, float],
+    room: np.ndarray,
 ) -> float:
     """room (4, 3): h (a 1 + [m x]) / |x|^n, then x; |x|^2 is returned."""
     square = 0.0
@@ -306,7 +354,8 @@ def carried(name: str, dim: int, numbers: int, rule: Any, power: int, first: int
 
     @routine
     def force(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        F = opened(record)
         room = np.zeros((4, 3))
         for k in range(len(F.rows)):
             carry(s, F, k, dim, power, rule(F.numbers[k]), room)
@@ -316,23 +365,39 @@ def carried(name: str, dim: int, numbers: int, rule: Any, power: int, first: int
 
     @routine
     def slopes(table: Any, record: Any) -> int:
-        s, F = evaluation(table).space, opened(record)
-        room, place = np.zeros((4, 3)), F.pair
+        s = evaluation(table).space
+        F = opened(record)
+        room = np.zeros((4, 3))
+        place = F.pair
         for k in range(len(F.rows)):
             square = carry(s, F, k, dim, power, rule(F.numbers[k]), room)
             for i in range(dim):
                 for j in range(dim):
-                    s.H[place] -= s.c[0] * (room[i, j] - power * dot(room[i], room[3]) * room[3, j] / square)
+                    s.H[place] -= s.c[0] * (
+                        room[i, j] - power * dot(room[i], room[3]) * room[3, j] / square
+                    )
                     place += 1
         return 0
 
     pairs = tuple((first + i, j) for i in range(dim) for j in range(dim))
-    return ForceLaw(name, first + dim, numbers, 1, pairs, memory=0, damped=False, force=force, slopes=slopes, smooth=True)
+    return ForceLaw(
+        name,
+        first + dim,
+        numbers,
+        1,
+        pairs,
+        memory=0,
+        damped=False,
+        force=force,
+        slopes=slopes,
+        smooth=True,
+    )
 
 
 @routine
 def push_dead(table: Any, record: Any) -> int:
-    s, F = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    F = opened(record)
     for k in range(len(F.rows)):
         s.g[F.rows[k, 0]] += F.numbers[k, 0] * history(s, F, k)
     return 0

@@ -5,8 +5,8 @@ r"""Forces and torques by expressions of the state: controllers, motors, springs
     actuator           f u          pulls `at` and `to` together along the line u between them
     motor              torque-speed line, f = stall_torque (1 - rate / no_load_speed)
 
-f is an expression of outputs of the scene, of what the load measures itself, of t and parameters (`responses`), compiled with
-its derivatives.
+f is an expression of outputs of the scene, of what the load measures itself, of t and parameters
+(`responses`), compiled with its derivatives.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ Torque = Annotated[OfState, fields.response("N m")]
 
 @dataclass(frozen=True)
 class ControlForce(Load):
-    """A force on a place along a fixed direction, and its opposite on `to`; `stretch` and `rate` are theirs along it.
+    """A force on a place along a fixed direction, and its opposite on `to`; `stretch` and `rate`
+    are theirs along it.
 
     {type: control_force, at: cart, direction: [1, 0], force: -20 N/m * stretch}
     """
@@ -48,11 +49,16 @@ class ControlForce(Load):
     own: ClassVar[Mapping[str, str]] = responses.LENGTHS
 
     def push(self, draft: Draft) -> None:
-        name, layout = where(self), draft.layout
-        normal = unit(f"{name}.direction", vector(f"{name}.direction", self.direction, layout.dim), layout.dim)
-        rows, offset = layout.read(name, self.at), -layout.reference(name, self.at if self.to is None else self.to)
+        name = where(self)
+        layout = draft.layout
+        normal = unit(
+            f"{name}.direction", vector(f"{name}.direction", self.direction, layout.dim), layout.dim
+        )
+        rows = layout.read(name, self.at)
+        offset = -layout.reference(name, self.at if self.to is None else self.to)
         if isinstance(self.to, At):
-            rows, offset = rows - layout.read(name, self.to), 0.0 * offset
+            rows = rows - layout.read(name, self.to)
+            offset = 0.0 * offset
         row = draft.probes.add(csr_array(normal[None, :] @ rows), normal[None, :] @ offset)
         gauge = draft.gauges[self.name] = Gauge("push", (row,), 0.0)
         responses.act(draft, name, gauge, "push", self.force)
@@ -60,7 +66,9 @@ class ControlForce(Load):
 
 @dataclass(frozen=True)
 class AngularLoad(Load, ABC):
-    """A torque about z or, in space, about `axis`, and its opposite on `to`; `angle` and `rate` are between the two."""
+    """A torque about z or, in space, about `axis`, and its opposite on `to`; `angle` and `rate` are
+    between the two.
+    """
 
     name: str
     at: fields.Place
@@ -86,7 +94,8 @@ class AngularLoad(Load, ABC):
 class ControlTorque(AngularLoad):
     """A torque about z or, in space, about `axis`, and its opposite on `to`.
 
-    The torque is an expression, in which `angle` (since the reference, its turns counted) and `rate` are those between the places.
+    The torque is an expression, in which `angle` (since the reference, its turns counted) and
+    `rate` are those between the places.
 
     {type: control_torque, at: arm.left, torque: -60 N m * angle - 8 N m s * rate}
     """
@@ -99,7 +108,8 @@ class ControlTorque(AngularLoad):
 
 @dataclass(frozen=True)
 class Motor(AngularLoad):
-    """A torque that falls in a straight line from `stall_torque` at rest to zero at `no_load_speed`, and brakes beyond that.
+    """A torque that falls in a straight line from `stall_torque` at rest to zero at
+    `no_load_speed`, and brakes beyond that.
 
     {type: motor, at: crank.left, stall_torque: 2 N m, no_load_speed: 3000 rpm}
     """
@@ -115,7 +125,8 @@ class Motor(AngularLoad):
 
 @dataclass(frozen=True)
 class Actuator(Between):
-    """Pulls two places together with a force, an expression in which `stretch` counts from `length`, and `rate` is that of it.
+    """Pulls two places together with a force, an expression in which `stretch` counts from
+    `length`, and `rate` is that of it.
 
     {type: actuator, at: boom.left, to: base.right, force: 2 kN/m * stretch + 10 N s/m * rate}
     """

@@ -1,6 +1,7 @@
 """Forces by a law: F(y, y', numbers, histories, memory) of a few probe rows.
 
-Laws of this package are in `built_in_forces`; a user's own, and expressions of the state, are written in symbols (`force_symbols`).
+Laws of this package are in `built_in_forces`; a user's own, and expressions of the state, are
+written in symbols (`force_symbols`).
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ IMPACT = 2  #: numbers that a law keeps of accepted states that judges impacts
 
 @dataclass(frozen=True)
 class ForceLaw(RowLaw):
-    """A force F(y, y', numbers, histories, memory) on the rows that it reads; pairs are of a force and a row.
+    """A force F(y, y', numbers, histories, memory) on the rows that it reads; pairs are of a force
+    and a row.
 
     Routines and the numbers that it keeps of accepted states are those of one group of rows.
     """
@@ -38,9 +40,13 @@ class ForceLaw(RowLaw):
     slopes: Routine | None = None
     accept: Routine | None = None
     energy: Routine | None = None
-    judge: Routine | None = None  #: of impacts, for which it keeps its last force, and 1 where there was none, behind these angles
+    judge: Routine | None = (
+        None  #: of impacts, for which it keeps its last force, and 1 where there was none, behind these angles
+    )
     kept: int = 0  #: values of accepted states that it keeps behind these angles
-    tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
+    tables: tuple[
+        str, ...
+    ] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
     smooth: bool = False  #: whether its derivatives jump nowhere
     reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
     kind: ClassVar[str] = "force law"
@@ -55,7 +61,9 @@ class LawForces(Groups):
     law: Annotated[ForceLaw, Attributes("r=rows p=numbers h=histories")]
 
 
-def one(law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> LawForces:
+def one(
+    law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()
+) -> LawForces:
     """One force by a law or its name, of probe rows (r,), numbers (p,) and histories (h,).
 
     InputError where no law has that name.
@@ -68,7 +76,12 @@ def dead(rows: np.ndarray, coefficients: ArrayLike, signals: np.ndarray) -> LawF
 
     Coefficients (t,); `signals` (t,) are the numbers of the histories s, or -1 for 1.
     """
-    return LawForces(ForceLaw.find("dead"), rows[:, None], np.array(coefficients, dtype=float)[:, None], signals[:, None])
+    return LawForces(
+        ForceLaw.find("dead"),
+        rows[:, None],
+        np.array(coefficients, dtype=float)[:, None],
+        signals[:, None],
+    )
 
 
 class ForceRecord(NamedTuple):
@@ -89,21 +102,43 @@ def memory_of(law: ForceLaw) -> int:
     return law.memory + (IMPACT if law.judge else 0) + law.kept + len(law.tables)
 
 
-def record_of(law: ForceLaw, rows: np.ndarray, numbers: np.ndarray, signals: np.ndarray, pair: int, memory: int) -> Any:
-    """What the routines of a law act on: rows (t, r), numbers (t, p), signals (t, h), first places in H and in the memory."""
+def record_of(
+    law: ForceLaw,
+    rows: np.ndarray,
+    numbers: np.ndarray,
+    signals: np.ndarray,
+    pair: int,
+    memory: int,
+) -> Any:
+    """What the routines of a law act on: rows (t, r), numbers (t, p), signals (t, h), first places
+    in H and in the memory.
+    """
     if not law.actions:
         return ForceRecord(rows, numbers, signals, pair, memory)
-    groups = {"rows": rows, "numbers": numbers, "signals": signals, "row": np.zeros(0, np.int64), "pair": pair, "memory": memory}
+    groups = {
+        "rows": rows,
+        "numbers": numbers,
+        "signals": signals,
+        "row": np.zeros(0, np.int64),
+        "pair": pair,
+        "memory": memory,
+    }
     return row_programs.compile_actions(law.actions, groups, len(law.pairs), memory_of(law))
 
 
 @forces.compile_force.register
 def _(found: LawForces, place: Place) -> Force:
-    law, count = found.law, len(found)
-    rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
+    law = found.law
+    count = len(found)
+    rows, numbers, signals = (
+        np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals)
+    )
     local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
-    pairs, size = found.rows[:, local].reshape(-1, 2), memory_of(law)
-    routines = ForceRoutines(law.force, law.slopes if len(local) else None, law.accept, law.energy, law.judge)
+    pairs = found.rows[:, local].reshape(-1, 2)
+    size = memory_of(law)
+    routines = ForceRoutines(
+        law.force, law.slopes if len(local) else None, law.accept, law.energy, law.judge
+    )
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
         record_of(law, rows, numbers, signals, place.pair, place.memory),
@@ -119,14 +154,24 @@ def _(found: LawForces, place: Place) -> Force:
     )
 
 
-def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarray, histories: np.ndarray) -> np.ndarray:
+def evaluate(
+    law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarray, histories: np.ndarray
+) -> np.ndarray:
     """F (s, r) on its rows at s states: y, y' (s, r), numbers (s, p), histories (s, h).
 
     Every state is one of its own, with the memory of the start: angles count no turns.
     """
-    count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
+    count = len(y)
+    rows = np.arange(y.size).reshape(y.shape)
+    signals = np.arange(histories.size).reshape(histories.shape)
     memory = np.zeros(count * memory_of(law))
-    parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": memory, "g": np.zeros(y.size)}
+    parts = {
+        "y": y.ravel(),
+        "rates": rates.ravel(),
+        "signals": histories.ravel(),
+        "memory": memory,
+        "g": np.zeros(y.size),
+    }
     record = record_of(law, rows, np.ascontiguousarray(numbers), signals, 0, 0)
     integers = packed(record)
     law.force(found := space_of(**parts), address_of(integers))
@@ -136,7 +181,10 @@ def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarra
 @forces.histories.register
 def _(found: LawForces) -> Sequence[tuple[int, int]]:
     return [
-        (int(k), int(rows[0])) for rows, own in zip(found.rows, found.signals, strict=True) for k in own if k >= 0 and len(rows)
+        (int(k), int(rows[0]))
+        for rows, own in zip(found.rows, found.signals, strict=True)
+        for k in own
+        if k >= 0 and len(rows)
     ]
 
 

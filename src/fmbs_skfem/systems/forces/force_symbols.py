@@ -23,18 +23,27 @@ from .built_in_forces import SMALLEST
 from .force_laws import ForceLaw
 
 RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
-SIGN = {sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)), sympy.DiracDelta: lambda *_: sympy.Integer(0)}
+SIGN = {
+    sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)),
+    sympy.DiracDelta: lambda *_: sympy.Integer(0),
+}
 
 
 def norm(vector: sympy.Matrix) -> Expression:
-    """|vector| of a matrix of symbols (c,), as sqrt(v . v + tiny): its derivatives are numbers where it is zero, too."""
+    """|vector| of a matrix of symbols (c,), as sqrt(v . v + tiny): its derivatives are numbers
+    where it is zero, too.
+    """
     return sympy.sqrt(vector.dot(vector) + SMALLEST)
 
 
 turned = function("turned", lambda *_: sympy.Integer(1))  #: an angle that counts its turns
 continued = function("continued")  #: its value, the one nearest to its last one
-lookup_slope = function("lookup_slope", constant)  #: slope of a curve through points, see `core.compiling.curves`
-lookup = function("lookup", lookup_slope)  #: its value at the first argument; the second one stands for its numbers
+lookup_slope = function(
+    "lookup_slope", constant
+)  #: slope of a curve through points, see `core.compiling.curves`
+lookup = function(
+    "lookup", lookup_slope
+)  #: its value at the first argument; the second one stands for its numbers
 beyond = function("beyond")  #: how far the argument is beyond its ends
 
 
@@ -60,44 +69,76 @@ def history(number: int = 0) -> Expression:
 
 @dataclass(frozen=True)
 class ForceSymbols:
-    """Forces F(y, v, p, h) on r rows in symbols, of rows y, their rates v, `numbers` p and `histories` h."""
+    """Forces F(y, v, p, h) on r rows in symbols, of rows y, their rates v, `numbers` p and
+    `histories` h.
+    """
 
     force: Sequence[Expression]  #: (r,)
     numbers: int
     histories: int = 0
     energy: Expression = 0  #: potential [J] whose negative gradient is in the force
     kept: Sequence[Expression] = ()  #: values of accepted states that are kept beside angles
-    tables: Mapping[str, tuple[int, int]] = field(default_factory=dict)  #: first number and end of every curve by its name
+    tables: Mapping[str, tuple[int, int]] = field(
+        default_factory=dict
+    )  #: first number and end of every curve by its name
 
     def unknown(self) -> set[Expression]:
         """Symbols in the forces and their energy that are none of the law's."""
         count = len(self.force)
-        own = {*rows(count), *rates(count), *numbers(self.numbers), *(history(k) for k in range(self.histories))}
-        return set().union(*(sympy.sympify(value).free_symbols for value in (*self.force, self.energy))) - own
+        own = {
+            *rows(count),
+            *rates(count),
+            *numbers(self.numbers),
+            *(history(k) for k in range(self.histories)),
+        }
+        return (
+            set().union(
+                *(sympy.sympify(value).free_symbols for value in (*self.force, self.energy))
+            )
+            - own
+        )
 
 
 def pruned(law: ForceSymbols) -> tuple[ForceSymbols, tuple[int, ...]]:
-    """The same forces on those rows alone that they read or push, renumbered from 0, and the old numbers of these (i,)."""
+    """The same forces on those rows alone that they read or push, renumbered from 0, and the old
+    numbers of these (i,).
+    """
     count = len(law.force)
     read = set().union(*(sympy.sympify(value).free_symbols for value in (*law.force, *law.kept)))
-    y, v = rows(count), rates(count)
+    y = rows(count)
+    v = rates(count)
     used = tuple(k for k in range(count) if law.force[k] != 0 or y[k] in read or v[k] in read)
-    fewer = {old: new for full in (rows, rates) for old, new in zip([full(count)[k] for k in used], full(len(used)), strict=True)}
+    fewer = {
+        old: new
+        for full in (rows, rates)
+        for old, new in zip([full(count)[k] for k in used], full(len(used)), strict=True)
+    }
     found, kept = (
         [sympy.sympify(value).subs(fewer, simultaneous=True) for value in values]
         for values in ([law.force[k] for k in used], law.kept)
     )
     return ForceSymbols(
-        found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True), kept, law.tables
+        found,
+        law.numbers,
+        law.histories,
+        sympy.sympify(law.energy).subs(fewer, simultaneous=True),
+        kept,
+        law.tables,
     ), used
 
 
 def law(name: str, found: ForceSymbols, maker: Callable[[str], ForceLaw]) -> ForceLaw:
     """The law of forces in symbols by its name, by which `maker` makes it again."""
-    count, F = len(found.force), [plain(value) for value in found.force]
-    y, v, h = rows(count), rates(count), [history(k) for k in range(found.histories)]
-    kept, potential = [plain(value) for value in found.kept], plain(found.energy)
-    angles = sorted(set().union(*(value.atoms(turned) for value in (*F, *kept, potential))), key=str)
+    count = len(found.force)
+    F = [plain(value) for value in found.force]
+    y = rows(count)
+    v = rates(count)
+    h = [history(k) for k in range(found.histories)]
+    kept = [plain(value) for value in found.kept]
+    potential = plain(found.energy)
+    angles = sorted(
+        set().union(*(value.atoms(turned) for value in (*F, *kept, potential))), key=str
+    )
     curves = sorted(set().union(*(value.atoms(lookup) for value in (*F, *kept))), key=str)
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
     sources = {
@@ -111,7 +152,8 @@ def law(name: str, found: ForceSymbols, maker: Callable[[str], ForceLaw]) -> For
     for angle, before in zip(angles, last, strict=True):
         drawing.known[angle] = drawing.node(continued(angle.args[0], before))
     graph = drawing.graph
-    one, gh = graph.constant(1.0), graph.symbol((row_programs.DAMPING, 0))
+    one = graph.constant(1.0)
+    gh = graph.symbol((row_programs.DAMPING, 0))
 
     force = [drawing.node(value) for value in F]
     slopes = dict[tuple[int, int], Node]()
@@ -122,11 +164,18 @@ def law(name: str, found: ForceSymbols, maker: Callable[[str], ForceLaw]) -> For
                 slopes[i, j] = slope
     pairs = sorted(slopes)
 
-    values, outside = [drawing.node(one) for one in kept], [drawing.node(beyond(*one.args)) for one in curves]
+    values = [drawing.node(one) for one in kept]
+    outside = [drawing.node(beyond(*one.args)) for one in curves]
     keeps = [*(drawing.node(one) for one in angles), *values, *outside]
-    ways = [row_programs.KEEP] * (len(angles) + len(values)) + [row_programs.FURTHEST] * len(outside)
+    ways = [row_programs.KEEP] * (len(angles) + len(values)) + [row_programs.FURTHEST] * len(
+        outside
+    )
     stored = drawing.node(potential)
-    energies = [stored, *(graph.derivatives([stored], {drawing.node(each): one})[0] for each in y)] if potential != 0 else []
+    energies = (
+        [stored, *(graph.derivatives([stored], {drawing.node(each): one})[0] for each in y)]
+        if potential != 0
+        else []
+    )
 
     def action(nodes: Sequence[Node], targets: Sequence[tuple[int, int]]) -> Action:
         there = [k for k, node in enumerate(nodes) if graph.value(node) != 0.0]
@@ -135,7 +184,9 @@ def law(name: str, found: ForceSymbols, maker: Callable[[str], ForceLaw]) -> For
     pushes = [(row_programs.PUSH, k) for k in range(count)]
     actions = (
         action(force, pushes),
-        action([slopes[pair] for pair in pairs], [(row_programs.SLOPE, k) for k in range(len(pairs))]),
+        action(
+            [slopes[pair] for pair in pairs], [(row_programs.SLOPE, k) for k in range(len(pairs))]
+        ),
         # zeros are kept, too: a value that was something else before
         Action(graph.program(keeps), tuple(zip(ways, range(len(keeps)), strict=True))),
         action(energies, [(row_programs.ENERGY, 0), *pushes]),
@@ -160,7 +211,9 @@ def law(name: str, found: ForceSymbols, maker: Callable[[str], ForceLaw]) -> For
 
 
 def plain(value: Any) -> Expression:
-    """An expression without what only exists as a derivative of a jump: delta functions are zero, steps are 0 or 1."""
+    """An expression without what only exists as a derivative of a jump: delta functions are zero,
+    steps are 0 or 1.
+    """
     value = sympy.sympify(value)
     for kind, other in SIGN.items():
         value = value.replace(kind, other)

@@ -7,8 +7,9 @@ r"""Loads: probe rows and forces.
     edge          Q = s(t) int N^T f ds                 spring         torque - k (theta - theta0) - d theta'
     following pressure   Q = p int N^T (r,1 x r,2) dA   following edge load   Q = f int N^T J^T r,s ds
 
-with the slope t = dr/dS, its normal n (t turned by 90 degrees in the plane), axes e_k of a frame, the unit normal n0 of the
-reference, and a history s(t), 1 by default. Power of m/2 on all axes: 1/2 sum_k (m x e_k) . (w x e_k) = m . w.
+with the slope t = dr/dS, its normal n (t turned by 90 degrees in the plane), axes e_k of a frame,
+the unit normal n0 of the reference, and a history s(t), 1 by default. Power of m/2 on all axes: 1/2
+sum_k (m x e_k) . (w x e_k) = m . w.
 """
 
 from __future__ import annotations
@@ -37,7 +38,11 @@ from ..places import Draft, Ground, directions, vector
 from . import pressure, responses
 
 ALONG = 1e-6  #: part of a moment about a line that is no round-off
-TORSION = {"torque": "torsion_spring", "relative torque": "relative_torsion_spring", "torque in space": "spatial_torsion_spring"}
+TORSION = {
+    "torque": "torsion_spring",
+    "relative torque": "relative_torsion_spring",
+    "torque in space": "spatial_torsion_spring",
+}
 Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
 
@@ -48,7 +53,9 @@ class Load(Declared, ABC):
     """
 
     name: str
-    resists: ClassVar[bool] = False  #: whether it is a spring or damper, which acts in modes about the unloaded reference
+    resists: ClassVar[bool] = (
+        False  #: whether it is a spring or damper, which acts in modes about the unloaded reference
+    )
     strengths: ClassVar[tuple[str, ...]] = ()  #: fields of which one at least makes it act
     drives: ClassVar[bool] = False  #: whether what reads velocities may bring energy, as a motor
 
@@ -61,14 +68,20 @@ class Load(Declared, ABC):
         return False
 
     def idle(self, undamped: str) -> Iterator[tuple[str, str]]:
-        """Names of fields, "" for the load, that do nothing, and why; damping because it is `undamped`, "" where it is damped."""
-        if self.strengths and not any(np.any(getattr(self, name) or 0.0) for name in self.strengths):
+        """Names of fields, "" for the load, that do nothing, and why; damping because it is
+        `undamped`, "" where it is damped.
+        """
+        if self.strengths and not any(
+            np.any(getattr(self, name) or 0.0) for name in self.strengths
+        ):
             yield "", f"does nothing without {' or '.join(self.strengths)}"
         elif undamped and vars(self).get("damping"):
             yield "damping", undamped
 
     def unread(self, dim: int) -> Iterator[tuple[str, str]]:
-        """Names of fields that were given and do nothing in a scene of this dimension beside the others, and why."""
+        """Names of fields that were given and do nothing in a scene of this dimension beside the
+        others, and why.
+        """
         return iter(())
 
     @abstractmethod
@@ -113,7 +126,8 @@ class PointForce(Load):
     history: fields.History | None = None
 
     def push(self, draft: Draft) -> None:
-        first, signal = draft.probes.add(draft.layout.read(where(self), self.at)), draft.signal(self.history)
+        first = draft.probes.add(draft.layout.read(where(self), self.at))
+        signal = draft.signal(self.history)
         force = vector(where(self), self.force, draft.layout.dim)
         point(where(self), draft, "force", self.at, force)
         draft.forces.dead(range(first, first + len(force)), force, signal)
@@ -121,7 +135,8 @@ class PointForce(Load):
 
 @dataclass(frozen=True)
 class Follower(Load):
-    """A force that turns with a slope, [tangential, normal] in the plane, tangential in space; or with a frame, along its axes.
+    """A force that turns with a slope, [tangential, normal] in the plane, tangential in space; or
+    with a frame, along its axes.
 
     {type: follower, at: beam.right, force: [0, 10 N]}
     """
@@ -135,18 +150,27 @@ class Follower(Load):
         layout = draft.layout
         axes = directions(layout.body(where(self), self.at), self.at.place)
         parts = vector(where(self), self.force, layout.dim if layout.dim == 2 or axes == 3 else 1)
-        position, signal = draft.probes.add(layout.read(where(self), self.at)), draft.signal(self.history)
+        position = draft.probes.add(layout.read(where(self), self.at))
+        signal = draft.signal(self.history)
 
         for k, numbers in enumerate(parts[:, None] if layout.dim == 3 else parts[None, :]):
             slope = draft.probes.add(layout.read(where(self), self.at, k + 1))
             rows = [first + c for first in (slope, position) for c in range(layout.dim)]
             draft.forces.act(f"follower_{layout.dim}", rows, numbers, [signal])
-        point(where(self), draft, "force", self.at, parts @ basis(where(self), layout, self.at)[1][: len(parts)], self.at)
+        point(
+            where(self),
+            draft,
+            "force",
+            self.at,
+            parts @ basis(where(self), layout, self.at)[1][: len(parts)],
+            self.at,
+        )
 
 
 @dataclass(frozen=True)
 class Moment(Load):
-    """A moment on a slope or frame: about z in the plane, a fixed vector in space (along a slope it does nothing).
+    """A moment on a slope or frame: about z in the plane, a fixed vector in space (along a slope it
+    does nothing).
 
     {type: moment, at: strip.right, moment: 2 N m}
     """
@@ -177,17 +201,21 @@ class Torque(Load):
 
 
 def warn_of_torsion(load: Moment | Torque, slope: np.ndarray, moment: np.ndarray) -> None:
-    """A notice of the part of a moment (3,) [N m] about the line that it acts on, whose slope (3,) has no rotation about itself.
+    """A notice of the part of a moment (3,) [N m] about the line that it acts on, whose slope (3,)
+    has no rotation about itself.
 
     That part does nothing; below `ALONG` of the moment it is round-off.
     """
     about = float(moment @ slope / np.linalg.norm(slope))
     if abs(about) > ALONG * np.linalg.norm(moment):
-        notify(f"{where(load)}: {about:.4g} N m of the moment are about the line itself and do nothing: a cable has no torsion")
+        notify(
+            f"{where(load)}: {about:.4g} N m of the moment are about the line itself and do nothing: a cable has no torsion"
+        )
 
 
 def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> None:
-    """Add a moment [N m] on the vectors that turn with a place: a number in the plane, (3,) in space.
+    """Add a moment [N m] on the vectors that turn with a place: a number in the plane, (3,) in
+    space.
 
         Q = P_t^T m x t / |t|^2 on a slope t,    Q = sum_k P_k^T m/2 x e_k on axes e_k of a frame
 
@@ -198,12 +226,20 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
     moment = vector(where(load), given, 1 if layout.dim == 2 else 3)
     axes = directions(layout.body(where(load), load.at), load.at.place)
     if axes == 2 and layout.dim == 3:
-        raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
+        raise InputError(
+            say(
+                where(load),
+                "a slope or a frame",
+                f"{load.at} on a surface",
+                "name a rigid frame of the plate",
+            )
+        )
     turn = np.array([moment[0], 0.0]) if layout.dim == 2 else moment
     if axes == 1 and layout.dim == 3:
         warn_of_torsion(load, layout.reference(where(load), load.at, 1), moment)
     point(where(load), draft, "moment", load.at, turn)
-    signal, part = draft.signal(load.history), moment / (2.0 if axes > 1 else 1.0)
+    signal = draft.signal(load.history)
+    part = moment / (2.0 if axes > 1 else 1.0)
     for k in range(max(axes, 1)):
         first = draft.probes.add(layout.read(where(load), load.at, k + 1))
         draft.forces.act(f"moment_{layout.dim}", range(first, first + layout.dim), part, [signal])
@@ -211,10 +247,11 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
 
 @dataclass(frozen=True)
 class TorsionSpring(Load):
-    """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`, against `to` or the ground.
+    """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`,
+    against `to` or the ground.
 
-    In space `to` carries the axis, which is that of the reference.
-    theta is the angle turned since the reference, its turns counted: of less than half a turn a step.
+    In space `to` carries the axis, which is that of the reference. theta is the angle turned since
+    the reference, its turns counted: of less than half a turn a step.
 
     {type: torsion_spring, at: lid.frame, stiffness: 3 N m/rad, damping: 0.1 N m s/rad}
     """
@@ -239,15 +276,20 @@ class TorsionSpring(Load):
     def push(self, draft: Draft) -> None:
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
             if not (np.isfinite(value) and value >= 0):
-                raise InputError(say(f"{where(self)}.{name}", "a number that is not negative", value))
+                raise InputError(
+                    say(f"{where(self)}.{name}", "a number that is not negative", value)
+                )
         gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, self.axis)
         gauge = draft.gauges[self.name] = replace(gauge, free=self.rest_angle)
-        draft.forces.act(TORSION[coordinate], gauge.rows, (self.stiffness, self.damping, self.rest_angle))
+        draft.forces.act(
+            TORSION[coordinate], gauge.rows, (self.stiffness, self.damping, self.rest_angle)
+        )
 
 
 @dataclass(frozen=True)
 class SurfaceLoad(Load):
-    """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of it.
+    """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of
+    it.
 
     {type: surface_load, body: roof, force: [0, 0, -90 Pa]}
     """
@@ -260,14 +302,18 @@ class SurfaceLoad(Load):
 
     def push(self, draft: Draft) -> None:
         part, shape = edges.shape_of(where(self), draft, self.body)
-        cells, force = edges.chosen(where(self), shape, self.faces), vector(where(self), self.force, draft.layout.dim)
+        cells = edges.chosen(where(self), shape, self.faces)
+        force = vector(where(self), self.force, draft.layout.dim)
         push_whole(self, draft, edges.surface_weights(part, shape, cells, False) * force)
-        show_spread(self, draft, edges.sensed(draft, part, shape, *edges.middles(shape, cells)), force)
+        show_spread(
+            self, draft, edges.sensed(draft, part, shape, *edges.middles(shape, cells)), force
+        )
 
 
 @dataclass(frozen=True)
 class Pressure(Load):
-    """A pressure along the normal of the reference surface on a plate or shell in space, or on named faces of it.
+    """A pressure along the normal of the reference surface on a plate or shell in space, or on
+    named faces of it.
 
     With `follower` it is constant, and keeps the direction and the area of the deformed surface.
 
@@ -283,7 +329,12 @@ class Pressure(Load):
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if dim == 2:
-            yield "", Problem("a pressure in a scene of dimension 3", "one of dimension 2", "use an edge_load")
+            yield (
+                "",
+                Problem(
+                    "a pressure in a scene of dimension 3", "one of dimension 2", "use an edge_load"
+                ),
+            )
         if self.follower and self.history is not None:
             remedy = "a pressure that follows has none: take out one of the two"
             yield "follower", Problem("a constant pressure", "a history", remedy)
@@ -314,14 +365,18 @@ class EdgeLoad(Load):
 
     def push(self, draft: Draft) -> None:
         part, shape = edges.shape_of(where(self), draft, self.body)
-        sides, force = edge(where(self), shape, self.edges), vector(where(self), self.force, draft.layout.dim)
+        sides = edge(where(self), shape, self.edges)
+        force = vector(where(self), self.force, draft.layout.dim)
         push_whole(self, draft, edges.edge_weights(part, shape, sides) * force)
-        show_spread(self, draft, edges.sensed(draft, part, shape, *edges.middles(shape, sides)), force)
+        show_spread(
+            self, draft, edges.sensed(draft, part, shape, *edges.middles(shape, sides)), force
+        )
 
 
 @dataclass(frozen=True)
 class NormalEdgeLoad(Load):
-    """A constant force per length [N/m] of named edges of a planar plate along their outward normal, which turns with them.
+    """A constant force per length [N/m] of named edges of a planar plate along their outward
+    normal, which turns with them.
 
     {type: normal_edge_load, body: plate, edges: top, force: -3 kN/m}
     """
@@ -341,24 +396,41 @@ class NormalEdgeLoad(Load):
         draft.forces.cells.append((where(self), part, found))
         places = edges.sensed(draft, part, shape, *edges.middles(shape, sides))
         aims = edges.outward(draft, part, shape, sides, self.force)
-        draft.markers += [(self.name, "force", tuple(rows)) for rows in np.hstack([places, aims]).tolist()]
+        draft.markers += [
+            (self.name, "force", tuple(rows)) for rows in np.hstack([places, aims]).tolist()
+        ]
 
 
-def show_spread(load: SurfaceLoad | EdgeLoad | Pressure, draft: Draft, places: np.ndarray, force: np.ndarray) -> None:
+def show_spread(
+    load: SurfaceLoad | EdgeLoad | Pressure, draft: Draft, places: np.ndarray, force: np.ndarray
+) -> None:
     """Let pictures show a force (c,) at several places, whose sensor rows are (x, c)."""
-    aim = draft.sensors.add(csr_array((len(force), draft.layout.size)), force) + np.arange(len(force))
+    aim = draft.sensors.add(csr_array((len(force), draft.layout.size)), force) + np.arange(
+        len(force)
+    )
     draft.markers += [(load.name, "force", (*place.tolist(), *aim.tolist())) for place in places]
 
 
-def show_pressure(load: Pressure, draft: Draft, part: Body, shape: Surface, cells: np.ndarray) -> None:
-    """Let pictures show a pressure on cells (i,): along the normal, by tangents that are read, or along that of the reference."""
+def show_pressure(
+    load: Pressure, draft: Draft, part: Body, shape: Surface, cells: np.ndarray
+) -> None:
+    """Let pictures show a pressure on cells (i,): along the normal, by tangents that are read, or
+    along that of the reference.
+    """
     cell, xi = edges.middles(shape, cells)
     places = edges.sensed(draft, part, shape, cell, xi)
     if load.follower:
-        tangents = [edges.sensed(draft, part, shape, cell, xi, k, factor) for k, factor in ((1, load.pressure), (2, 1.0))]
-        draft.markers += [(load.name, "pressure", tuple(rows)) for rows in np.hstack([places, *tangents]).tolist()]
+        tangents = [
+            edges.sensed(draft, part, shape, cell, xi, k, factor)
+            for k, factor in ((1, load.pressure), (2, 1.0))
+        ]
+        draft.markers += [
+            (load.name, "pressure", tuple(rows)) for rows in np.hstack([places, *tangents]).tolist()
+        ]
         return
-    first, second = (np.asarray(surface.sample(shape, cell, xi, k) @ part.shape_reference) for k in (1, 2))
+    first, second = (
+        np.asarray(surface.sample(shape, cell, xi, k) @ part.shape_reference) for k in (1, 2)
+    )
     for place, normal in zip(places, load.pressure * np.cross(first, second), strict=True):
         show_spread(load, draft, place[None], normal)
 
@@ -371,7 +443,8 @@ def finite(load: Load, size: float) -> float:
 
 
 def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np.ndarray) -> None:
-    """Add one probe row that holds all nodal forces (b, c) [N] of a load on a plate or shell, times its history.
+    """Add one probe row that holds all nodal forces (b, c) [N] of a load on a plate or shell, times
+    its history.
 
     The row is sum_bc values_bc q_bc, its force 1. InputError where a value is not finite.
     """

@@ -1,9 +1,11 @@
-r"""Derivatives of forces on few probe rows, others in every state: the sum of L_k^T R_k on the rows of a term k.
+r"""Derivatives of forces on few probe rows, others in every state: the sum of L_k^T R_k on the rows
+of a term k.
 
     H = - c (dF/dy + gh dF/dy'),    W += sum U_k V_k^T,    U_k = P_k^T L_k^T,    V_k = P_k^T R_k^T                            (6)
 
-Forces between places that travel, as of beams that meet anywhere, have no pairs of rows that are known beforehand, and all of them
-would make W dense. In a dense W they are added; bands and blocks are factored without them, see `dynamics.compiled_step.woodbury`.
+Forces between places that travel, as of beams that meet anywhere, have no pairs of rows that are
+known beforehand, and all of them would make W dense. In a dense W they are added; bands and blocks
+are factored without them, see `dynamics.compiled_step.woodbury`.
 """
 
 from __future__ import annotations
@@ -45,7 +47,9 @@ def room(sizes: list[Size]) -> LowRank:
     """
     terms = sum(one.terms for one in sizes)
     rows, rank = (max((one[k] for one in sizes), default=0) for k in (1, 2))
-    return LowRank(np.zeros(1, np.int64), np.zeros((terms, rows), np.int64), *np.zeros((2, terms, rank, rows)))
+    return LowRank(
+        np.zeros(1, np.int64), np.zeros((terms, rows), np.int64), *np.zeros((2, terms, rank, rows))
+    )
 
 
 @jit
@@ -89,9 +93,14 @@ def add_dense(low: LowRank, P: Csr, W: np.ndarray) -> None:
 
 
 def entries(low: LowRank) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (h, 2) of probe rows and H (h,) of all terms that are used, q^2 a term; pairs come more than once and add up."""
-    count, many = int(low.used[0]), low.rows.shape[1]
+    """Pairs (h, 2) of probe rows and H (h,) of all terms that are used, q^2 a term; pairs come more
+    than once and add up.
+    """
+    count = int(low.used[0])
+    many = low.rows.shape[1]
     rows = low.rows[:count]
     # for Python, as modes and reports: a step never forms U V^T
-    pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
+    pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(
+        -1, 2
+    )
     return pairs, np.einsum("kri,krj->kij", low.left[:count], low.right[:count]).ravel()

@@ -1,12 +1,14 @@
-"""Forces on probe rows as terms: what joints' and loads' rows y = P x + y0 are pushed by, whichever force it is.
+"""Forces on probe rows as terms: what joints' and loads' rows y = P x + y0 are pushed by, whichever
+force it is.
 
     g += F(y, y', signals, memory),     H += - c (dF/dy + gh dF/dy'),     memory <- what the accepted state leaves behind
 
-A force is a struct of arrays; for its type it registers `compile_force`: a record and routines that act on it, with the pairs of
-rows in which it has derivatives. It may keep numbers from step to step, such as the turns of an angle: they belong to accepted
-states alone. Where it has a potential, that is stored energy in the balance, and the rest of it works. Where a history
-drives it, `histories` says so and `grow` lets a constant one grow with the load factor of statics.
-Nothing else asks which force it is. Most are laws (`force_laws`); `OfPython` is any function.
+A force is a struct of arrays; for its type it registers `compile_force`: a record and routines that
+act on it, with the pairs of rows in which it has derivatives. It may keep numbers from step to
+step, such as the turns of an angle: they belong to accepted states alone. Where it has a potential,
+that is stored energy in the balance, and the rest of it works. Where a history drives it,
+`histories` says so and `grow` lets a constant one grow with the load factor of statics. Nothing
+else asks which force it is. Most are laws (`force_laws`); `OfPython` is any function.
 """
 
 from __future__ import annotations
@@ -27,24 +29,41 @@ from .low_rank import NONE, Size
 
 
 class ForceRoutines(NamedTuple):
-    """What a record of forces is acted on by; each takes the table of the evaluation and the record.
+    """What a record of forces is acted on by; each takes the table of the evaluation and the
+    record.
 
     None stands for a routine that it does not need.
     """
 
     force: Routine | Callback  #: g += F
-    slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
-    accept: Routine | Callback | None = None  #: its memory in the state of the space, which is accepted
-    energy: Routine | Callback | None = None  #: energy += E and g += dE/dy, where a potential E makes F or a part of it
-    judge: Routine | Callback | None = None  #: impulse += how much too fast it changes in a step, before the state is accepted
+    slopes: Routine | Callback | None = (
+        None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
+    )
+    accept: Routine | Callback | None = (
+        None  #: its memory in the state of the space, which is accepted
+    )
+    energy: Routine | Callback | None = (
+        None  #: energy += E and g += dE/dy, where a potential E makes F or a part of it
+    )
+    judge: Routine | Callback | None = (
+        None  #: impulse += how much too fast it changes in a step, before the state is accepted
+    )
 
 
 #: where `ForceTerms` has the records that each of these routines acts on
-RECORDS = {"force": "records", "slopes": "sloped", "accept": "accepted", "energy": "stored", "judge": "judged"}
+RECORDS = {
+    "force": "records",
+    "slopes": "sloped",
+    "accept": "accepted",
+    "energy": "stored",
+    "judge": "judged",
+}
 
 
 class Place(NamedTuple):
-    """The first of the places of a force: in the derivatives H, in the memory of accepted states, and in the room of the space."""
+    """The first of the places of a force: in the derivatives H, in the memory of accepted states,
+    and in the room of the space.
+    """
 
     pair: int  #: in H
     memory: int
@@ -61,19 +80,30 @@ class Cost:
 
 @dataclass(frozen=True)
 class Force(Piece):
-    """A force for compiled code: a record, and routines that act on it; h pairs of rows, l numbers of memory."""
+    """A force for compiled code: a record, and routines that act on it; h pairs of rows, l numbers
+    of memory.
+    """
 
     routines: ForceRoutines
     name: str = "force"  #: in messages
-    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  #: (h, 2) probe rows of its derivatives
+    pairs: np.ndarray = field(
+        default_factory=lambda: np.zeros((0, 2), np.int64)
+    )  #: (h, 2) probe rows of its derivatives
     memory: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (l,) at the start
-    #: (l,) which numbers of its memory are angles, whose turns follow from their rates where states are far apart
+    #: (l,) which numbers of its memory are angles, whose turns follow from their rates where states
+    #: are far apart
     turns: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     damped: bool = False  #: whether it reads the rates y'
-    room: int = 0  #: numbers that it finds out about accepted states, on which nothing but time depends
-    alone: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))  #: rows that it alone reads, by itself
+    room: int = (
+        0  #: numbers that it finds out about accepted states, on which nothing but time depends
+    )
+    alone: np.ndarray = field(
+        default_factory=lambda: np.zeros(0, np.int64)
+    )  #: rows that it alone reads, by itself
     skew: bool = False  #: whether its derivatives on pairs are far from symmetric
-    low: Size = NONE  #: of its derivatives on rows that are others in every state, which it alone reads
+    low: Size = (
+        NONE  #: of its derivatives on rows that are others in every state, which it alone reads
+    )
     cost: Cost | None = None  #: of a function of Python
     smooth: bool = False  #: whether its derivatives jump nowhere
     reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
@@ -109,7 +139,9 @@ def grow(force: Any, signal: int) -> Any:
 
 @singledispatch
 def join(force: Any, others: Sequence[Any]) -> Sequence[Any]:
-    """Forces of one type as few as they can be, the first one and the others: all of them where the type does not register."""
+    """Forces of one type as few as they can be, the first one and the others: all of them where the
+    type does not register.
+    """
     return [force, *others]
 
 
@@ -119,7 +151,9 @@ def is_force(value: Any) -> bool:
 
 
 def joined(found: Sequence[Any]) -> tuple[Any, ...]:
-    """Forces collected one by one as few as they can be, in the order of their first ones: those of each type as `join` says."""
+    """Forces collected one by one as few as they can be, in the order of their first ones: those of
+    each type as `join` says.
+    """
     kinds: dict[type, list[Any]] = {}
     for one in found:
         kinds.setdefault(type(one), []).append(one)
@@ -128,17 +162,24 @@ def joined(found: Sequence[Any]) -> tuple[Any, ...]:
 
 @dataclass(frozen=True)
 class OfPython:
-    """F(y, y', h) of probe rows, their rates and histories, a function of Python: about 0.1 ms a call beside its own time.
+    """F(y, y', h) of probe rows, their rates and histories, a function of Python: about 0.1 ms a
+    call beside its own time.
 
     Without `slopes` its derivatives are differences. A file cannot hold it.
     """
 
     rows: np.ndarray  #: (r,) that it reads and pushes
-    function: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]  #: y (r,), y' (r,), h (i,) -> F (r,)
+    function: Callable[
+        [np.ndarray, np.ndarray, np.ndarray], np.ndarray
+    ]  #: y (r,), y' (r,), h (i,) -> F (r,)
     signals: tuple[int, ...] = ()  #: (i,) numbers of its histories
     #: y, y', h -> dF/dy, dF/dy' (r, r)
-    slopes: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
-    sizes: np.ndarray | float = 1.0  #: (r,) of rows, and of rates in a second, that differences are small beside
+    slopes: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = (
+        None
+    )
+    sizes: np.ndarray | float = (
+        1.0  #: (r,) of rows, and of rates in a second, that differences are small beside
+    )
 
     def __len__(self) -> int:
         return 1
@@ -148,9 +189,14 @@ class OfPython:
 STEP = 1e-5  #: of differences, relative to the size of the rows and rates
 
 
-def difference(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sizes: np.ndarray | float) -> np.ndarray:
-    """Derivative (i, r) of a function of x (r,) by central differences of fourth order, small beside sizes (r,) and x."""
-    columns, steps = [], STEP * np.maximum(sizes, np.abs(x))
+def difference(
+    function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sizes: np.ndarray | float
+) -> np.ndarray:
+    """Derivative (i, r) of a function of x (r,) by central differences of fourth order, small
+    beside sizes (r,) and x.
+    """
+    columns = []
+    steps = STEP * np.maximum(sizes, np.abs(x))
     for direction, h in zip(np.diag(steps), steps, strict=True):
         near, far = (function(x + k * direction) - function(x - k * direction) for k in (1, 2))
         columns.append((8 * near - far) / (12 * h))
@@ -159,9 +205,16 @@ def difference(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, size
 
 @compile_force.register
 def _(force: OfPython, place: Place) -> Force:
-    rows, count, cost = np.asarray(force.rows, np.int64), len(force.rows), Cost()
+    rows = np.asarray(force.rows, np.int64)
+    count = len(force.rows)
+    cost = Cost()
 
-    def called(y: np.ndarray, rates: np.ndarray, signals: np.ndarray, function: Callable[..., Any] = force.function) -> Any:
+    def called(
+        y: np.ndarray,
+        rates: np.ndarray,
+        signals: np.ndarray,
+        function: Callable[..., Any] = force.function,
+    ) -> Any:
         begin = clock.process_time()
         found = function(y, rates, signals)
         cost.calls, cost.seconds = cost.calls + 1, cost.seconds + clock.process_time() - begin
@@ -185,7 +238,14 @@ def _(force: OfPython, place: Place) -> Force:
         s.H[place.pair : place.pair + count**2] -= s.c[0] * (by_row + s.gh[0] * by_rate).ravel()
 
     pairs = np.stack([np.repeat(rows, count), np.tile(rows, count)], axis=1)
-    return Force(Nothing(), ForceRoutines(Callback(push), Callback(slopes)), "force of Python", pairs, damped=True, cost=cost)
+    return Force(
+        Nothing(),
+        ForceRoutines(Callback(push), Callback(slopes)),
+        "force of Python",
+        pairs,
+        damped=True,
+        cost=cost,
+    )
 
 
 @histories.register
@@ -194,13 +254,17 @@ def _(force: OfPython) -> Sequence[tuple[int, int]]:
 
 
 def cost_of(found: Sequence[Force]) -> Cost:
-    """What functions of Python among forces cost so far: the sum of their calls and of their time [s]."""
+    """What functions of Python among forces cost so far: the sum of their calls and of their time
+    [s].
+    """
     known = [one.cost for one in found if one.cost is not None]
     return Cost(sum(one.calls for one in known), sum(one.seconds for one in known))
 
 
 def addressed(found: Sequence[Force]) -> ForceTerms:
-    """Forces by address for compiled code; the caller keeps them, as the addresses point to their memory."""
+    """Forces by address for compiled code; the caller keeps them, as the addresses point to their
+    memory.
+    """
 
     def column(values: list[int]) -> np.ndarray:
         return np.array(values, dtype=np.int64)
@@ -210,4 +274,6 @@ def addressed(found: Sequence[Force]) -> ForceTerms:
         having = [one for one in found if getattr(one.routines, name) is not None]
         columns[name] = column([getattr(one.routines, name).address for one in having])
         columns[records] = column([one.address for one in having])
-    return ForceTerms(**columns, damped=any(one.damped for one in found), smooth=all(one.smooth for one in found))
+    return ForceTerms(
+        **columns, damped=any(one.damped for one in found), smooth=all(one.smooth for one in found)
+    )

@@ -1,4 +1,5 @@
-r"""One-sided laws: what acts where s > 0 only, at once or over a length e of transition, and what never becomes negative.
+r"""One-sided laws: what acts where s > 0 only, at once or over a length e of transition, and what
+never becomes negative.
 
     ramp(s) = 0,  s^2 / 2e,  s - e/2    for    s <= 0,  0 < s < e,  s >= e
 

@@ -12,8 +12,9 @@
 
     energy(at, to, stiffness)                                         besides, or in its place: F = - d energy / d vectors
 
-`act` gives pairs of a vector of a place and the force on it, whose power is force . d vector / dt. Tangents follow, exact.
-Nothing is compiled for them: a program of operations runs in compiled code. `checks.check_force` tests any load.
+`act` gives pairs of a vector of a place and the force on it, whose power is force . d vector / dt.
+Tangents follow, exact. Nothing is compiled for them: a program of operations runs in compiled code.
+`checks.check_force` tests any load.
 """
 
 from __future__ import annotations
@@ -35,12 +36,13 @@ __all__ = ["OwnForce", "norm", "turned"]
 
 
 class OwnForce(Load, ABC, word=None):
-    """Base of forces in symbols: frozen dataclasses with `act`, `energy`, or both; derivatives follow.
+    """Base of forces in symbols: frozen dataclasses with `act`, `energy`, or both; derivatives
+    follow.
 
         F = act - d energy / d vectors
 
-    InputError, when a force is used, where it has neither, a function reads what is no field, or pairs are not of a vector of a
-    place and a force on it.
+    InputError, when a force is used, where it has neither, a function reads what is no field, or
+    pairs are not of a vector of a place and a force on it.
     """
 
     resists: ClassVar[bool] = True  #: acts in modes about the unloaded reference, too
@@ -52,9 +54,11 @@ class OwnForce(Load, ABC, word=None):
 
     @staticmethod
     def act(*known: Any) -> Sequence[tuple[Any, Any]]:
-        """Pairs of a vector of a place and the force on it [N], both matrices (c,) of symbols; the power is force . d vector / dt.
+        """Pairs of a vector of a place and the force on it [N], both matrices (c,) of symbols; the
+        power is force . d vector / dt.
 
-        Arguments are fields of the class by their names, and `t`: places come as `PlaceSymbols`, numbers and histories as symbols.
+        Arguments are fields of the class by their names, and `t`: places come as `PlaceSymbols`,
+        numbers and histories as symbols.
         """
         return ()
 
@@ -75,7 +79,11 @@ class OwnForce(Load, ABC, word=None):
 @cache
 def arguments_of(kind: type[OwnForce]) -> dict[str, str]:
     """What `act` and `energy` read."""
-    own = tuple(function for function, base in ((kind.act, OwnForce.act), (kind.energy, OwnForce.energy)) if function is not base)
+    own = tuple(
+        function
+        for function, base in ((kind.act, OwnForce.act), (kind.energy, OwnForce.energy))
+        if function is not base
+    )
     if not own:
         raise InputError(say(f"class {kind.__qualname__}", "a method act or energy", "none"))
     return own_symbols.arguments_of(kind, own)
@@ -95,15 +103,28 @@ def made(kind: type[OwnForce], name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     from ...core.compiling import symbols
     from . import force_symbols as written
 
-    place, known = f"force law '{name}'", own_symbols.symbols_of(arguments_of(kind), name.partition("|")[2])
+    place = f"force law '{name}'"
+    known = own_symbols.symbols_of(arguments_of(kind), name.partition("|")[2])
     potential = symbols.scalar(f"{place}: energy", known.call(kind.energy))
     F = [-sympy.diff(potential, one) for one in written.rows(len(known.vectors))]
     for vector, force in known.call(kind.act):
         if len(vector) != len(force) or not set(vector) <= set(known.vectors):
-            raise InputError(say(f"{place}: act", "pairs of a vector of a place and a force on it", f"{vector} and {force}"))
+            raise InputError(
+                say(
+                    f"{place}: act",
+                    "pairs of a vector of a place and a force on it",
+                    f"{vector} and {force}",
+                )
+            )
         for symbol, part in zip(vector, force, strict=True):
             F[known.vectors.index(symbol)] += symbols.scalar(f"{place}: act", part)
     law, used = written.pruned(written.ForceSymbols(F, known.numbers, known.histories, potential))
     if unknown := law.unknown():
-        raise InputError(say(place, "expressions of its arguments", f"{', '.join(sorted(map(str, unknown)))} in them"))
+        raise InputError(
+            say(
+                place,
+                "expressions of its arguments",
+                f"{', '.join(sorted(map(str, unknown)))} in them",
+            )
+        )
     return written.law(name, law, partial(law_of, kind)), used

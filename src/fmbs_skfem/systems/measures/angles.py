@@ -1,4 +1,6 @@
-"""Angles that count their turns: arguments of plane vectors on a motion, and the turns made between its stored states."""
+"""Angles that count their turns: arguments of plane vectors on a motion, and the turns made between
+its stored states.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +21,17 @@ DOUBT = 1.5  #: change of an angle from one stored state to the next beside the 
 
 
 def angle_and_rates(y: Parts, rate: Parts, change: Parts) -> tuple[Part, Part, Part]:
-    """Argument of a plane vector, in (-pi, pi] [rad], and its first and second derivative [rad/s, rad/s2].
+    """Argument of a plane vector, in (-pi, pi] [rad], and its first and second derivative [rad/s,
+    rad/s2].
 
         theta' = (z_0 z_1' - z_1 z_0') / |z|^2,    theta'' = (z_0 z_1'' - z_1 z_0'' - 2 (z . z') theta') / |z|^2
 
-    `rate` and `change` are y' and y'', the components of each numbers or histories (s,), of which the vector is made as of y.
+    `rate` and `change` are y' and y'', the components of each numbers or histories (s,), of which
+    the vector is made as of y.
     """
-    (z0, z1), (r0, r1), (c0, c1) = (y, rate, change) if len(y) == 2 else plane_vectors(y, rate, change)
+    (z0, z1), (r0, r1), (c0, c1) = (
+        (y, rate, change) if len(y) == 2 else plane_vectors(y, rate, change)
+    )
     square, along = z0 * z0 + z1 * z1, z0 * r0 + z1 * r1
     speed = (z0 * r1 - z1 * r0) / square
     # numpy takes ten times as long for a number
@@ -34,12 +40,13 @@ def angle_and_rates(y: Parts, rate: Parts, change: Parts) -> tuple[Part, Part, P
 
 
 def plane_vectors(y: Parts, rate: Parts, change: Parts) -> tuple[Parts, Parts, Parts]:
-    """The plane vector z whose argument is an angle, and its two derivatives, of rows y with these derivatives.
+    """The plane vector z whose argument is an angle, and its two derivatives, of rows y with these
+    derivatives.
 
         (a . b, b x a) of two plane vectors a and b;    (u . p, u . q) of vectors in space
 
-    There are 4 rows of two arms a and b, from the second of which the angle counts; or 9 of u, and of p and q normal
-    to the axis, which another place carries.
+    There are 4 rows of two arms a and b, from the second of which the angle counts; or 9 of u, and
+    of p and q normal to the axis, which another place carries.
     """
     parts: list[tuple[Parts, tuple[Parts, Parts]]]
     if len(y) == 4:
@@ -50,7 +57,10 @@ def plane_vectors(y: Parts, rate: Parts, change: Parts) -> tuple[Parts, Parts, P
     return (
         [product(u, p) for p in w],
         [product(du, p) + product(u, dp) for p, dp in zip(w, dw, strict=True)],
-        [product(ddu, p) + 2.0 * product(du, dp) + product(u, ddp) for p, dp, ddp in zip(w, dw, ddw, strict=True)],
+        [
+            product(ddu, p) + 2.0 * product(du, dp) + product(u, ddp)
+            for p, dp, ddp in zip(w, dw, ddw, strict=True)
+        ],
     )
 
 
@@ -60,7 +70,8 @@ def product(a: Parts, b: Parts) -> Part:
 
 
 def change_between(h: Part, speed: tuple[Part, Part], acceleration: tuple[Part, Part]) -> Part:
-    """Change of an angle in times h [s] by its rates and accelerations before and behind, up to h^5 w'''' / 720.
+    """Change of an angle in times h [s] by its rates and accelerations before and behind, up to h^5
+    w'''' / 720.
 
     h / 2 (w0 + w1) + h^2 / 12 (w0' - w1')
     """
@@ -69,15 +80,23 @@ def change_between(h: Part, speed: tuple[Part, Part], acceleration: tuple[Part, 
 
 def warn_of_doubt(name: str) -> None:
     """A notice of an angle whose change errs by more than DOUBT beside the expected one."""
-    notify(f"{name}: stored states are too far apart to count the turns of the angle for certain; store more of them")
+    notify(
+        f"{name}: stored states are too far apart to count the turns of the angle for certain; store more of them"
+    )
 
 
-def continuous(name: str, times: np.ndarray, angle: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-    """An angle (s,) known but for whole turns, with the turns that its angular velocity makes between the stored states.
+def continuous(
+    name: str, times: np.ndarray, angle: np.ndarray, speed: np.ndarray, acceleration: np.ndarray
+) -> np.ndarray:
+    """An angle (s,) known but for whole turns, with the turns that its angular velocity makes
+    between the stored states.
 
-    Its change is that of `change_between`, so that states may be far apart. A notice where that leaves a doubt.
+    Its change is that of `change_between`, so that states may be far apart. A notice where that
+    leaves a doubt.
     """
-    expected = change_between(np.diff(times), (speed[:-1], speed[1:]), (acceleration[:-1], acceleration[1:]))
+    expected = change_between(
+        np.diff(times), (speed[:-1], speed[1:]), (acceleration[:-1], acceleration[1:])
+    )
     turns = np.round((expected - np.diff(angle)) / TURN)
     found = angle + TURN * np.append(0.0, np.cumsum(turns))
     if np.abs(np.diff(found) - expected).max(initial=0.0) > DOUBT:

@@ -1,12 +1,15 @@
-r"""Strains, forces and stresses of a beam with torsion and shear at places, as outputs and pictures read them.
+r"""Strains, forces and stresses of a beam with torsion and shear at places, as outputs and pictures
+read them.
 
     F = int psi' n_i d_i dS,    Gamma = A^-1 (F - B kappa),    M = B^T Gamma + D kappa,    C = (A, B; B^T, D)
 
-with components along the directors at the place. F is what the beam beyond it carries, n = dW/dGamma: psi is a step of its own
-splines, and moving all that is beyond is one of the motions for which the equations hold, see `cable_sections`. M has the error of
-the curvatures at the place, and none of shear strains, which are not known between the points that do not lock.
+with components along the directors at the place. F is what the beam beyond it carries, n =
+dW/dGamma: psi is a step of its own splines, and moving all that is beyond is one of the motions for
+which the equations hold, see `cable_sections`. M has the error of the curvatures at the place, and
+none of shear strains, which are not known between the points that do not lock.
 
-Stresses are those of Saint-Venant at the contour of the section, linear in S = (N, V_y, V_z, T, M_y, M_z), see `section_constants`.
+Stresses are those of Saint-Venant at the contour of the section, linear in S = (N, V_y, V_z, T,
+M_y, M_z), see `section_constants`.
 """
 
 from __future__ import annotations
@@ -33,11 +36,29 @@ from ...shapes import line
 from ..places import At
 from .cable_sections import NOISE, between, steps_near
 
-FORCES = {"N": "N", "Vy": "N", "Vz": "N", "T": "N m", "My": "N m", "Mz": "N m"}  #: components of S and their units
-STRAINS = {"axial": "", "shear_y": "", "shear_z": "", "torsion": "1/m", "curvature_y": "1/m", "curvature_z": "1/m"}
+FORCES = {
+    "N": "N",
+    "Vy": "N",
+    "Vz": "N",
+    "T": "N m",
+    "My": "N m",
+    "Mz": "N m",
+}  #: components of S and their units
+STRAINS = {
+    "axial": "",
+    "shear_y": "",
+    "shear_z": "",
+    "torsion": "1/m",
+    "curvature_y": "1/m",
+    "curvature_z": "1/m",
+}
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
-HEAD = 2 + 36 + 3  #: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
-EACH = 18 + 6 + 1  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
+HEAD = (
+    2 + 36 + 3
+)  #: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
+EACH = (
+    18 + 6 + 1
+)  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
 SWEPT = 101  #: places of a beam at which its section is drawn
 OFF = 0.05  #: part of the size of a contour by which a point may miss it
 
@@ -58,7 +79,8 @@ class Sections:
         count, places = len(u), len(self.stiffness)
         vectors = u.reshape(count, -1, 3)
         here, there = (
-            part.reshape(count, ROWS, -1, 3).transpose(1, 3, 0, 2) for part in np.split(vectors, [ROWS * places], axis=1)
+            part.reshape(count, ROWS, -1, 3).transpose(1, 3, 0, 2)
+            for part in np.split(vectors, [ROWS * places], axis=1)
         )
         stress = np.einsum("pij,jsp->isp", self.coupled, strains(there)[:6] - self.known.T[:, None])
         carried = np.einsum("isp,icsp->csp", stress, there[1:FIELDS])
@@ -73,10 +95,13 @@ class Sections:
 
 
 def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
-    """Rows (8 x + 8 p, b) of r, directors and their slopes at parameters (x,) of a beam and at p points; their numbers."""
+    """Rows (8 x + 8 p, b) of r, directors and their slopes at parameters (x,) of a beam and at p
+    points; their numbers.
+    """
     assert part.cells is not None
     assert part.profile is not None
-    section, breaks = part.cells.section, line.breaks(part.space)
+    section = part.cells.section
+    breaks = line.breaks(part.space)
     _, points, count = section.shape
     cell = np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, count - 1)
     near = lru_cache(maxsize=2)(partial(steps_near, part, slope=1))  # places come in a row
@@ -91,16 +116,23 @@ def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
     used = np.unique(shares.indices)
     e, p = np.divmod(used, points)
     there = line.tabulate(part.space, points).points[e, p]
-    here, known = vectors(part, xi), section[:, p, e]
+    here = vectors(part, xi)
+    known = section[:, p, e]
     curvature = strains((here @ part.reference).reshape(ROWS, -1, 3).transpose(0, 2, 1))[3:6].T
     numbers = Sections(
-        part.profile.at(xi)[0], curvature, as_csr(shares[:, used]), matrices(known)[:, :3], known[FIRST : FIRST + 6].T
+        part.profile.at(xi)[0],
+        curvature,
+        as_csr(shares[:, used]),
+        matrices(known)[:, :3],
+        known[FIRST : FIRST + 6].T,
     )
     return as_csr(vstack([here, vectors(part, there)])), numbers
 
 
 def with_all_points(part: Body) -> Body:
-    """A part of a beam with the quadrature points of its full body, which its section and its reference tell."""
+    """A part of a beam with the quadrature points of its full body, which its section and its
+    reference tell.
+    """
     read = read_by_cells(part)
     assert part.cells is not None
     assert part.profile is not None
@@ -133,12 +165,16 @@ def swept_line(part: Body, spread: Callable[[csr_array], csr_array]) -> SweptLin
 def matrices(section: np.ndarray) -> np.ndarray:
     """C (..., 6, 6) of sections (i, ...)."""
     C = np.zeros((*section.shape[1:], 6, 6))
-    C[..., UPPER[0], UPPER[1]] = C[..., UPPER[1], UPPER[0]] = np.moveaxis(section[: len(UPPER[0])], 0, -1)
+    C[..., UPPER[0], UPPER[1]] = C[..., UPPER[1], UPPER[0]] = np.moveaxis(
+        section[: len(UPPER[0])], 0, -1
+    )
     return C
 
 
 def vectors(part: Body, xi: np.ndarray) -> csr_array:
-    """Rows (8 x, b) of r, d_1, d_2, d_3 at parameters (x,) of a beam, then of their derivatives by arc length."""
+    """Rows (8 x, b) of r, d_1, d_2, d_3 at parameters (x,) of a beam, then of their derivatives by
+    arc length.
+    """
     assert part.spread is not None
     values, slopes = line.sample(part.space, xi), line.sample(part.space, xi, 1)
     slopes = diags_array(1.0 / np.linalg.norm(slopes @ part.shape_reference, axis=1)) @ slopes
@@ -159,8 +195,11 @@ def counts(parameters: tuple[float, ...]) -> tuple[int, int]:
     return 3 * ROWS * (1 + points), numbers + EACH * points
 
 
-def beam_point(part: Body, at: At, functionals: np.ndarray | None = None) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (8 + 8 p, b) of `sections` at a place of a beam; its parameters, with `functionals` (m, 6) of S.
+def beam_point(
+    part: Body, at: At, functionals: np.ndarray | None = None
+) -> tuple[csr_array, tuple[float, ...]]:
+    """Rows (8 + 8 p, b) of `sections` at a place of a beam; its parameters, with `functionals` (m,
+    6) of S.
 
     Those of a part are read from its shape functions at the points of its full body.
     """
@@ -171,36 +210,69 @@ def beam_point(part: Body, at: At, functionals: np.ndarray | None = None) -> tup
     shares[one.shares.indices] = one.shares.data
     each = np.column_stack([one.coupled.reshape(-1, 18), one.known, shares])
     head = (own, one.stiffness, one.curvature, each)
-    return rows, (float(number(Law.BEAM)), float(len(own)), *(value for part in head for value in part.ravel().tolist()))
+    return rows, (
+        float(number(Law.BEAM)),
+        float(len(own)),
+        *(value for part in head for value in part.ravel().tolist()),
+    )
 
 
 def place_of(where: str, part: Body, at: At) -> float:
     """The parameter xi of a place of a beam in full; InputError, after `where`, for another one."""
     if part.directors is None:
-        raise InputError(say(where, "a place of a beam (type: beam)", f"{at}, of another body", "take section_forces there"))
+        raise InputError(
+            say(
+                where,
+                "a place of a beam (type: beam)",
+                f"{at}, of another body",
+                "take section_forces there",
+            )
+        )
     if part.shapes is not None:
-        raise InputError(say(where, "a place of a beam in full", f"{at} of a trained part", "read it in the full model"))
+        raise InputError(
+            say(
+                where,
+                "a place of a beam in full",
+                f"{at} of a trained part",
+                "read it in the full model",
+            )
+        )
     return float(locate(part, at.place))  # type: ignore[arg-type]
 
 
-def read_place(parameters: tuple[float, ...], u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Strains (6, s), S (6, s) [N, N m] and functionals of S (m, s) of rows u (s, 3 (8 + 8 p)) that `beam_point` gives."""
+def read_place(
+    parameters: tuple[float, ...], u: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Strains (6, s), S (6, s) [N, N m] and functionals of S (m, s) of rows u (s, 3 (8 + 8 p)) that
+    `beam_point` gives.
+    """
     many = 6 * int(parameters[1])
     own, C, curvature, rest = np.split(np.array(parameters[2:]), [many, many + 36, many + 39])
     each = rest.reshape(-1, EACH)
     shares = csr_array(each[:, -1][None])
-    found = Sections(C.reshape(1, 6, 6), curvature[None], shares, each[:, :18].reshape(-1, 3, 6), each[:, 18:24]).read(u)
+    found = Sections(
+        C.reshape(1, 6, 6), curvature[None], shares, each[:, :18].reshape(-1, 3, 6), each[:, 18:24]
+    ).read(u)
     strain, force = (part[..., 0] for part in found)
     return strain, force, own.reshape(-1, 6) @ force
 
 
 # ---------------------------------------------------------------------------------------------------- stresses at the contour
 def contour(where: str, part: Body) -> Profile:
-    """The contour of a beam; InputError, after `where`, where its section is known by its matrices alone."""
+    """The contour of a beam; InputError, after `where`, where its section is known by its matrices
+    alone.
+    """
     assert part.profile is not None
     if not part.profile.points.size:
         got = f"'{part.name}', whose section is known by its stiffness alone"
-        raise InputError(say(where, "a beam whose contour is known", got, "give it a shape and a material, or read section_forces"))
+        raise InputError(
+            say(
+                where,
+                "a beam whose contour is known",
+                got,
+                "give it a shape and a material, or read section_forces",
+            )
+        )
     return part.profile
 
 
@@ -212,19 +284,33 @@ class ContourPoint:
     place: tuple[float, float]  #: y and z [m]
 
 
-def contour_point(where: str, profile: Profile, xi: float, wanted: tuple[float, ...]) -> ContourPoint:
-    """The point of the contour that is nearest to y and z [m]; InputError where it is farther than `OFF` of the size."""
+def contour_point(
+    where: str, profile: Profile, xi: float, wanted: tuple[float, ...]
+) -> ContourPoint:
+    """The point of the contour that is nearest to y and z [m]; InputError where it is farther than
+    `OFF` of the size.
+    """
     _, (points,), (unit,) = profile.at(np.array([xi]))
     start = np.concatenate([np.arange(len(points))[loop] for loop in profile.loops])
     end = np.concatenate([np.roll(np.arange(len(points))[loop], -1) for loop in profile.loops])
-    along, aim = points[end] - points[start], np.asarray(wanted, dtype=float)
-    share = (np.sum((aim - points[start]) * along, axis=1) / np.sum(along**2, axis=1)).clip(0.0, 1.0)
+    along = points[end] - points[start]
+    aim = np.asarray(wanted, dtype=float)
+    share = (np.sum((aim - points[start]) * along, axis=1) / np.sum(along**2, axis=1)).clip(
+        0.0, 1.0
+    )
     nearest = points[start] + share[:, None] * along
     k = int(np.linalg.norm(nearest - aim, axis=1).argmin())
     y, z = nearest[k].tolist()
     if np.linalg.norm(nearest[k] - aim) > OFF * float(np.ptp(points, axis=0).max()):
         shown = f"({aim[0]:.4g}, {aim[1]:.4g}) m"
-        raise InputError(say(f"{where}.point", "a point of the contour", shown, f"the nearest one is ({y:.4g}, {z:.4g}) m"))
+        raise InputError(
+            say(
+                f"{where}.point",
+                "a point of the contour",
+                shown,
+                f"the nearest one is ({y:.4g}, {z:.4g}) m",
+            )
+        )
     there = (1.0 - share[k]) * unit[..., start[k]] + share[k] * unit[..., end[k]]
     tangent = along[k] / np.linalg.norm(along[k])
     return ContourPoint(np.stack([there[0], tangent @ there[1:]]), (y, z))

@@ -2,13 +2,16 @@ r"""Axial force and bending moment of a cable at a place, as outputs read them.
 
     N = F . t,    F = int psi' dW/dr' + psi'' dW/dr'' dS,    M = EI (kappa - kappa0) at the place                              (1)
 
-F is the force that the line beyond a place carries. psi is a step of the line's own functions, 0 before the place and 1 beyond, so
-that moving all that is beyond by a constant is one of the motions for which the equations hold: F is the sum of all loads and
-inertia there, weighted by the step, to the last digit on the coarsest mesh. EA times the strain at a point is not: what bends far
-and hardly stretches locks on coarse meshes, and its strain, which EA multiplies, alternates within every cell.
+F is the force that the line beyond a place carries. psi is a step of the line's own functions, 0
+before the place and 1 beyond, so that moving all that is beyond by a constant is one of the motions
+for which the equations hold: F is the sum of all loads and inertia there, weighted by the step, to
+the last digit on the coarsest mesh. EA times the strain at a point is not: what bends far and
+hardly stretches locks on coarse meshes, and its strain, which EA multiplies, alternates within
+every cell.
 
-Two steps are taken, with their centres c = int xi psi' on either side of the place, and what is linear between them is exact. Of a
-part, whose functions reach over all of it, N is EA times the strain.
+Two steps are taken, with their centres c = int xi psi' on either side of the place, and what is
+linear between them is exact. Of a part, whose functions reach over all of it, N is EA times the
+strain.
 """
 
 from __future__ import annotations
@@ -42,14 +45,22 @@ def counts(parameters: tuple[float, ...], dim: int) -> tuple[int, int]:
 
 
 def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (2 + 2 p, b) of r' and r'' by reference arc length, at a place of a cable and at the p points of (1); its parameters.
+    """Rows (2 + 2 p, b) of r' and r'' by reference arc length, at a place of a cable and at the p
+    points of (1); its parameters.
 
-    Parameters are the law, EA [N], EI [N m2] and kappa0 [1/m] of the place, and five numbers a point, see `EACH`. InputError, after
-    `where`, where `at` is no place of a cable with a law of this package.
+    Parameters are the law, EA [N], EI [N m2] and kappa0 [1/m] of the place, and five numbers a
+    point, see `EACH`. InputError, after `where`, where `at` is no place of a cable with a law of
+    this package.
     """
     xi = locate(part, at.place) if isinstance(part.space, line.BSpline | line.Hermite) else None
     if part.cells is None or part.cells.law not in laws.CABLES or not isinstance(xi, float | int):
-        raise InputError(say(where, "a place of a cable with a law of this package, or a named point of a plate", at))
+        raise InputError(
+            say(
+                where,
+                "a place of a cable with a law of this package, or a named point of a plate",
+                at,
+            )
+        )
     law, section = part.cells.law, part.cells.section
     breaks = line.breaks(part.space)
     cell = int(np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, section.shape[2] - 1))
@@ -61,45 +72,71 @@ def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float,
     points = line.tabulate(part.space, section.shape[1]).points[cells]
     here, there = derivatives(part, np.array([float(xi)])), derivatives(part, points[e, p])
     kappa0 = cable_law.curvatures(law.option, part.dim, (here @ part.reference).reshape(1, -1))
-    EA, EI = section[:2, :, cell].mean(axis=1) if part.profile is None else part.profile.at(np.array([xi]))[0][0, [0, 4], [0, 4]]
+    EA, EI = (
+        section[:2, :, cell].mean(axis=1)
+        if part.profile is None
+        else part.profile.at(np.array([xi]))[0][0, [0, 4], [0, 4]]
+    )
     known = section[:, p, cells[e]]
     each = np.column_stack([*known[:3], known[3] * psi[0, e, p], known[3] * psi[1, e, p]])
-    parameters = (float(laws.number(law)), float(EA), float(EI), float(kappa0[0]), *(float(value) for value in each.ravel()))
+    parameters = (
+        float(laws.number(law)),
+        float(EA),
+        float(EI),
+        float(kappa0[0]),
+        *(float(value) for value in each.ravel()),
+    )
     return csr_array(vstack([here, there])), parameters
 
 
 def derivatives(part: Body, xi: np.ndarray) -> csr_array:
-    """Rows (2 x, b) of r' and of r'' by reference arc length at parameters (x,) of a line, all r' first."""
+    """Rows (2 x, b) of r' and of r'' by reference arc length at parameters (x,) of a line, all r'
+    first.
+    """
     first, second = (own(part, line.sample(part.space, xi, k)) for k in (1, 2))
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
     slope = diags_array(1 / J) @ first
-    bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
+    bend = (
+        diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
+    )
     return csr_array(vstack([slope, bend]))
 
 
 def steps_near(part: Body, cell: int, slope: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cells (e,) around one; what its table has (k, 2, e, p) of steps psi between functions near it; their centres (k,) in xi.
+    """Cells (e,) around one; what its table has (k, 2, e, p) of steps psi between functions near
+    it; their centres (k,) in xi.
 
     `slope` is the row of the table that gives psi'.
     """
     assert isinstance(part.space, line.BSpline | line.Hermite)
     assert part.cells is not None
-    nodes, one = line.functions(part.space), line.fit(part.space, unit_field)[:, 0]
-    order, last = nodes.shape[1], len(nodes) - 1
+    nodes = line.functions(part.space)
+    one = line.fit(part.space, unit_field)[:, 0]
+    order = nodes.shape[1]
+    last = len(nodes) - 1
     near = np.unique(nodes[max(0, cell - order) : cell + order + 1])
     cells = np.arange(max(0, cell - 2 * order), min(last, cell + 2 * order) + 1)
-    inner = near[(near >= 2) & (near <= len(one) - 2) & (one[near] > 0.5)]  # without slope at the ends, which joints may hold
+    inner = near[
+        (near >= 2) & (near <= len(one) - 2) & (one[near] > 0.5)
+    ]  # without slope at the ends, which joints may hold
     first = inner if part.shapes is None else inner[:0]  # functions of a part move nothing alone
     shares = one[nodes[cells]] * (nodes[cells] >= first[:, None, None])
     steps = np.einsum("ipbe,keb->kiep", part.cells.table[:, :, :, cells], shares)
     weight = part.cells.section[-1][:, cells].T
-    centers = np.einsum("ep,kep,ep->k", weight, steps[:, slope], line.tabulate(part.space, weight.shape[1]).points[cells])
+    centers = np.einsum(
+        "ep,kep,ep->k",
+        weight,
+        steps[:, slope],
+        line.tabulate(part.space, weight.shape[1]).points[cells],
+    )
     return cells, steps, centers
 
 
 def between(centers: np.ndarray, xi: float) -> np.ndarray:
-    """Weights (k,) of steps with rising centres (k,) in a value at xi: linear between the two around it, and beyond the ends."""
+    """Weights (k,) of steps with rising centres (k,) in a value at xi: linear between the two
+    around it, and beyond the ends.
+    """
     weights = np.zeros(len(centers))
     if len(centers) < 2:
         return weights + 1.0
@@ -110,11 +147,13 @@ def between(centers: np.ndarray, xi: float) -> np.ndarray:
 
 
 def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list[np.ndarray]:
-    """N [N] and M [N m], (s,) each, in space with the components of M, of rows u (s, (2 + 2 p) c) that `cable_point` gives.
+    """N [N] and M [N m], (s,) each, in space with the components of M, of rows u (s, (2 + 2 p) c)
+    that `cable_point` gives.
 
         N = F . r' / |r'|,    F = sum_p w psi' dW/dr' + w psi'' dW/dr'',    M = l^(2 - m) EI (kappa - kappa0)
 
-    In space M is about the binormal r' x r'', zero where the line is straight. Without points N is that of the strain at the place.
+    In space M is about the binormal r' x r'', zero where the line is straight. Without points N is
+    that of the strain at the place.
     """
     number, EA, EI, kappa0 = parameters[:HEAD]
     slope, bend = u[:, :dim], u[:, dim : 2 * dim]
@@ -122,7 +161,9 @@ def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list
     N, M = cable_law.section_forces(n, dim, (EA, EI), kappa0, u[:, : 2 * dim])
     if len(parameters) > HEAD:
         EAs, EIs, kappas, first, second = np.reshape(parameters[HEAD:], (-1, EACH)).T
-        gradients = np.concatenate(np.split(u[:, 2 * dim :].reshape(len(u), -1, dim), 2, axis=1), axis=2)
+        gradients = np.concatenate(
+            np.split(u[:, 2 * dim :].reshape(len(u), -1, dim), 2, axis=1), axis=2
+        )
         S1, S2 = cable_law.stresses(n, dim, (EAs, EIs), kappas, gradients)
         force = np.einsum("p,spc->sc", first, S1) + np.einsum("p,spc->sc", second, S2)
         N = np.einsum("sc,sc->s", force, slope) / np.linalg.norm(slope, axis=1)
@@ -130,5 +171,7 @@ def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list
         return [N, M]
     normal = np.cross(slope, bend)
     size = np.linalg.norm(normal, axis=1)
-    binormal = np.divide(normal, size[:, None], out=np.zeros_like(normal), where=size[:, None] > 0.0)
+    binormal = np.divide(
+        normal, size[:, None], out=np.zeros_like(normal), where=size[:, None] > 0.0
+    )
     return [N, M, *(M[:, None] * binormal).T]

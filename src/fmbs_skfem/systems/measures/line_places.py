@@ -17,7 +17,8 @@ from .probes import Probe, Sensed, Sizes
 
 @dataclass(frozen=True)
 class Slide(Probe):
-    """Place s [m] on its line of a joint that slides, and its rate [m/s] along the line, in the columns NAME and NAME_rate.
+    """Place s [m] on its line of a joint that slides, and its rate [m/s] along the line, in the
+    columns NAME and NAME_rate.
 
     s is the arc length from the start of the line in the reference.
 
@@ -28,7 +29,9 @@ class Slide(Probe):
     calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
-        rows = draft.layout.read(f"output '{name}'", coordinate_in(f"output '{name}'.joint", draft, self.joint))[[0]]
+        rows = draft.layout.read(
+            f"output '{name}'", coordinate_in(f"output '{name}'.joint", draft, self.joint)
+        )[[0]]
         return self.output(draft, (name, f"{name}_rate"), [rows])
 
     def variables(self, dim: int) -> Mapping[str, str]:

@@ -19,10 +19,12 @@ from .probes import Formula, Probe, Sensed, Sizes
 
 @dataclass(frozen=True)
 class Rotation(Probe):
-    """Rotation matrix R of a place since the reference [-], row by row: NAME_xx, NAME_xy, ..., where NAME_xy is x of the y axis.
+    """Rotation matrix R of a place since the reference [-], row by row: NAME_xx, NAME_xy, ...,
+    where NAME_xy is x of the y axis.
 
-    Column j is the vector that was the axis j of the scene in the reference, as the place takes it along: a frame or a section of
-    a beam turns it, R^T R = 1, the slope of a line in the plane stretches it as well.
+    Column j is the vector that was the axis j of the scene in the reference, as the place takes it
+    along: a frame or a section of a beam turns it, R^T R = 1, the slope of a line in the plane
+    stretches it as well.
 
     {type: rotation, at: rotor.frame}
     """
@@ -31,10 +33,16 @@ class Rotation(Probe):
     calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
-        layout, axes = draft.layout, AXES[: draft.layout.dim]
-        carried = vstack([rows_of(f"output '{name}'", layout, self.at, axis) for axis in np.eye(layout.dim)], format="csr")
+        layout = draft.layout
+        axes = AXES[: draft.layout.dim]
+        carried = vstack(
+            [rows_of(f"output '{name}'", layout, self.at, axis) for axis in np.eye(layout.dim)],
+            format="csr",
+        )
         by_row = np.arange(len(axes) ** 2).reshape(len(axes), -1).T.ravel()
-        return self.output(draft, tuple(f"{name}_{i}{j}" for i in axes for j in axes), [carried[by_row]])
+        return self.output(
+            draft, tuple(f"{name}_{i}{j}" for i in axes for j in axes), [carried[by_row]]
+        )
 
     def variables(self, dim: int) -> Mapping[str, str]:
         return {f"{i}{j}": self.unit for i in AXES[:dim] for j in AXES[:dim]}

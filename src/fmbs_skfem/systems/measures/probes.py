@@ -1,7 +1,9 @@
-"""Outputs by name: what a scene wants to know over time. Vector outputs B have the columns B_x, B_y (, B_z).
+"""Outputs by name: what a scene wants to know over time. Vector outputs B have the columns B_x, B_y
+(, B_z).
 
-Every column has a name of its own, and none is called `t`, which is the first one of every table. An output of one's own is a
-frozen dataclass of the family `Probe`, with what it reads (`sense`), what it makes of that on a motion (`evaluate`), and its unit.
+Every column has a name of its own, and none is called `t`, which is the first one of every table.
+An output of one's own is a frozen dataclass of the family `Probe`, with what it reads (`sense`),
+what it makes of that on a motion (`evaluate`), and its unit.
 """
 
 from __future__ import annotations
@@ -31,18 +33,38 @@ from .angles import Parts, angle_and_rates, continuous
 from .surface_points import counts, recovered, surface_point
 
 TIME = "t"  #: the first column of every table
-PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
+PARALLEL = (
+    1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
+)
 #: first words of the coordinates of a joint along which reactions are forces
 FORCES = "x", "y", "z", "normal", "length", "node", "thrust"
-MOMENTS = "angle", "torque", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
-Argument: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]  #: an angle (s,) and its first and second derivative
-Formula: TypeAlias = Callable[[Parts, Parts, Parts], Sequence[Any]]  #: columns by components of rows and their two derivatives
-Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
+MOMENTS = (
+    "angle",
+    "torque",
+    "axis",
+    "axes",
+    "slope",
+    "teeth",
+    "mx",
+    "my",
+    "mz",
+)  #: and about which they are moments
+Argument: TypeAlias = tuple[
+    np.ndarray, np.ndarray, np.ndarray
+]  #: an angle (s,) and its first and second derivative
+Formula: TypeAlias = Callable[
+    [Parts, Parts, Parts], Sequence[Any]
+]  #: columns by components of rows and their two derivatives
+Sizes: TypeAlias = tuple[
+    int | None, int | None, int | None
+]  #: numbers of rows, columns and parameters; None for any
 
 
 @dataclass(frozen=True)
 class Sensed:
-    """What the output `name` reads of a motion of s states: its i sensor rows over time, and what they cannot say."""
+    """What the output `name` reads of a motion of s states: its i sensor rows over time, and what
+    they cannot say.
+    """
 
     name: str
     dim: int
@@ -51,11 +73,15 @@ class Sensed:
     rates: np.ndarray  #: (s, i)
     accelerations: np.ndarray  #: (s, i)
     energies: Callable[[], np.ndarray]  #: kinetic, strain, potential and balance (s, 4) [J]
-    reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
+    reactions: Callable[
+        [], dict[tuple[str, str], np.ndarray]
+    ]  #: forces of constraint rows (s,) by joint and coordinate
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
     forces: tuple[Any, ...]  #: what makes these, see `forces`
     signals: Callable[[], np.ndarray]  #: functions of time of the system (s, k)
-    way: tuple[np.ndarray, np.ndarray] | None = None  #: rows (p, i) on the way between equilibria, and where these are (s,)
+    way: tuple[np.ndarray, np.ndarray] | None = (
+        None  #: rows (p, i) on the way between equilibria, and where these are (s,)
+    )
 
 
 class Probe(Declared, ABC):
@@ -65,15 +91,27 @@ class Probe(Declared, ABC):
     """
 
     unit: ClassVar[str] = ""  #: SI unit of its columns
-    known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
-    on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
-    of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
-    #: numbers of columns that are 0 where nothing is to be said, and jump there: errors count where both motions have them
+    known_to_all: ClassVar[bool] = (
+        True  #: whether every reduced model knows it, so that their histories are drawn together
+    )
+    on_largest: ClassVar[bool] = (
+        False  #: whether errors of columns count relative to the largest of them
+    )
+    of_motions: ClassVar[
+        tuple[str, ...]
+    ] = ()  #: parts that a whole motion has, and no instant of it
+    #: numbers of columns that are 0 where nothing is to be said, and jump there: errors count where
+    #: both motions have them
     pausing: ClassVar[tuple[int, ...]] = ()
-    counted: ClassVar[tuple[int, ...]] = ()  #: numbers of columns that count from the first state of a motion: turns, energies
-    #: what it may call of `Sensed` beside `energies`: while a run goes, nothing else is found of states that are not kept
+    counted: ClassVar[
+        tuple[int, ...]
+    ] = ()  #: numbers of columns that count from the first state of a motion: turns, energies
+    #: what it may call of `Sensed` beside `energies`: while a run goes, nothing else is found of
+    #: states that are not kept
     calls: ClassVar[tuple[Literal["reactions", "pushes"], ...]] = ("reactions", "pushes")
-    balances: ClassVar[bool] = False  #: whether its columns balance forces of the model, whose round-off they carry
+    balances: ClassVar[bool] = (
+        False  #: whether its columns balance forces of the model, whose round-off they carry
+    )
 
     @abstractmethod
     def sense(self, name: str, draft: Draft) -> Output:
@@ -99,23 +137,29 @@ class Probe(Declared, ABC):
 
     @staticmethod
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
-        """What `variables` names, in symbols of its rows (i,), their rates and its parameters, in the same order.
+        """What `variables` names, in symbols of its rows (i,), their rates and its parameters, in
+        the same order.
 
         y, v and numbers are matrices of symbols; forces are differentiated through it.
         """
         return ()
 
     @classmethod
-    def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument | None:
-        """The angle (s,) [rad] of its rows (s, i), but for whole turns, and its two derivatives; None of outputs without one.
+    def angle(
+        cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray
+    ) -> Argument | None:
+        """The angle (s,) [rad] of its rows (s, i), but for whole turns, and its two derivatives;
+        None of outputs without one.
 
-        Its turns are counted then. `rate` and `change` are the first and the second derivative of the rows y (s, i).
+        Its turns are counted then. `rate` and `change` are the first and the second derivative of
+        the rows y (s, i).
         """
         return None
 
     @classmethod
     def formula(cls, output: Output, dim: int) -> Formula | None:
-        """Its columns as a function of its rows, their rates and accelerations in one state; None where there is more to them.
+        """Its columns as a function of its rows, their rates and accelerations in one state; None
+        where there is more to them.
 
         An angle that counts its turns is given but for these, with its two derivatives behind it.
         """
@@ -128,13 +172,18 @@ class Probe(Declared, ABC):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        """How many rows, columns and parameters it has in a file; LookupError where a parameter is wrong."""
+        """How many rows, columns and parameters it has in a file; LookupError where a parameter is
+        wrong.
+        """
         return None, None, None
 
-    def output(self, draft: Draft, columns: tuple[str, ...], rows: Sequence[Matrix] = (), **more: Any) -> Output:
+    def output(
+        self, draft: Draft, columns: tuple[str, ...], rows: Sequence[Matrix] = (), **more: Any
+    ) -> Output:
         """The output with sensor rows (i, q) of its own, which are added to the draft.
 
-        `columns` are names of its columns, `rows` blocks of rows on the body coordinates, `more` other fields of `Output`.
+        `columns` are names of its columns, `rows` blocks of rows on the body coordinates, `more`
+        other fields of `Output`.
         """
         first = draft.sensors.count
         for block in rows:
@@ -151,13 +200,21 @@ def kind_of(output: Output) -> type[Probe]:
         if output.kind in kind.words:
             return kind
     expected = f"one of {listed(Probe.known, output.kind)}"
-    raise InputError(say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first"))
+    raise InputError(
+        say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first")
+    )
 
 
 def formula_of(output: Output, dim: int) -> Formula | None:
-    """The formula of an output; None where it has none, and where its class evaluates itself otherwise than the formula says."""
-    kind, family = kind_of(output), type.mro(kind_of(output))
-    by, written = (next(k for k, one in enumerate(family) if name in vars(one)) for name in ("evaluate", "formula"))
+    """The formula of an output; None where it has none, and where its class evaluates itself
+    otherwise than the formula says.
+    """
+    kind = kind_of(output)
+    family = type.mro(kind_of(output))
+    by, written = (
+        next(k for k, one in enumerate(family) if name in vars(one))
+        for name in ("evaluate", "formula")
+    )
     return kind.formula(output, dim) if written <= by else None
 
 
@@ -166,16 +223,21 @@ def calls_of(outputs: Mapping[str, Output]) -> set[str]:
     return {call for one in outputs.values() for call in kind_of(one).calls}
 
 
-def counted_angle(kind: type[Probe], output: Output, sensed: Sensed) -> tuple[np.ndarray, np.ndarray]:
+def counted_angle(
+    kind: type[Probe], output: Output, sensed: Sensed
+) -> tuple[np.ndarray, np.ndarray]:
     """The angle (s,) [rad] of an output with its whole turns, and its rate (s,) [rad/s].
 
-    Turns are counted on the way between equilibria, where that is known, or by the rates of a motion, see `angles.continuous`.
+    Turns are counted on the way between equilibria, where that is known, or by the rates of a
+    motion, see `angles.continuous`.
     """
     found = kind.angle(output, sensed.values, sensed.rates, sensed.accelerations)
     assert found is not None
     angle, speed, acceleration = found
     if sensed.way is None:
-        return continuous(f"output '{sensed.name}'", sensed.times, angle, speed, acceleration), speed
+        return continuous(
+            f"output '{sensed.name}'", sensed.times, angle, speed, acceleration
+        ), speed
     y, kept = sensed.way
     passed = kind.angle(output, y, still := np.zeros_like(y), still)
     assert passed is not None
@@ -183,11 +245,13 @@ def counted_angle(kind: type[Probe], output: Output, sensed: Sensed) -> tuple[np
 
 
 def largest_turn(system: System, before: np.ndarray, after: np.ndarray) -> float:
-    """Most that an angle of the outputs turns from one state (n,) to another (n,), up to half a turn [rad].
+    """Most that an angle of the outputs turns from one state (n,) to another (n,), up to half a
+    turn [rad].
 
     0 without outputs that count turns.
     """
-    sensors, largest = system.sensors, 0.0
+    sensors = system.sensors
+    largest = 0.0
     counted = [(one, kind) for one in system.outputs.values() if (kind := kind_of(one)).counted]
     if not counted:
         return largest
@@ -210,22 +274,42 @@ def units(name: str, output: Output) -> tuple[str, ...]:
 
 def column_units(outputs: Mapping[str, Output]) -> dict[str, str]:
     """The SI unit of every column of outputs, by the name of the column; empty where it has none."""
-    return {column: unit for name, one in outputs.items() for column, unit in zip(one.columns, units(name, one), strict=True)}
+    return {
+        column: unit
+        for name, one in outputs.items()
+        for column, unit in zip(one.columns, units(name, one), strict=True)
+    }
 
 
 def column_labels(outputs: Mapping[str, Output]) -> dict[str, str]:
-    """What columns are, by name, whose names do not say it, such as the axis of a moment; other columns are left out."""
-    return {column: label for one in outputs.values() for column, label in zip(one.columns, one.labels, strict=False) if label}
+    """What columns are, by name, whose names do not say it, such as the axis of a moment; other
+    columns are left out.
+    """
+    return {
+        column: label
+        for one in outputs.values()
+        for column, label in zip(one.columns, one.labels, strict=False)
+        if label
+    }
 
 
 def require_distinct_columns(outputs: Mapping[str, Output]) -> None:
-    """InputError that names the outputs where two columns have the same name, or one that of the time."""
+    """InputError that names the outputs where two columns have the same name, or one that of the
+    time.
+    """
     owner = {TIME: ""}
     for name, output in outputs.items():
         for column in output.columns:
             if column in owner:
                 of = f"one of '{owner[column]}'" if owner[column] else "the time in every table"
-                raise InputError(say(f"output '{name}'", "columns of its own", f"'{column}', which is also {of}", "rename one"))
+                raise InputError(
+                    say(
+                        f"output '{name}'",
+                        "columns of its own",
+                        f"'{column}', which is also {of}",
+                        "rename one",
+                    )
+                )
             owner[column] = name
 
 
@@ -239,7 +323,9 @@ def columns_of(values: np.ndarray) -> list[np.ndarray]:
 
 @dataclass(frozen=True)
 class PointProbe(Probe, ABC):
-    """A vector at a point: one column a coordinate, or one `component` alone in a column of the output's own name."""
+    """A vector at a point: one column a coordinate, or one `component` alone in a column of the
+    output's own name.
+    """
 
     at: fields.Place
     component: Component | None = None
@@ -252,11 +338,14 @@ class PointProbe(Probe, ABC):
             yield "component", Problem("x or y in the plane", "'z'")
 
     def sense(self, name: str, draft: Draft) -> Output:
-        rows, axes = draft.layout.read(f"output '{name}'", self.at, self.derivative), AXES[: draft.layout.dim]
+        rows = draft.layout.read(f"output '{name}'", self.at, self.derivative)
+        axes = AXES[: draft.layout.dim]
         if self.component is None:
             return self.output(draft, tuple(f"{name}_{axis}" for axis in axes), [rows])
         if self.component not in tuple(axes):
-            raise InputError(say(f"output '{name}'", f"one of the components {', '.join(axes)}", self.component))
+            raise InputError(
+                say(f"output '{name}'", f"one of the components {', '.join(axes)}", self.component)
+            )
         return self.output(draft, (name,), [rows[[axes.index(self.component)]]])
 
     def variables(self, dim: int) -> Mapping[str, str]:
@@ -294,7 +383,8 @@ class Position(PointProbe):
 
 @dataclass(frozen=True)
 class Velocity(PointProbe):
-    """Velocity of a point [m/s], one column a coordinate; one `component` has the output's own name.
+    """Velocity of a point [m/s], one column a coordinate; one `component` has the output's own
+    name.
 
     {type: velocity, at: beam.right}
     """
@@ -312,7 +402,8 @@ class Velocity(PointProbe):
 
 @dataclass(frozen=True)
 class Slope(PointProbe):
-    """Slope dr/dS of a line at a point, one column a coordinate; one `component` has the output's own name.
+    """Slope dr/dS of a line at a point, one column a coordinate; one `component` has the output's
+    own name.
 
     {type: slope, at: beam.right}
     """
@@ -322,9 +413,11 @@ class Slope(PointProbe):
 
 @dataclass(frozen=True)
 class Angle(Probe):
-    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted along the motion.
+    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are
+    counted along the motion.
 
-    With `to` it is that against another place, which carries the axis, and its rate [rad/s] stands in NAME_rate.
+    With `to` it is that against another place, which carries the axis, and its rate [rad/s] stands
+    in NAME_rate.
 
     {type: angle, at: crank.left}
     """
@@ -342,7 +435,8 @@ class Angle(Probe):
             yield "to", Problem("another place than `at`", "the same")
 
     def sense(self, name: str, draft: Draft) -> Output:
-        where, layout = f"output '{name}'", draft.layout
+        where = f"output '{name}'"
+        layout = draft.layout
         rows, u, normal = arm(where, layout, self.at, self.axis)
         if self.to is None:
             return self.output(draft, (name,), [rows])
@@ -350,7 +444,9 @@ class Angle(Probe):
         if layout.dim == 2:
             return self.output(draft, columns, [rows, arm(where, layout, self.to, None)[0]])
         carried = ((self.at, u), (self.to, u), (self.to, normal))
-        return self.output(draft, columns, [rows_of(where, layout, end, vector) for end, vector in carried])
+        return self.output(
+            draft, columns, [rows_of(where, layout, end, vector) for end, vector in carried]
+        )
 
     def variables(self, dim: int) -> Mapping[str, str]:
         return {"": "rad", "angle": "rad", "rate": "rad/s"}
@@ -393,10 +489,11 @@ class Angle(Probe):
 
 @dataclass(frozen=True)
 class AngularVelocity(Probe):
-    """Angular velocity [rad/s]: about z or, in space, its component along `axis`, or all three as NAME_x, NAME_y, NAME_z.
+    """Angular velocity [rad/s]: about z or, in space, its component along `axis`, or all three as
+    NAME_x, NAME_y, NAME_z.
 
-    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2 1 - e_k e_k^T) w =
-    sum_k e_k x e_k'; one vector alone has no rate about itself.
+    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2
+    1 - e_k e_k^T) w = sum_k e_k x e_k'; one vector alone has no rate about itself.
 
     {type: angular_velocity, at: rotor.frame, axis: [0, 0, 1]}
     """
@@ -407,7 +504,8 @@ class AngularVelocity(Probe):
     calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
-        where, layout = f"output '{name}'", draft.layout
+        where = f"output '{name}'"
+        layout = draft.layout
         vectors = layout.vectors(where, self.at)
         if layout.dim == 3 and self.axis is None and vectors:
             return self.output(draft, tuple(f"{name}_{axis}" for axis in AXES), vectors)
@@ -440,8 +538,14 @@ class AngularVelocity(Probe):
         if sensed.dim == 2:
             return [angle_and_rates(sensed.values.T, sensed.rates.T, sensed.accelerations.T)[1]]
         e, change = (part.reshape(len(part), -1, 3) for part in (sensed.values, sensed.rates))
-        A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
-        w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))
+        A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum(
+            "ski,skj->sij", e, e
+        )
+        w = np.einsum(
+            "sij,sj->si",
+            np.linalg.pinv(A, rcond=PARALLEL, hermitian=True),
+            np.cross(e, change).sum(axis=1),
+        )
         return [w @ np.array(output.parameters)] if output.parameters else columns_of(w)
 
     @classmethod
@@ -456,19 +560,24 @@ class AngularVelocity(Probe):
 
 @dataclass(frozen=True)
 class Stress(Probe):
-    """Stresses [Pa]: of von Mises at a named point of a plate or shell, or at the contour of a beam's section.
+    """Stresses [Pa]: of von Mises at a named point of a plate or shell, or at the contour of a
+    beam's section.
 
-    Of plates and shells on the faces at -t/2 and t/2 along the normal, in NAME_bottom and NAME_top. Of beams with torsion the
-    highest and the lowest stress along the beam at the contour, NAME_max and NAME_min, the largest shear stress NAME_shear and the
-    largest of von Mises, NAME_von_mises; with a `point`, its y and z in the section, NAME_normal, NAME_shear and NAME_von_mises
-    there, with the shear stress along the contour, anticlockwise about the beam. They are Saint-Venant's, of the section forces at
-    the place, with warping free; corners that point inwards, where shear stresses have no bound, have those of their neighbours.
+    Of plates and shells on the faces at -t/2 and t/2 along the normal, in NAME_bottom and NAME_top.
+    Of beams with torsion the highest and the lowest stress along the beam at the contour, NAME_max
+    and NAME_min, the largest shear stress NAME_shear and the largest of von Mises, NAME_von_mises;
+    with a `point`, its y and z in the section, NAME_normal, NAME_shear and NAME_von_mises there,
+    with the shear stress along the contour, anticlockwise about the beam. They are Saint-Venant's,
+    of the section forces at the place, with warping free; corners that point inwards, where shear
+    stresses have no bound, have those of their neighbours.
 
     {type: stress, at: plate.corner}
     """
 
     at: fields.Stressed
-    point: Annotated[fields.InSection | None, "y and z in the section of a beam, a point of its contour"] = None
+    point: Annotated[
+        fields.InSection | None, "y and z in the section of a beam, a point of its contour"
+    ] = None
     unit: ClassVar[str] = "Pa"
     calls = ()
 
@@ -477,17 +586,31 @@ class Stress(Probe):
         part = draft.layout.body(where, self.at)
         if part.directors is None:
             if self.point is not None:
-                raise InputError(say(f"{where}.point", "a place of a beam (type: beam)", f"{self.at}", "delete it"))
+                raise InputError(
+                    say(
+                        f"{where}.point",
+                        "a place of a beam (type: beam)",
+                        f"{self.at}",
+                        "delete it",
+                    )
+                )
             point = surface_point(where, draft, self.at)
-            return self.output(draft, (f"{name}_bottom", f"{name}_top"), [point.rows], **point.facts(self.at.body))
-        xi, profile = beam_sections.place_of(where, part, self.at), beam_sections.contour(where, part)
+            return self.output(
+                draft, (f"{name}_bottom", f"{name}_top"), [point.rows], **point.facts(self.at.body)
+            )
+        xi = beam_sections.place_of(where, part, self.at)
+        profile = beam_sections.contour(where, part)
         if self.point is None:
             functionals = profile.at(np.array([xi]))[2][0].transpose(0, 2, 1).reshape(-1, 6)
         else:
             found = beam_sections.contour_point(where, profile, xi, self.point).stresses
             functionals = np.concatenate([found, 0.0 * found[:1]])
         rows, parameters = beam_sections.beam_point(part, self.at, functionals)
-        words = ("max", "min", "shear", "von_mises") if self.point is None else ("normal", "shear", "von_mises")
+        words = (
+            ("max", "min", "shear", "von_mises")
+            if self.point is None
+            else ("normal", "shear", "von_mises")
+        )
         columns = tuple(f"{name}_{word}" for word in words)
         return self.output(draft, columns, [draft.layout.spread(part, rows)], parameters=parameters)
 
@@ -499,7 +622,12 @@ class Stress(Probe):
         normal, along, across = stress = functionals.reshape(3, -1, functionals.shape[1])
         if len(normal) == 1:
             return [normal[0], along[0], von_mises(stress)[0]]
-        return [normal.max(axis=0), normal.min(axis=0), np.hypot(along, across).max(axis=0), von_mises(stress).max(axis=0)]
+        return [
+            normal.max(axis=0),
+            normal.min(axis=0),
+            np.hypot(along, across).max(axis=0),
+            von_mises(stress).max(axis=0),
+        ]
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
@@ -512,7 +640,8 @@ class Stress(Probe):
 
 @dataclass(frozen=True)
 class Deflection(Probe):
-    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the plane, as a distance in space.
+    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the
+    plane, as a distance in space.
 
     {type: deflection, tip: beam.right, root: beam.left}
     """
@@ -528,7 +657,9 @@ class Deflection(Probe):
 
     def sense(self, name: str, draft: Draft) -> Output:
         places = ((self.tip, 0), (self.root, 0), (self.root, 1))
-        return self.output(draft, (name,), [draft.layout.read(f"output '{name}'", at, k) for at, k in places])
+        return self.output(
+            draft, (name,), [draft.layout.read(f"output '{name}'", at, k) for at, k in places]
+        )
 
     def variables(self, dim: int) -> Mapping[str, str]:
         return {"": self.unit}
@@ -536,13 +667,17 @@ class Deflection(Probe):
     @staticmethod
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
         tip, root, slope = (y[k * len(y) // 3 : (k + 1) * len(y) // 3, :] for k in range(3))
-        unit, apart = slope / norm(slope), tip - root
-        return [unit[0] * apart[1] - unit[1] * apart[0] if len(unit) == 2 else norm(unit.cross(apart))]
+        unit = slope / norm(slope)
+        apart = tip - root
+        return [
+            unit[0] * apart[1] - unit[1] * apart[0] if len(unit) == 2 else norm(unit.cross(apart))
+        ]
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
         tip, root, slope = np.split(sensed.values, 3, axis=1)
-        unit, apart = slope / np.linalg.norm(slope, axis=1, keepdims=True), tip - root
+        unit = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+        apart = tip - root
         if sensed.dim == 2:
             return [unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]]
         return [np.linalg.norm(np.cross(unit, apart), axis=1)]
@@ -554,7 +689,8 @@ class Deflection(Probe):
 
 @dataclass(frozen=True)
 class Distance(Probe):
-    """Distance [m] between two places, or a place and a fixed point, and its rate [m/s], in the columns NAME and NAME_rate.
+    """Distance [m] between two places, or a place and a fixed point, and its rate [m/s], in the
+    columns NAME and NAME_rate.
 
     At a distance of 0 it has no direction, and its rate is 0.
 
@@ -572,7 +708,9 @@ class Distance(Probe):
 
     def sense(self, name: str, draft: Draft) -> Output:
         rows, offset = draft.layout.apart(f"output '{name}'", self.at, self.to)
-        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)  # sensors count from the origin of the scene
+        first = draft.sensors.add(
+            rows, offset - rows @ draft.layout.shift
+        )  # sensors count from the origin of the scene
         return Output(self.word, tuple(range(first, first + len(offset))), (name, f"{name}_rate"))
 
     def variables(self, dim: int) -> Mapping[str, str]:
@@ -599,7 +737,8 @@ class Distance(Probe):
 
 @dataclass(frozen=True)
 class Energy(Probe):
-    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of all loads and drives.
+    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of
+    all loads and drives.
 
     Equilibria have no balance (NaN): nothing moves from one to the next.
 
@@ -614,7 +753,9 @@ class Energy(Probe):
     calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
-        return self.output(draft, tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance")))
+        return self.output(
+            draft, tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance"))
+        )
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
@@ -630,13 +771,16 @@ ANGLES = {"angle": "torque"}  #: what a joint that drives or holds an angle give
 
 @dataclass(frozen=True)
 class Reaction(Probe):
-    """Force of a joint on the body it holds [N], and its moments [N m] about axes that stand beside their columns.
+    """Force of a joint on the body it holds [N], and its moments [N m] about axes that stand beside
+    their columns.
 
-    Axes are given in the reference: those of a joint between two bodies, along which sliders push as well, turn with `to`; that of
-    a universal joint stays normal to both of its own. The moment of a driven angle, in the column `NAME_torque`, is the torque of
-    the drive. Of a held edge it is the resultant: the force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge
-    in the reference, about the axes of the scene. Moments on the slope of a line are those on one of length 1: where the line is
-    stretched there, by 1 % say, they are 1 % too small, and the moments of `section_forces` are not.
+    Axes are given in the reference: those of a joint between two bodies, along which sliders push
+    as well, turn with `to`; that of a universal joint stays normal to both of its own. The moment
+    of a driven angle, in the column `NAME_torque`, is the torque of the drive. Of a held edge it is
+    the resultant: the force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge in
+    the reference, about the axes of the scene. Moments on the slope of a line are those on one of
+    length 1: where the line is stretched there, by 1 % say, they are 1 % too small, and the moments
+    of `section_forces` are not.
 
     {type: reaction, joint: hinge}
     """
@@ -653,10 +797,17 @@ class Reaction(Probe):
         if not held:
             known = sorted({joint for joint, _ in rows})
             expected = f"one of the joints {listed(known, self.joint)}"
-            raise InputError(say(f"output '{name}'", expected, f"'{self.joint}'") + closest(self.joint, known))
+            raise InputError(
+                say(f"output '{name}'", expected, f"'{self.joint}'") + closest(self.joint, known)
+            )
         if self.joint in draft.constraints.resultants:
-            one, dim = draft.constraints.resultants[self.joint], draft.layout.dim
-            more = {"joint": self.joint, "parameters": one.numbers, "labels": resultants.labels(one.place)}
+            one = draft.constraints.resultants[self.joint]
+            dim = draft.layout.dim
+            more = {
+                "joint": self.joint,
+                "parameters": one.numbers,
+                "labels": resultants.labels(one.place),
+            }
             return self.output(draft, resultants.columns(name, dim), [one.arms], **more)
         columns = tuple(f"{name}_{ANGLES.get(label, label).replace(' ', '_')}" for label in held)
         labels = tuple(described(self.joint, label, draft) for label in held)
@@ -664,10 +815,18 @@ class Reaction(Probe):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        mine = [values for (joint, _), values in sensed.reactions().items() if joint == output.joint]
+        mine = [
+            values for (joint, _), values in sensed.reactions().items() if joint == output.joint
+        ]
         if output.rows and len(mine) * sensed.dim == len(output.rows):
-            return resultants.evaluate(output.parameters, sensed.dim, sensed.values, np.stack(mine, axis=1))
-        if not output.rows and len(mine) == len(output.columns) and not any(np.isnan(part).all() for part in mine):
+            return resultants.evaluate(
+                output.parameters, sensed.dim, sensed.values, np.stack(mine, axis=1)
+            )
+        if (
+            not output.rows
+            and len(mine) == len(output.columns)
+            and not any(np.isnan(part).all() for part in mine)
+        ):
             return mine
         notify_unknown(f"the reaction of joint '{output.joint}'")
         return (
@@ -691,20 +850,28 @@ class Reaction(Probe):
 
 def notify_unknown(what: str) -> None:
     """Say that nobody knows a column, because no multipliers are left."""
-    notify(f"{what} is given as NaN: a reduced model that has dropped the joint's constraint does not know it")
+    notify(
+        f"{what} is given as NaN: a reduced model that has dropped the joint's constraint does not know it"
+    )
 
 
 def described(joint: str, label: str, draft: Draft) -> str:
     """What the reaction of a row of a joint is, in words.
 
-    `force along x`, `moment about (0, 0, 1)`, with axes in the reference; empty where nothing is known of the row.
+    `force along x`, `moment about (0, 0, 1)`, with axes in the reference; empty where nothing is
+    known of the row.
     """
-    row, dim = (joint, label), draft.layout.dim
+    row = (joint, label)
+    dim = draft.layout.dim
     if (axis := draft.constraints.axes.get(row)) is not None:
         return f"moment about {named(axis, dim)}"
     if (direction := draft.constraints.directions.get(row)) is not None:
         whole = [k for k in range(dim) if abs(direction[k]) > 1.0 - 1e-6]
-        alone = f"{'-' if direction[whole[0]] < 0.0 else ''}{AXES[whole[0]]}" if whole else components(direction)
+        alone = (
+            f"{'-' if direction[whole[0]] < 0.0 else ''}{AXES[whole[0]]}"
+            if whole
+            else components(direction)
+        )
         return f"force along {alone}"
     if label in tuple(f"slope {axis}" for axis in AXES[:dim]):
         return f"{label[-1]} component of a vector m, of the moment slope x m"

@@ -1,10 +1,12 @@
-r"""What controllers and events read that belongs to accepted states: reactions, energies, stresses, what loads and contacts do.
+r"""What controllers and events read that belongs to accepted states: reactions, energies, stresses,
+what loads and contacts do.
 
     f(y_1, y_2, ..., z_1, z_2, ...)      y_i  values that forces keep (`responses.keep`),    z_i  columns of outputs
 
-Positions, velocities and angles are functions of the state with compiled derivatives, which forces read as well. A reaction follows
-from the balance of all forces, so that it is known once a step is accepted: an expression that reads one is evaluated then.
-Values that are read have numbers: from 0 on those that forces keep, -1, -2, ... those of the readings of the system.
+Positions, velocities and angles are functions of the state with compiled derivatives, which forces
+read as well. A reaction follows from the balance of all forces, so that it is known once a step is
+accepted: an expression that reads one is evaluated then. Values that are read have numbers: from 0
+on those that forces keep, -1, -2, ... those of the readings of the system.
 """
 
 from __future__ import annotations
@@ -28,7 +30,9 @@ from ..system import Output
 from .probes import Probe, kind_of, units
 
 ALONE = "a reaction, an energy or a force is known of accepted states alone"
-REMEDY = "read it in an event, or with a controller: {type: measurement, of: %s, unit: ..., sample: ...}"
+REMEDY = (
+    "read it in an event, or with a controller: {type: measurement, of: %s, unit: ..., sample: ...}"
+)
 
 
 @storable
@@ -50,12 +54,15 @@ class WantedReadings(NamedTuple):
     """Expressions that controllers and events read, each with the place that messages name."""
 
     kept: list[tuple[str, OfState]]  #: functions of the state, whose values forces keep
-    late: list[tuple[str, OfState, dict[str, int]]]  #: those with columns of outputs, and numbers of kept values by name
+    late: list[
+        tuple[str, OfState, dict[str, int]]
+    ]  #: those with columns of outputs, and numbers of kept values by name
     numbers: list[int]  #: of all of them
 
 
 def follows(name: str, outputs: Mapping[str, Probe], dim: int) -> bool:
-    """Whether a name in an expression is a column of an output that is no function of the state, such as a reaction.
+    """Whether a name in an expression is a column of an output that is no function of the state,
+    such as a reaction.
 
     `outputs` by name; `dim` is the number of components.
     """
@@ -64,20 +71,27 @@ def follows(name: str, outputs: Mapping[str, Probe], dim: int) -> bool:
 
 
 def refuse(value: OfState, outputs: Mapping[str, Probe], dim: int) -> None:
-    """A Problem where a force, which is needed at every trial state, reads what belongs to accepted ones."""
+    """A Problem where a force, which is needed at every trial state, reads what belongs to accepted
+    ones.
+    """
     for name in value.outputs:
         if follows(name, outputs, dim):
             expected = "outputs that are functions of positions and velocities"
             raise Problem(expected, f"{shown(name)}: {ALONE}", REMEDY % name)
 
 
-def sort(wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], dim: int) -> WantedReadings:
-    """Parts expressions into those that forces keep, and those that read outputs, whose other names are kept behind them.
+def sort(
+    wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], dim: int
+) -> WantedReadings:
+    """Parts expressions into those that forces keep, and those that read outputs, whose other names
+    are kept behind them.
 
     Numbers of the first count from 0, those of the second are -1, -2, ...
     """
     late = [any(follows(name, outputs, dim) for name in value.outputs) for _, value in wanted]
-    found = WantedReadings([one for one, apart in zip(wanted, late, strict=True) if not apart], [], [])
+    found = WantedReadings(
+        [one for one, apart in zip(wanted, late, strict=True) if not apart], [], []
+    )
     plain = 0
     for (where, value), apart in zip(wanted, late, strict=True):
         if not apart:
@@ -101,11 +115,14 @@ def collect(
     tables: Mapping[str, Table],
     products: Iterable[tuple[str, OfState]] = (),
 ) -> tuple[Reading, ...]:
-    """The readings of expressions; InputError where their names or dimensions do not fit the outputs and what else is `known`.
+    """The readings of expressions; InputError where their names or dimensions do not fit the
+    outputs and what else is `known`.
 
-    `products` of gains with such expressions, each with the place that messages name, have dimensions as well.
+    `products` of gains with such expressions, each with the place that messages name, have
+    dimensions as well.
     """
-    columns, dimensions = dict[str, tuple[str, str]](), dict(known)
+    columns = dict[str, tuple[str, str]]()
+    dimensions = dict(known)
     for name, output in outputs.items():
         whole = kind_of(output).of_motions
         for column, unit in zip(output.columns, units(name, output), strict=True):
@@ -113,7 +130,9 @@ def collect(
             if part not in whole:
                 columns[f"{name}.{part}" if part else name] = name, column
                 dimensions.setdefault(f"{name}.{part}" if part else name, unit)
-    late = {name for _, value, numbers in wanted.late for name in value.outputs if name not in numbers}
+    late = {
+        name for _, value, numbers in wanted.late for name in value.outputs if name not in numbers
+    }
     for where, value in (*((where, value) for where, value, _ in wanted.late), *products):
         if late & set(value.outputs):
             try:
@@ -123,8 +142,13 @@ def collect(
     found = list[Reading]()
     for where, value, numbers in wanted.late:
         read = tuple((name, *columns[name]) for name in value.outputs if name not in numbers)
-        parameters, values = [name for name, _ in value.parameters], [one.value for _, one in value.parameters]
-        own = tuple(parameters), np.array(values, float), tuple(tables[call] for call in value.calls)
+        parameters = [name for name, _ in value.parameters]
+        values = [one.value for _, one in value.parameters]
+        own = (
+            tuple(parameters),
+            np.array(values, float),
+            tuple(tables[call] for call in value.calls),
+        )
         found.append(Reading(where, value.text, value.program, tuple(numbers.items()), read, *own))
     return tuple(found)
 
@@ -157,6 +181,9 @@ def require_known(reading: Reading, columns: Mapping[str, float]) -> None:
             remedy = "a reduced model knows the reactions of joints between its components alone"
             raise InputError(
                 say(
-                    reading.where, "outputs that the reduced model has", f"'{name}', which reads '{output}', left out of it", remedy
+                    reading.where,
+                    "outputs that the reduced model has",
+                    f"'{name}', which reads '{output}', left out of it",
+                    remedy,
                 )
             )

@@ -2,8 +2,9 @@ r"""The reaction of a joint with many rows, such as a held edge, as a force and 
 
     rows  w_k . q_c(k) = const with forces f_k:      F = sum_k u_k f_k e_c(k),      M = sum_k (w_k . r - u_k p) x f_k e_c(k)
 
-w_k . r = sum_b w_kb r_b are the coordinate vectors that a row reads, as they are now, u_k the part of a translation among them,
-and p the place about which the moment is taken, fixed in space. F and M do the work of all forces on rigid motions.
+w_k . r = sum_b w_kb r_b are the coordinate vectors that a row reads, as they are now, u_k the part
+of a translation among them, and p the place about which the moment is taken, fixed in space. F and
+M do the work of all forces on rigid motions.
 """
 
 from __future__ import annotations
@@ -27,29 +28,41 @@ class Resultant:
     @property
     def numbers(self) -> tuple[float, ...]:
         """Place, then component and u of every row."""
-        return (*self.place.tolist(), *np.column_stack([self.components, self.parts]).ravel().tolist())
+        return (
+            *self.place.tolist(),
+            *np.column_stack([self.components, self.parts]).ravel().tolist(),
+        )
 
 
 def columns(name: str, dim: int) -> tuple[str, ...]:
     """`NAME_x` and so on of the force, `NAME_mx` and so on of the moment, in the plane `NAME_mz`."""
-    return tuple(f"{name}_{word}" for word in (*AXES[:dim], *(("mz",) if dim == 2 else ("mx", "my", "mz"))))
+    return tuple(
+        f"{name}_{word}" for word in (*AXES[:dim], *(("mz",) if dim == 2 else ("mx", "my", "mz")))
+    )
 
 
 def labels(place: np.ndarray) -> tuple[str, ...]:
-    """What the columns are, for a moment about a place (c,) [m]: axes of forces, axes and place of moments."""
-    dim, at = len(place), ", ".join(f"{value + 0.0:.4g}" for value in np.round(place, 9))
+    """What the columns are, for a moment about a place (c,) [m]: axes of forces, axes and place of
+    moments.
+    """
+    dim = len(place)
+    at = ", ".join(f"{value + 0.0:.4g}" for value in np.round(place, 9))
     moments = [f"moment about {axis} at ({at})" for axis in (AXES if dim == 3 else "z")]
     return (*(f"force along {axis}" for axis in AXES[:dim]), *moments)
 
 
-def evaluate(numbers: tuple[float, ...], dim: int, arms: np.ndarray, forces: np.ndarray) -> list[np.ndarray]:
-    """Columns (s,) of force [N] and moment [N m] of forces (s, k) of the rows whose sensors read arms (s, k c) now.
+def evaluate(
+    numbers: tuple[float, ...], dim: int, arms: np.ndarray, forces: np.ndarray
+) -> list[np.ndarray]:
+    """Columns (s,) of force [N] and moment [N m] of forces (s, k) of the rows whose sensors read
+    arms (s, k c) now.
 
         F = sum_k u_k f_k e_c(k),      M = sum_k (w_k . r - u_k p) x f_k e_c(k)
 
     `numbers` are those of `Resultant`: p (c,), then c(k) and u_k of every row.
     """
-    place, rows = np.array(numbers[:dim]), np.reshape(numbers[dim:], (-1, 2))
+    place = np.array(numbers[:dim])
+    rows = np.reshape(numbers[dim:], (-1, 2))
     each = np.zeros((*forces.shape, 3))
     k = np.arange(forces.shape[1])
     each[:, k, rows[:, 0].astype(int)] = forces

@@ -4,10 +4,12 @@ r"""Strains, stresses and section forces at a place, as outputs, with axes that 
     principal   s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),   angle of direction 1:  tan 2a = 2 s12 / (s11 - s22)
     cables      N along the line and M, which balance the loads on either side                                  (`cable_sections`)
 
-Components 1 and 2 refer to two orthonormal tangents of the reference shape, which the body carries along: axis 1 is the x axis of
-the scene as far as the surface allows (where it is nearly normal to x, the y axis), axis 2 = normal x axis 1. Stresses and forces
-of surfaces are those of Piola and Kirchhoff, which are the true ones where strains are small. A positive M of a surface stretches
-the face z = t/2; that of a cable in the plane turns it counter-clockwise along its length, in space M is about the binormal.
+Components 1 and 2 refer to two orthonormal tangents of the reference shape, which the body carries
+along: axis 1 is the x axis of the scene as far as the surface allows (where it is nearly normal to
+x, the y axis), axis 2 = normal x axis 1. Stresses and forces of surfaces are those of Piola and
+Kirchhoff, which are the true ones where strains are small. A positive M of a surface stretches the
+face z = t/2; that of a cable in the plane turns it counter-clockwise along its length, in space M
+is about the binormal.
 """
 
 from __future__ import annotations
@@ -33,18 +35,23 @@ from .probes import Probe, Sensed, Sizes
 from .surface_points import counts, recovered, surface_point
 
 FACES = ("bottom", "middle", "top")
-Face = Annotated[Literal["top", "middle", "bottom"], "on the face at t/2 along the normal, in the middle surface, or at -t/2"]
+Face = Annotated[
+    Literal["top", "middle", "bottom"],
+    "on the face at t/2 along the normal, in the middle surface, or at -t/2",
+]
 NEAR = 1e-9  #: part of a line by which two places on it may be apart that are one
 STRAINS = ("axial or membrane strain", "curvature")
 COMPONENTS = ("11", "22", "12")
 TENSOR = (*COMPONENTS, "1", "2", "angle")
-CABLE_PLANE, CABLE_SPACE = ("N", "M"), ("N", "M", "Mx", "My", "Mz")
+CABLE_PLANE = ("N", "M")
+CABLE_SPACE = ("N", "M", "Mx", "My", "Mz")
 RESULTANTS = ("N11", "N22", "N12", "N1", "N2", "M11", "M22", "M12", "M1", "M2")
 MEMBRANE = RESULTANTS[:5]
 
 
 def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11, 22, 12 (3, ...).
+    """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11,
+    22, 12 (3, ...).
 
         s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),    tan 2a = 2 s12 / (s11 - s22)
 
@@ -60,9 +67,11 @@ def axes_text(axes: np.ndarray) -> str:
 
 
 class Tensor(Probe, ABC):
-    """A symmetric tensor at a named point of a plate or shell, with its principal values and the angle of the first [rad].
+    """A symmetric tensor at a named point of a plate or shell, with its principal values and the
+    angle of the first [rad].
 
-    Columns are NAME_11, NAME_22, NAME_12, NAME_1, NAME_2 and NAME_angle. InputError where the point does not exist.
+    Columns are NAME_11, NAME_22, NAME_12, NAME_1, NAME_2 and NAME_angle. InputError where the point
+    does not exist.
     """
 
     at: fields.OnSurface
@@ -75,7 +84,12 @@ class Tensor(Probe, ABC):
         point = surface_point(where, draft, self.at)
         text = axes_text(point.axes)
         turn = f"angle from axis 1 to the first principal direction, {text}"
-        labels = (*(f"{part}, {text}" for part in COMPONENTS), "first principal value", "second principal value", turn)
+        labels = (
+            *(f"{part}, {text}" for part in COMPONENTS),
+            "first principal value",
+            "second principal value",
+            turn,
+        )
         parameters = (float(FACES.index(self.face)), *point.parameters)
         columns = tuple(f"{name}_{part}" for part in TENSOR)
         facts = {**point.facts(self.at.body), "parameters": parameters}
@@ -92,7 +106,8 @@ class Tensor(Probe, ABC):
 
 
 def tell_coarse(where: str, part: Body) -> None:
-    """A remark of what the shape functions of a part leave out of strains, of a line also of forces, in its training.
+    """A remark of what the shape functions of a part leave out of strains, of a line also of
+    forces, in its training.
 
     Nothing is said of full bodies, nor of parts whose training has not kept its errors.
     """
@@ -102,7 +117,8 @@ def tell_coarse(where: str, part: Body) -> None:
     if isinstance(part.space, Surface):
         known = [f"{errors[0] * largest.max():.2g} of membrane strain"]
     else:
-        # of a beam both curvatures and torsion are in the second error, whose largest value is that of the larger one
+        # of a beam both curvatures and torsion are in the second error, whose largest value is that
+        # of the larger one
         strain, curvature = errors * [largest[0], largest[1:].max()]
         if part.profile is None:
             EA, EI = part.cells.section[:2].max(axis=(1, 2))
@@ -112,17 +128,23 @@ def tell_coarse(where: str, part: Body) -> None:
             f"{strain:.2g} of axial strain (N: {strain * EA:.2g} N)",
             f"{curvature:.2g} 1/m of curvature (M: {curvature * EI:.2g} N m)",
         ]
-    shares = [f"{value:.2g} of the largest {kind}" for kind, value in zip(STRAINS, errors, strict=False)]
+    shares = [
+        f"{value:.2g} of the largest {kind}" for kind, value in zip(STRAINS, errors, strict=False)
+    ]
     what = f"the shape functions of part '{part.name}' leave out {' and '.join(known)} in its training, {' and '.join(shares)}"
-    remark(f"{where}: {what}; forces and stresses at points err by as much, however small they are: train with a smaller tolerance")
+    remark(
+        f"{where}: {what}; forces and stresses at points err by as much, however small they are: train with a smaller tolerance"
+    )
 
 
 @dataclass(frozen=True)
 class StressTensor(Tensor):
-    """Stress [Pa] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first to axis 1.
+    """Stress [Pa] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle
+    [rad] of the first to axis 1.
 
-    Axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the surface; both move with the body.
-    It is the second stress of Piola and Kirchhoff, the true one where strains are small.
+    Axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the
+    surface; both move with the body. It is the second stress of Piola and Kirchhoff, the true one
+    where strains are small.
 
     {type: stress_tensor, at: plate.corner, face: bottom}
     """
@@ -139,7 +161,8 @@ class StressTensor(Tensor):
 
 @dataclass(frozen=True)
 class StrainTensor(Tensor):
-    """Green's strain [-] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first.
+    """Green's strain [-] at a named point of a plate or shell: 11, 22, 12, principal values 1 and
+    2, angle [rad] of the first.
 
     Axes as those of `stress_tensor`; 12 is half of the angle of shear.
 
@@ -152,20 +175,26 @@ class StrainTensor(Tensor):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         found = recovered(output.parameters[1:], sensed.values)
-        strain = found.strain + (0.5 * output.parameters[0] - 0.5) * output.parameters[2] * found.curvature
+        strain = (
+            found.strain
+            + (0.5 * output.parameters[0] - 0.5) * output.parameters[2] * found.curvature
+        )
         return [*strain, *principal_axes(strain)]
 
 
 @dataclass(frozen=True)
 class SectionForces(Probe):
-    """Forces and moments of the section at a place of a cable or beam, or at a named point of a plate or shell.
+    """Forces and moments of the section at a place of a cable or beam, or at a named point of a
+    plate or shell.
 
-    Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign (counter-clockwise along the line),
-    in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N does so on coarse meshes too,
-    some cells away from forces inside the line; M has the error of the curvature. Beams with torsion have N, Vy, Vz [N] and T, My,
-    Mz [N m] along and about the axes of the section at the place: x along the beam, y and z across. Plates and shells have membrane
-    forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal
-    values N1, N2, M1, M2; stresses and axes are those of `stress_tensor`, lengths those of the reference.
+    Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign
+    (counter-clockwise along the line), in space with its vector Mx, My, Mz: what balances the loads
+    beyond the place, without damping. N does so on coarse meshes too, some cells away from forces
+    inside the line; M has the error of the curvature. Beams with torsion have N, Vy, Vz [N] and T,
+    My, Mz [N m] along and about the axes of the section at the place: x along the beam, y and z
+    across. Plates and shells have membrane forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N]
+    a length, positive where they stretch the face at t/2, with principal values N1, N2, M1, M2;
+    stresses and axes are those of `stress_tensor`, lengths those of the reference.
 
     {type: section_forces, at: beam.left}
     """
@@ -182,13 +211,23 @@ class SectionForces(Probe):
             point = surface_point(where, draft, self.at)
             words = RESULTANTS if part.dim == 3 else MEMBRANE
             text = axes_text(point.axes)
-            labels = tuple(f"{word}, {text}" if len(word) == 3 else "principal value" for word in words)
+            labels = tuple(
+                f"{word}, {text}" if len(word) == 3 else "principal value" for word in words
+            )
             columns = tuple(f"{name}_{word}" for word in words)
-            return self.output(draft, columns, [point.rows], labels=labels, **point.facts(self.at.body))
+            return self.output(
+                draft, columns, [point.rows], labels=labels, **point.facts(self.at.body)
+            )
         beam = part.directors is not None
-        rows, parameters = beam_sections.beam_point(part, self.at) if beam else cable_sections.cable_point(where, part, self.at)
+        rows, parameters = (
+            beam_sections.beam_point(part, self.at)
+            if beam
+            else cable_sections.cable_point(where, part, self.at)
+        )
         warn_of_jump(where, draft, part, self.at)
-        names = tuple(beam_sections.FORCES) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
+        names = (
+            tuple(beam_sections.FORCES) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
+        )
         columns = tuple(f"{name}_{word}" for word in names)
         wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
@@ -200,8 +239,10 @@ class SectionForces(Probe):
         if cable_sections.reads_cable(output.parameters):
             return cable_sections.cable_forces(output.parameters, sensed.dim, sensed.values)
         found = recovered(output.parameters, sensed.values)
-        t, (below, middle, above) = output.parameters[1], found.stress
-        N, M = t * middle, t**2 * (above - below) / 12.0
+        t = output.parameters[1]
+        (below, middle, above) = found.stress
+        N = t * middle
+        M = t**2 * (above - below) / 12.0
         columns = [*N, *principal(N)[:2], *M, *principal(M)[:2]]
         return columns[: len(output.columns)]
 
@@ -226,7 +267,9 @@ class SectionForces(Probe):
 
 
 class OfBeam(Probe, ABC):
-    """What is read at a place of a beam with torsion and shear, `functionals` (m, 6) of its section forces among it."""
+    """What is read at a place of a beam with torsion and shear, `functionals` (m, 6) of its section
+    forces among it.
+    """
 
     at: fields.Place
     calls = ()
@@ -245,7 +288,9 @@ class OfBeam(Probe, ABC):
         beam_sections.place_of(where, part, self.at)
         rows, parameters = beam_sections.beam_point(part, self.at, self.functionals(where, part))
         warn_of_jump(where, draft, part, self.at)
-        return self.output(draft, self.columns(name), [draft.layout.spread(part, rows)], parameters=parameters)
+        return self.output(
+            draft, self.columns(name), [draft.layout.spread(part, rows)], parameters=parameters
+        )
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
@@ -255,11 +300,13 @@ class OfBeam(Probe, ABC):
 
 @dataclass(frozen=True)
 class SectionStrains(OfBeam):
-    """Strains of the section at a place of a beam with torsion and shear, those of its section forces there.
+    """Strains of the section at a place of a beam with torsion and shear, those of its section
+    forces there.
 
-    NAME_axial and the shear strains NAME_shear_y and NAME_shear_z [-] of the line, NAME_torsion, the angle of twist a length, and
-    the curvatures NAME_curvature_y and NAME_curvature_z [1/m] about the axes y and z of the section, from the reference; the
-    strain along the beam at a point of the section is axial + z curvature_y - y curvature_z.
+    NAME_axial and the shear strains NAME_shear_y and NAME_shear_z [-] of the line, NAME_torsion,
+    the angle of twist a length, and the curvatures NAME_curvature_y and NAME_curvature_z [1/m]
+    about the axes y and z of the section, from the reference; the strain along the beam at a point
+    of the section is axial + z curvature_y - y curvature_z.
 
     {type: section_strains, at: beam.left}
     """
@@ -283,12 +330,13 @@ class SectionStrains(OfBeam):
 
 @dataclass(frozen=True)
 class StrainGauge(OfBeam):
-    """Strain [-] that a gauge measures on the surface of a beam with torsion and shear, in one direction.
+    """Strain [-] that a gauge measures on the surface of a beam with torsion and shear, in one
+    direction.
 
         e = sigma/E (cos^2 a - nu sin^2 a) + tau/G sin a cos a
 
-    It is glued to the `point` of the contour, y and z in the section; its `direction` a is an angle to the beam, anticlockwise
-    around it. Stresses are those of the output `stress`.
+    It is glued to the `point` of the contour, y and z in the section; its `direction` a is an angle
+    to the beam, anticlockwise around it. Stresses are those of the output `stress`.
 
     {type: strain_gauge, at: {body: beam, s: 0.1 m}, point: [0, 5 mm], direction: 45 deg}
     """
@@ -298,9 +346,12 @@ class StrainGauge(OfBeam):
     direction: Annotated[float, quantity("rad"), "its angle to the beam"] = 0.0
 
     def functionals(self, where: str, part: Body) -> np.ndarray:
-        xi, profile = beam_sections.place_of(where, part, self.at), beam_sections.contour(where, part)
+        xi = beam_sections.place_of(where, part, self.at)
+        profile = beam_sections.contour(where, part)
         sigma, tau = beam_sections.contour_point(where, profile, xi, self.point).stresses
-        c, s, nu = np.cos(self.direction), np.sin(self.direction), profile.poisson_ratio
+        c = np.cos(self.direction)
+        s = np.sin(self.direction)
+        nu = profile.poisson_ratio
         one = sigma * (c * c - nu * s * s) + 2.0 * (1.0 + nu) * tau * s * c
         return np.asarray(one[None] / profile.young_modulus)
 
@@ -313,12 +364,19 @@ class StrainGauge(OfBeam):
 
 
 def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
-    """A notice of a place inside a line on which joints or loads act: slopes are continuous there, and axial forces are not."""
+    """A notice of a place inside a line on which joints or loads act: slopes are continuous there,
+    and axial forces are not.
+    """
     ends = line.breaks(part.space)[[0, -1]]
-    here, near = float(locate(part, at.place)), NEAR * float(np.ptp(ends))  # type: ignore[arg-type]
+    here = float(locate(part, at.place))  # type: ignore[arg-type]
+    near = NEAR * float(np.ptp(ends))
     if np.abs(ends - here).min() < near:
         return
     others = [(what, locate(part, end.place)) for what, end in draft.acting if end.body == at.body]
     if meeting := [what for what, there in others if abs(here - float(there)) < near]:  # type: ignore[arg-type]
-        text = f"{', '.join(dict.fromkeys(meeting))} act at this place, where internal forces may jump"
-        notify(f"{where}: {text}: the value shown is right on neither side; read it some cells away")
+        text = (
+            f"{', '.join(dict.fromkeys(meeting))} act at this place, where internal forces may jump"
+        )
+        notify(
+            f"{where}: {text}: the value shown is right on neither side; read it some cells away"
+        )

@@ -1,4 +1,6 @@
-"""What outputs read at a point of a plate or shell: derivatives of which `stress_recovery` makes strains and stresses."""
+"""What outputs read at a point of a plate or shell: derivatives of which `stress_recovery` makes
+strains and stresses.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ from ..connections import edges
 from ..places import At, Draft
 
 NOISE = 1e-12  #: value of a function at a point that counts as zero, over the largest
-# the curvature there is the mean of both sides: the moment of one is 85 % off in a cylinder of two thicknesses
+# the curvature there is the mean of both sides: the moment of one is 85 % off in a cylinder of two
+# thicknesses
 JUMP = 0.1  #: part of the thickness by which it differs in cells that meet
 
 
@@ -38,9 +41,11 @@ class SurfacePoint:
 
 
 def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
-    """What is read at a named point of a plate or shell, by the derivatives of which `stress_recovery` makes strains and stresses.
+    """What is read at a named point of a plate or shell, by the derivatives of which
+    `stress_recovery` makes strains and stresses.
 
-    InputError, after `where`, where it is no such point; notices where a rim holds its strains, or the thickness jumps.
+    InputError, after `where`, where it is no such point; notices where a rim holds its strains, or
+    the thickness jumps.
     """
     part, shape = edges.shape_of(where, draft, at.body)
     place = locate(part, at.place)
@@ -50,10 +55,13 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
     reference = part.shape_reference[shape.nodes[[cell]]]
     local, _, curved = local_table(values, np.ones((1, 1)), reference)
-    vectors, dim = part.cells.law.vectors, part.dim
+    vectors = part.cells.law.vectors
+    dim = part.dim
     indptr = np.arange(vectors + 1) * values.shape[3]
     size = (vectors, shape.count)
-    gradients = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
+    gradients = csr_array(
+        (local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size
+    )
     warn_of_rim(where, part, csr_array(own(part, gradients)[:2]))
     rows = draft.layout.spread(part, own(part, gradients))
     section = part.cells.section[:, 0, cell].copy()
@@ -61,13 +69,21 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
         section[3:6] = curved[0, 0]
     thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
     warn_of_jump(where, shape, part.thickness, cell, values[0, 0, 0])
-    parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
+    parameters = (
+        float(laws.number(part.cells.law)),
+        float(thickness),
+        *(float(value) for value in section),
+    )
     axes, _ = surface.local_axes(np.einsum("kb,bc->kc", values[0, 0, 1:3], reference[0]))
-    return SurfacePoint(rows, parameters, axes, tuple(float(one) for one in values[0, 0, 0] @ reference[0]))
+    return SurfacePoint(
+        rows, parameters, axes, tuple(float(one) for one in values[0, 0, 0] @ reference[0])
+    )
 
 
 def warn_of_rim(where: str, part: Body, slopes: csr_array) -> None:
-    """A notice of a point whose slopes (2, b) are those of the frame of a rim, which hold the stretch and the shear across it."""
+    """A notice of a point whose slopes (2, b) are those of the frame of a rim, which hold the
+    stretch and the shear across it.
+    """
     frames = np.zeros(len(part.reference), dtype=bool)
     for start in part.frames.values():
         frames[start : start + 1 + part.dim] = True
@@ -76,11 +92,14 @@ def warn_of_rim(where: str, part: Body, slopes: csr_array) -> None:
         notify(f"{where}: {text}; read them a cell beside it")
 
 
-def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarray, cell: int, values: np.ndarray) -> None:
-    """A notice of a point in a cell, with values (b,) of its functions there, at which the thickness [m] jumps.
+def warn_of_jump(
+    where: str, shape: surface.Surface, thickness: float | np.ndarray, cell: int, values: np.ndarray
+) -> None:
+    """A notice of a point in a cell, with values (b,) of its functions there, at which the
+    thickness [m] jumps.
 
-    Cells meet at the point where they share all functions that are not zero there. Strains are continuous in it, so that neither
-    stresses nor moments of the two sides are right there.
+    Cells meet at the point where they share all functions that are not zero there. Strains are
+    continuous in it, so that neither stresses nor moments of the two sides are right there.
     """
     if np.ndim(thickness) == 0:
         return
@@ -88,22 +107,24 @@ def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarr
     meeting = np.flatnonzero(np.isin(shape.nodes, here).sum(axis=1) == len(here))
     others = np.asarray(thickness)[meeting]
     if np.ptp(others) > JUMP * others.max():
-        sides, mine = f"from {others.max():g} m to {others.min():g} m", float(np.asarray(thickness)[cell])
-        text = (
-            f"the thickness jumps at this point, {sides}: what is shown is of the side of {mine:g} m, and does not converge there"
-        )
+        sides = f"from {others.max():g} m to {others.min():g} m"
+        mine = float(np.asarray(thickness)[cell])
+        text = f"the thickness jumps at this point, {sides}: what is shown is of the side of {mine:g} m, and does not converge there"
         notify(f"{where}: {text}; read a point beside it")
 
 
 def recovered(parameters: tuple[float, ...], values: np.ndarray) -> RecoveredFields:
-    """RecoveredFields (.., s) of what the rows of a surface point read over time, values (s, k c), by the parameters of the point."""
+    """RecoveredFields (.., s) of what the rows of a surface point read over time, values (s, k c),
+    by the parameters of the point.
+    """
     law, thickness, *section = parameters
     data = np.tile(np.array(section)[:, None], (1, len(values)))
     return recover(laws.NUMBERS[int(law)], values.T, data, thickness)
 
 
 def counts(number: float, dim: int) -> tuple[int, int]:
-    """How many rows (k c) and parameters (2 + i) a surface point of a law, by its number, has in a file.
+    """How many rows (k c) and parameters (2 + i) a surface point of a law, by its number, has in a
+    file.
 
     KeyError, which is a LookupError, for a number that no law has.
     """

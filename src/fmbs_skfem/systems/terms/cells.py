@@ -1,4 +1,5 @@
-"""Cells of full bodies as terms: gather from the coordinates p of the cells, law at the points, scatter.
+"""Cells of full bodies as terms: gather from the coordinates p of the cells, law at the points,
+scatter.
 
     u = B p[nodes],    p = S (lift x),    f = lift^T S^T B^T phi(u),    W += lift^T S^T B^T phi' B S lift
 
@@ -29,14 +30,15 @@ from .points import Sampled
 if TYPE_CHECKING:
     from ..layouts import Layout
 
-# cubic beams of 200 cells: points are taken up to 12 modes, where both cost alike (26 and 25 us a force); half and twice of it 6
-# and 24 modes, where the wrong one costs 10 us more
+# cubic beams of 200 cells: points are taken up to 12 modes, where both cost alike (26 and 25 us a
+# force); half and twice of it 6 and 24 modes, where the wrong one costs 10 us more
 FEW = 2  #: modes per function of a cell below which gradients are multiplied out, the cost of tangents with it
-# 1024 cubic cells in space, force and tangent in us: 160 and 780; 180 and 900 at half, 150 and 750 at twice; 240 and 1250 with 16
-# cells, 174 and 864 all in one
+# 1024 cubic cells in space, force and tangent in us: 160 and 780; 180 and 900 at half, 150 and 750
+# at twice; 240 and 1250 with 16 cells, 174 and 864 all in one
 BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
-# matrices of 4, 16, 32 and 64 beam cells of 12 components, in us: 73, 250, 490, 1760 one by one, 320, 600, 950, 1020 side by side;
-# of cubic cables in space 4.4, 9.4 and 16.7 one by one for 8.2, 9.6 and 11 side by side with 4, 8 and 16
+# matrices of 4, 16, 32 and 64 beam cells of 12 components, in us: 73, 250, 490, 1760 one by one,
+# 320, 600, 950, 1020 side by side; of cubic cables in space 4.4, 9.4 and 16.7 one by one for 8.2,
+# 9.6 and 11 side by side with 4, 8 and 16
 SHORT = 3  #: cells per component up to which matrices of beams are made one by one, with long loops over components
 
 
@@ -56,13 +58,16 @@ opened = opener(CellsRecord)
 
 
 @jit
-def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.ndarray, u: np.ndarray) -> None:
+def gather_cells(
+    nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.ndarray, u: np.ndarray
+) -> None:
     """u[(k, c), p, e] = sum_b table[k, p, b, e] q[nodes[b, e] + c]."""
     derivatives, points, basis, cells = table.shape
     dim = u.shape[0] // derivatives
     for b in range(basis):
         for c in range(dim):
-            # coordinates of the cells first, so that each is gathered once and not once for every derivative and point
+            # coordinates of the cells first, so that each is gathered once and not once for every
+            # derivative and point
             for e in range(cells):
                 local[b, c, e] = q[nodes[b, e] + c]
     # four functions at once: cubics have four, so that u is written once and never read
@@ -75,22 +80,34 @@ def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.
                 if full == 0:
                     clear(target)
                 for b in range(0, full, 4):
-                    N0, N1, N2, N3 = table[k, p, b], table[k, p, b + 1], table[k, p, b + 2], table[k, p, b + 3]
+                    N0, N1, N2, N3 = (
+                        table[k, p, b],
+                        table[k, p, b + 1],
+                        table[k, p, b + 2],
+                        table[k, p, b + 3],
+                    )
                     q0, q1, q2, q3 = local[b, c], local[b + 1, c], local[b + 2, c], local[b + 3, c]
                     if b == 0:
                         for e in range(cells):
-                            target[e] = N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                            target[e] = (
+                                N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                            )
                     else:
                         for e in range(cells):
-                            target[e] += N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                            target[e] += (
+                                N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                            )
                 for b in range(full, basis):
-                    N0, q0 = table[k, p, b], local[b, c]
+                    N0 = table[k, p, b]
+                    q0 = local[b, c]
                     for e in range(cells):
                         target[e] += N0[e] * q0[e]
 
 
 @jit
-def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np.ndarray, f: np.ndarray) -> None:
+def scatter_cells(
+    nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np.ndarray, f: np.ndarray
+) -> None:
     """f[nodes[b, e] + c] += sum_kp table[k, p, b, e] S[(k, c), p, e]."""
     derivatives, points, basis, cells = table.shape
     dim = S.shape[0] // derivatives
@@ -102,12 +119,16 @@ def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np
             for p in range(points):
                 # lines have two derivatives: both at once halve what is read and written of f
                 if derivatives == 2:
-                    N0, N1, S0, S1 = table[0, p, b], table[1, p, b], S[c, p], S[dim + c, p]
+                    N0 = table[0, p, b]
+                    N1 = table[1, p, b]
+                    S0 = S[c, p]
+                    S1 = S[dim + c, p]
                     for e in range(cells):
                         target[e] += N0[e] * S0[e] + N1[e] * S1[e]
                 else:
                     for k in range(derivatives):
-                        N0, S0 = table[k, p, b], S[k * dim + c, p]
+                        N0 = table[k, p, b]
+                        S0 = S[k * dim + c, p]
                         for e in range(cells):
                             target[e] += N0[e] * S0[e]
     # cells last and one by one: two of them write to one coordinate
@@ -119,7 +140,9 @@ def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np
 
 @jit
 def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
-    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (k c, k c, p, e)."""
+    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli
+    D (k c, k c, p, e).
+    """
     vectors, points, basis, cells = table.shape
     dim = len(D) // vectors
     size = basis * dim
@@ -133,7 +156,8 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
     clear_rows(matrices)
     for p in range(points):
         for m in range(size):
-            b, c = m // dim, m % dim
+            b = m // dim
+            c = m % dim
             for ci in range(dim):
                 # D B of one column, which all rows of it share
                 modulus_times_basis(D, table, p, b, c, ci, DB)
@@ -142,21 +166,29 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
                     # the lower triangle alone: tangents of elastic laws are symmetric
                     if line >= m:
                         target = matrices[line * (line + 1) // 2 + m]
-                        N0, N1, first, second = table[0, p, bi], table[1, p, bi], DB[0], DB[1]
+                        N0 = table[0, p, bi]
+                        N1 = table[1, p, bi]
+                        first = DB[0]
+                        second = DB[1]
                         for e in range(cells):
                             target[e] += N0[e] * first[e] + N1[e] * second[e]
                         for k in range(2, vectors):
-                            N0, first = table[k, p, bi], DB[k]
+                            N0 = table[k, p, bi]
+                            first = DB[k]
                             for e in range(cells):
                                 target[e] += N0[e] * first[e]
 
 
 @jit
 def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
-    """The same of lines, cell by cell: functions b and c have the block sum_kl N_kb N_lc D_kl over all components at once."""
+    """The same of lines, cell by cell: functions b and c have the block sum_kl N_kb N_lc D_kl over
+    all components at once.
+    """
     _, points, basis, cells = table.shape
     dim = len(D) // 2
-    block, pairs, count = dim * dim, basis * (basis + 1) // 2, basis * dim * (basis * dim + 1) // 2
+    block = dim * dim
+    pairs = basis * (basis + 1) // 2
+    count = basis * dim * (basis * dim + 1) // 2
     matrices, moduli = view(work, 0, (count, cells)), view(work, count * cells, (4, block))
     blocks = view(work, count * cells + 4 * block, (pairs, block))
     for e in range(cells):
@@ -166,10 +198,16 @@ def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
                 for i in range(dim):
                     for j in range(dim):
                         moduli[k, i * dim + j] = D[k // 2 * dim + i, k % 2 * dim + j, p, e]
-            first, second, third, fourth, pair = moduli[0], moduli[1], moduli[2], moduli[3], 0
+            first = moduli[0]
+            second = moduli[1]
+            third = moduli[2]
+            fourth = moduli[3]
+            pair = 0
             for b in range(basis):
                 for c in range(b + 1):
-                    target, N, M = blocks[pair], table[:, p, b, e], table[:, p, c, e]
+                    target = blocks[pair]
+                    N = table[:, p, b, e]
+                    M = table[:, p, c, e]
                     f, g, h, s = N[0] * M[0], N[0] * M[1], N[1] * M[0], N[1] * M[1]
                     for i in range(block):
                         target[i] += f * first[i] + g * second[i] + h * third[i] + s * fourth[i]
@@ -186,24 +224,37 @@ def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
 
 
 @jit
-def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray) -> None:
-    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law reads at least two vectors."""
-    vectors, dim, cells = len(DB), len(D) // len(DB), DB.shape[1]
+def modulus_times_basis(
+    D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray
+) -> None:
+    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law
+    reads at least two vectors.
+    """
+    vectors = len(DB)
+    dim = len(D) // len(DB)
+    cells = DB.shape[1]
     for k in range(vectors):
-        target, row = DB[k], k * dim + ci
-        first, second, N0, N1 = D[row, c, p], D[row, dim + c, p], table[0, p, b], table[1, p, b]
+        target = DB[k]
+        row = k * dim + ci
+        first = D[row, c, p]
+        second = D[row, dim + c, p]
+        N0 = table[0, p, b]
+        N1 = table[1, p, b]
         for e in range(cells):
             # the first two write DB, so that it is not cleared
             target[e] = first[e] * N0[e] + second[e] * N1[e]
         for l in range(2, vectors):
-            first, N0 = D[row, l * dim + c, p], table[l, p, b]
+            first = D[row, l * dim + c, p]
+            N0 = table[l, p, b]
             for e in range(cells):
                 target[e] += first[e] * N0[e]
 
 
 @jit
 def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
-    """An array (k c, p, e) from the place `at` of `target` on, for the gradients of a block of cells."""
+    """An array (k c, p, e) from the place `at` of `target` on, for the gradients of a block of
+    cells.
+    """
     # views of one room: no array is made in a step
     vectors, points, _, cells = C.table.shape
     return view(target, at, (vectors * laws.components(C.calls), points, cells))
@@ -212,7 +263,8 @@ def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
     """Gradients (k c, p, e) from the coordinates of the cells, or their rates."""
-    u, (_, _, basis, cells) = place(C, target, at), C.table.shape
+    u = place(C, target, at)
+    (_, _, basis, cells) = C.table.shape
     # behind the gradients, in the same room
     local = view(s.work[0], u.size, (basis, laws.components(C.calls), cells))
     gather_cells(C.nodes, C.table, s.cell_x if order == 0 else s.cell_v, local, u)
@@ -224,21 +276,27 @@ def scatter(s: Any, C: Any, S: np.ndarray) -> None:
     """Forces on the coordinates of the cells += B^T S, of stresses S (k c, p, e)."""
     # gradients are not needed any more: their room takes the forces of the cells
     basis, cells = C.nodes.shape
-    scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.cell_f)
+    scatter_cells(
+        C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.cell_f
+    )
 
 
 @jit
 def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
     """W += B^T D B in the places of `targets`, of moduli D (k c, k c, p, e)."""
-    # matrices of a block before any goes into W: loops over cells stay vectors, only the last one jumps in memory
+    # matrices of a block before any goes into W: loops over cells stay vectors, only the last one
+    # jumps in memory
     cell_matrices(C.table, D, s.work[2])
     put(C.targets, s.work[2], s.entries)
 
 
 @jit
 def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
-    """W += the entries (l (l + 1) / 2, e) of the lower triangles of cell matrices, each in its place."""
-    # where every coordinate is an unknown, a place an entry is all: no source, no factor, in the order of the entries
+    """W += the entries (l (l + 1) / 2, e) of the lower triangles of cell matrices, each in its
+    place.
+    """
+    # where every coordinate is an unknown, a place an entry is all: no source, no factor, in the
+    # order of the entries
     if len(T.source) == 0:
         for k in range(len(T.target)):
             if T.target[k] >= 0:
@@ -255,24 +313,34 @@ ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
 def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Cells | Sampled:
     """Cells stay in body coordinates; where few modes move them, multiplied out they cost less.
 
-    A force costs r g numbers multiplied out to g gradients, and r p + b g by way of p coordinates and b functions a cell.
+    A force costs r g numbers multiplied out to g gradients, and r p + b g by way of p coordinates
+    and b functions a cell.
     """
     # full bodies: coordinates are unknowns
     if is_sparse(lift.matrix):
         return cells
     vectors, points, functions, count = cells.shape
     # a frame that functions are slaved to stands for all of them
-    used = distinct(cells.nodes) if cells.spread is None else distinct(csr_array(cells.spread[distinct(cells.nodes)]).indices)
-    modes, gradients = support(lift.matrix[used]), vectors * cells.dim * points * count
-    # of cubic beams with 200 cells a force by points takes 11 us for 23 us by cells with 4 modes, the same with 12 to 16, 62 for
-    # 43 us with 40
-    few = (modes.stop - modes.start) * (gradients - cells.dim * len(used)) < FEW * functions * gradients
+    used = (
+        distinct(cells.nodes)
+        if cells.spread is None
+        else distinct(csr_array(cells.spread[distinct(cells.nodes)]).indices)
+    )
+    modes = support(lift.matrix[used])
+    gradients = vectors * cells.dim * points * count
+    # of cubic beams with 200 cells a force by points takes 11 us for 23 us by cells with 4 modes,
+    # the same with 12 to 16, 62 for 43 us with 40
+    few = (modes.stop - modes.start) * (
+        gradients - cells.dim * len(used)
+    ) < FEW * functions * gradients
     return multiply_out(cells, lift) if few else cells
 
 
 @terms.multiply_out.register(Cells)
 def multiply_out(cells: Cells, lift: Affine) -> Cells | Sampled:
-    """Points with rows (derivative, component, point) by modes, of a reduced body; a full one keeps its cells."""
+    """Points with rows (derivative, component, point) by modes, of a reduced body; a full one keeps
+    its cells.
+    """
     if is_sparse(lift.matrix):
         return cells
     rows = gradient_rows(cells, len(lift.offset))
@@ -281,18 +349,30 @@ def multiply_out(cells: Cells, lift: Affine) -> Cells | Sampled:
     columns = support(gradients)
     section = cells.section.reshape(len(cells.section), 1, -1)
     return Sampled(
-        cells.law, np.ascontiguousarray(gradients[:, columns]), rows @ lift.offset, section, columns, cells_of_points(cells)
+        cells.law,
+        np.ascontiguousarray(gradients[:, columns]),
+        rows @ lift.offset,
+        section,
+        columns,
+        cells_of_points(cells),
     )
 
 
 @terms.split.register(Cells)
 def split(cells: Cells, lifts: Lifts) -> list[Cells]:
     """Blocks of about BLOCK cells, all in one where they are few."""
-    start, count = lifts.place(cells.spread), cells.nodes.shape[1]
+    start = lifts.place(cells.spread)
+    count = cells.nodes.shape[1]
     # short bodies in one: a call of a block costs as much as some cells
     parts = max(1, round(count / BLOCK)) if count > 4 * BLOCK else 1
     return [
-        replace(cells, table=cells.table[..., k], nodes=cells.nodes[:, k] + start, section=cells.section[..., k], spread=None)
+        replace(
+            cells,
+            table=cells.table[..., k],
+            nodes=cells.nodes[:, k] + start,
+            section=cells.section[..., k],
+            spread=None,
+        )
         for k in np.array_split(np.arange(count), parts)
     ]
 
@@ -300,20 +380,31 @@ def split(cells: Cells, lifts: Lifts) -> list[Cells]:
 @terms.couplings.register(Cells)
 def couplings(cells: Cells) -> np.ndarray:
     """Coordinates of every cell, (b c, e)."""
-    return (cells.nodes[:, None, :] + np.arange(cells.dim)[None, :, None]).reshape(-1, cells.nodes.shape[1])
+    return (cells.nodes[:, None, :] + np.arange(cells.dim)[None, :, None]).reshape(
+        -1, cells.nodes.shape[1]
+    )
 
 
 @terms.compile_term.register(Cells)
 def compile_term(cells: Cells, setting: Setting) -> Term:
     """Its numbers behind each other, and the places of its matrices."""
-    (basis, count), dim, vectors = cells.nodes.shape, cells.dim, cells.law.orders
+    (basis, count) = cells.nodes.shape
+    dim = cells.dim
+    vectors = cells.law.orders
     # the largest of what modulus, scatter and matrices need, one after the other
-    size, gradients, points = basis * dim, vectors * dim, cells.section.shape[1]
-    matrices = size * (size + 1) // 2 * count + max(vectors * count, (4 + basis * (basis + 1) // 2) * dim**2)
+    size = basis * dim
+    gradients = vectors * dim
+    points = cells.section.shape[1]
+    matrices = size * (size + 1) // 2 * count + max(
+        vectors * count, (4 + basis * (basis + 1) // 2) * dim**2
+    )
     work = max(gradients**2 * points * count, gradients * points * count + size * count, matrices)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
-    nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
-    targets, first = setting.targets(couplings(cells)), terms.first_kept(cells.law, setting)
+    nodes, table, section = (
+        np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section)
+    )
+    targets = setting.targets(couplings(cells))
+    first = terms.first_kept(cells.law, setting)
     record = CellsRecord(calls, setting.beta, nodes, table, section, targets, first)
     kept = terms.count_kept(cells.law, gradients * points * count, setting)
     return Term(record, ROUTINES, work, setting.beta > 0.0, kept)
@@ -328,23 +419,38 @@ def position_gradients(cells: Cells, x: np.ndarray, q: np.ndarray) -> np.ndarray
 @terms.rotation_weights.register(Cells)
 def rotation_weights(cells: Cells, q: np.ndarray) -> np.ndarray:
     """By tables of cells."""
-    dim, p = cells.dim, q if cells.spread is None else cells.spread @ q
-    nodes, G = cells.nodes // dim, np.zeros((len(p) // dim, dim))
+    dim = cells.dim
+    p = q if cells.spread is None else cells.spread @ q
+    nodes = cells.nodes // dim
+    G = np.zeros((len(p) // dim, dim))
     for N in cells.table[:2]:
         tangent = np.einsum("pbe,bec->cpe", N, p.reshape(-1, dim)[nodes])
-        np.add.at(G, nodes, np.einsum("pbe,pe,cpe->bec", N, cells.section[-1], tangent, optimize=True))
+        np.add.at(
+            G, nodes, np.einsum("pbe,pe,cpe->bec", N, cells.section[-1], tangent, optimize=True)
+        )
     return G if cells.spread is None else np.asarray(csr_array(cells.spread)[::dim, ::dim].T @ G)
 
 
 @terms.functions_read.register(Cells)
 def functions_read(cells: Cells, size: int) -> csr_array:
     """The functions of every cell, or those that they are slaved to."""
-    spread, fields = cells.spread, cells.law.fields
+    spread = cells.spread
+    fields = cells.law.fields
     dim = cells.dim // fields
-    functions = (cells.nodes.T[:, :, None] // dim + np.arange(fields)).reshape(cells.nodes.shape[1], -1)
-    indptr, width = np.arange(len(functions) + 1) * functions.shape[1], size if spread is None else spread.shape[0] // dim
-    reads = csr_array((np.ones(functions.size, np.float32), functions.ravel(), indptr), shape=(len(functions), width))
-    return reads if spread is None else csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))
+    functions = (cells.nodes.T[:, :, None] // dim + np.arange(fields)).reshape(
+        cells.nodes.shape[1], -1
+    )
+    indptr = np.arange(len(functions) + 1) * functions.shape[1]
+    width = size if spread is None else spread.shape[0] // dim
+    reads = csr_array(
+        (np.ones(functions.size, np.float32), functions.ravel(), indptr),
+        shape=(len(functions), width),
+    )
+    return (
+        reads
+        if spread is None
+        else csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))
+    )
 
 
 @terms.cells_of_points.register(Cells)
@@ -360,12 +466,19 @@ def numbers_read(cells: Cells) -> float:
 
 
 def gradient_rows(cells: Cells, size: int) -> csr_array:
-    """Gather of cells as a sparse array: u = rows @ q, rows (k c p e, q) in the order (k, c, p, e), q (size,)."""
+    """Gather of cells as a sparse array: u = rows @ q, rows (k c p e, q) in the order (k, c, p, e),
+    q (size,).
+    """
     K, P, B, E = cells.table.shape
     dim = cells.dim
     # written as rows, without a loop over cells
-    values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
-    columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
+    values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(
+        0, 1, 2, 4, 3
+    )
+    columns = np.broadcast_to(
+        cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None],
+        (K, dim, P, E, B),
+    )
     indptr = np.arange(K * dim * P * E + 1) * B
     width = size if cells.spread is None else cells.spread.shape[0]
     rows = csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, width))
@@ -373,17 +486,25 @@ def gradient_rows(cells: Cells, size: int) -> csr_array:
 
 
 def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
-    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T K_e T with p = T x.
+    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T
+    K_e T with p = T x.
 
-    `local` (l, e) are the coordinates p that cells read, T (p, n) is sparse, `layout` says how W (n, n) is stored.
+    `local` (l, e) are the coordinates p that cells read, T (p, n) is sparse, `layout` says how W
+    (n, n) is stored.
     """
-    (size, count), place, dense = local.shape, layout.place, layout.dense
+    (size, count) = local.shape
+    place = layout.place
+    dense = layout.dense
     # unknowns that a coordinate is slaved to: 1 of free ones, 3 of those on the rim of a frame
     deep = int(np.diff(T.indptr).max(initial=1))
-    target, factor = np.full((T.shape[0], deep), -1), np.zeros((T.shape[0], deep))
+    target = np.full((T.shape[0], deep), -1)
+    factor = np.zeros((T.shape[0], deep))
     for k in range(deep):
         has = np.diff(T.indptr) > k
-        target[has, k], factor[has, k] = place[T.indices[T.indptr[:-1][has] + k]], T.data[T.indptr[:-1][has] + k]
+        target[has, k], factor[has, k] = (
+            place[T.indices[T.indptr[:-1][has] + k]],
+            T.data[T.indptr[:-1][has] + k],
+        )
     low, column = np.tril_indices(size)
     sources, targets, factors = [], [], []
     for k in range(deep):

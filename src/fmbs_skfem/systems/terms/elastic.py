@@ -7,9 +7,10 @@ A storage is a struct of arrays; for its type it registers
     compile_term    a piece as a record of arrays and three routines that act on it (`evaluation.ElasticTerms`)
                     of a law at points, `at_points` makes them: gather, evaluate, scatter
 
-and, where the default does not do, `couplings`, `position_gradients` and what costs are counted from: `functions_read`,
-`numbers_read` and `cells_of_points`; points that can be sampled say their `points.dense_rows` and `unknowns`, and `choose_points`
-among them. Nothing else asks which storage a term has.
+and, where the default does not do, `couplings`, `position_gradients` and what costs are counted
+from: `functions_read`, `numbers_read` and `cells_of_points`; points that can be sampled say their
+`points.dense_rows` and `unknowns`, and `choose_points` among them. Nothing else asks which storage
+a term has.
 """
 
 from __future__ import annotations
@@ -26,7 +27,16 @@ from ...bodies import laws
 from ...bodies.vectors import AXIAL
 from ...core.algebra.linalg import as_dense, is_sparse, stacked
 from ...core.compiling.entries import view
-from ...core.compiling.structs import Callback, Routine, Shorts, Vector, address_of, packed, routine, unpacked
+from ...core.compiling.structs import (
+    Callback,
+    Routine,
+    Shorts,
+    Vector,
+    address_of,
+    packed,
+    routine,
+    unpacked,
+)
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
 from ..affine import Affine, Matrix
@@ -36,7 +46,8 @@ Function: TypeAlias = Callable[..., Any]
 
 
 class TermRoutines(NamedTuple):
-    """What a record of an elastic term is acted on by; each takes the table of the evaluation and the record.
+    """What a record of an elastic term is acted on by; each takes the table of the evaluation and
+    the record.
 
         force      f += L^T phi(L x, L v)            tangent    W += L^T phi' L, derivatives by rates times gh
         energy     energy += phi(L x) [J]            dissipate  energy += power [W] of what reads velocities
@@ -47,14 +58,20 @@ class TermRoutines(NamedTuple):
     force: Routine | Callback
     tangent: Routine | Callback
     energy: Routine | Callback
-    force_products: tuple[Routine, ...] = ()  #: with dense modes in a force alone, gather and scatter, for reports of time
+    force_products: tuple[
+        Routine, ...
+    ] = ()  #: with dense modes in a force alone, gather and scatter, for reports of time
     tangent_products: tuple[Routine, ...] = ()  #: U^T D U in a tangent alone
-    dissipate: Routine | Callback | None = None  #: of what reads velocities: energy += power of damping half way, see `work`
+    dissipate: Routine | Callback | None = (
+        None  #: of what reads velocities: energy += power of damping half way, see `work`
+    )
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A record for compiled code with the routines that act on it; it owns the arrays that its address points to."""
+    """A record for compiled code with the routines that act on it; it owns the arrays that its
+    address points to.
+    """
 
     record: Any  #: a struct, see `core.compiling.structs`
     routines: Any  #: a tuple of routines by name
@@ -98,7 +115,8 @@ class Term(Piece):
 class Targets(NamedTuple):
     """Where entries of the lower triangles of all cell matrices go in the flat storage of W.
 
-    Without `source` there is one place for every entry, -1 for none; else W[target] += factor entries[source].
+    Without `source` there is one place for every entry, -1 for none; else W[target] += factor
+    entries[source].
     """
 
     source: Shorts
@@ -118,7 +136,9 @@ class Setting:
 
 
 def first_kept(law: laws.Law, setting: Setting) -> int:
-    """The first place of its gradients in what a space keeps; -1 where neither damping nor its modulus needs them."""
+    """The first place of its gradients in what a space keeps; -1 where neither damping nor its
+    modulus needs them.
+    """
     return setting.kept if setting.beta > 0.0 or law.holds else -1
 
 
@@ -129,7 +149,8 @@ def count_kept(law: laws.Law, gradients: int, setting: Setting) -> int:
 
 @dataclass
 class Lifts:
-    """Coordinates p (p,) of the cells, while pieces of bodies say which ones they read: those of the bodies, or images of them.
+    """Coordinates p (p,) of the cells, while pieces of bodies say which ones they read: those of
+    the bodies, or images of them.
 
         p = matrix @ x + offset
 
@@ -143,7 +164,9 @@ class Lifts:
     count: int = 0
 
     def place(self, spread: csr_array | None) -> int:
-        """The first of the coordinates `spread` q, spread (w, q), or of q itself, which is there once for all that read it."""
+        """The first of the coordinates `spread` q, spread (w, q), or of q itself, which is there
+        once for all that read it.
+        """
         if spread is None and self.shared >= 0:
             return self.shared
         matrix, offset = self.lift.matrix, self.lift.offset
@@ -153,7 +176,9 @@ class Lifts:
         return self.shared
 
     def add(self, matrix: Matrix, offset: np.ndarray) -> int:
-        """The first of the coordinates matrix @ x + offset of the unknowns x (n,), with the matrix (w, n) and the offset (w,)."""
+        """The first of the coordinates matrix @ x + offset of the unknowns x (n,), with the matrix
+        (w, n) and the offset (w,).
+        """
         start = self.count
         self.rows.append(matrix)
         self.offsets.append(offset)
@@ -163,7 +188,11 @@ class Lifts:
     def whole(self) -> tuple[Matrix, np.ndarray]:
         """Matrix (p, n) and offset (p,) of p from the unknowns, sparse where all parts of it are."""
         rows = self.rows or [self.lift.matrix[:0]]
-        matrix = stacked(rows) if all(map(is_sparse, rows)) else np.concatenate([as_dense(row) for row in rows])
+        matrix = (
+            stacked(rows)
+            if all(map(is_sparse, rows))
+            else np.concatenate([as_dense(row) for row in rows])
+        )
         return matrix, np.ascontiguousarray(np.concatenate(self.offsets))
 
 
@@ -176,16 +205,20 @@ def at_points(
     add_tangent: Function,
     **more: tuple[Routine, ...],
 ) -> TermRoutines:
-    """The routines of a storage whose law acts at points: gather, evaluate, scatter, for a module `owner` and its record P.
+    """The routines of a storage whose law acts at points: gather, evaluate, scatter, for a module
+    `owner` and its record P.
 
-    It brings functions for compiled code: place(P, target, at), an array (k c, p, e) from a place of `target` on; read(s, P, order,
-    target, at), the same with the gradients of the positions (`order` 0) or of their rates (1); scatter(s, P, S) of stresses; and
-    add_tangent(s, P, D) of moduli (k c, k c, p, e).
+    It brings functions for compiled code: place(P, target, at), an array (k c, p, e) from a place
+    of `target` on; read(s, P, order, target, at), the same with the gradients of the positions
+    (`order` 0) or of their rates (1); scatter(s, P, S) of stresses; and add_tangent(s, P, D) of
+    moduli (k c, k c, p, e).
     """
 
     def force(table: Any, record: Any) -> int:
-        s, P = evaluation(table).space, opened(record)
-        # gradients are kept for the heat of a step and for stresses that tangents hold: neither costs a second evaluation
+        s = evaluation(table).space
+        P = opened(record)
+        # gradients are kept for the heat of a step and for stresses that tangents hold: neither
+        # costs a second evaluation
         room, at = (s.gradients[NOW], P.kept) if P.kept >= 0 else (s.work[0], 0)
         u = read(s, P, 0, room, at)
         rate = read(s, P, 1, room, at + u.size) if P.beta > 0.0 else u
@@ -196,29 +229,40 @@ def at_points(
         return 0
 
     def tangent(table: Any, record: Any) -> int:
-        s, P = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        P = opened(record)
         # gradients once more: those of the force are of another term by now
         u = read(s, P, 0, s.work[0], 0)
         rows, points, cells = u.shape
         D = view(s.work[1], 0, (rows, rows, points, cells))
-        # on the way of a step guesses stretch what turns: stresses of the state before are nearer to those of its end
+        # on the way of a step guesses stretch what turns: stresses of the state before are nearer
+        # to those of its end
         holds = P.kept >= 0 and s.holding[0] != EXACT
         held = place(P, s.gradients[ACCEPTED], P.kept) if holds else u
-        laws.call_modulus(P.calls, u, held, s.holding[0] if holds else AXIAL, s.gh[0] * P.beta, P.section, D)
+        laws.call_modulus(
+            P.calls, u, held, s.holding[0] if holds else AXIAL, s.gh[0] * P.beta, P.section, D
+        )
         add_tangent(s, P, D)
         return 0
 
     def energy(table: Any, record: Any) -> int:
-        s, P = evaluation(table).space, opened(record)
+        s = evaluation(table).space
+        P = opened(record)
         s.energy[0] += laws.call_energy(P.calls, read(s, P, 0, s.work[0], 0), P.section)
         return 0
 
     def dissipate(table: Any, record: Any) -> int:
-        """Energy += the power of damping half way between the last evaluation and the accepted state, see `Space.gradients`."""
-        s, P = evaluation(table).space, opened(record)
+        """Energy += the power of damping half way between the last evaluation and the accepted
+        state, see `Space.gradients`.
+        """
+        s = evaluation(table).space
+        P = opened(record)
         u, rate = place(P, s.work[1], 0), place(P, s.work[2], 0)
         size = u.size
-        now, before = view(s.gradients[NOW], P.kept, (2 * size,)), view(s.gradients[ACCEPTED], P.kept, (2 * size,))
+        now, before = (
+            view(s.gradients[NOW], P.kept, (2 * size,)),
+            view(s.gradients[ACCEPTED], P.kept, (2 * size,)),
+        )
         mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
         for i in range(size):
             # of second order, and none of a rigid rotation, which has no rate half way
@@ -228,13 +272,17 @@ def at_points(
         return 0
 
     for one in (force, tangent, energy, dissipate):
-        one.__module__, one.__qualname__ = owner, one.__name__
-    return TermRoutines(routine(force), routine(tangent), routine(energy), dissipate=routine(dissipate), **more)
+        one.__module__ = owner
+        one.__qualname__ = one.__name__
+    return TermRoutines(
+        routine(force), routine(tangent), routine(energy), dissipate=routine(dissipate), **more
+    )
 
 
 @singledispatch
 def carry(storage: Any, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Any:
-    """The storage of a body in unknowns z (r,) with x = V z + d, V (n, r) and d (n,); `lift` gives the body coordinates from z.
+    """The storage of a body in unknowns z (r,) with x = V z + d, V (n, r) and d (n,); `lift` gives
+    the body coordinates from z.
 
     Types of storages register here; TypeError for a type that has not.
     """
@@ -243,7 +291,8 @@ def carry(storage: Any, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> An
 
 @singledispatch
 def multiply_out(storage: Any, lift: Affine) -> Any:
-    """The storage of a reduced body as points in the unknowns, for those who choose among points; most are as they stand.
+    """The storage of a reduced body as points in the unknowns, for those who choose among points;
+    most are as they stand.
 
     `lift` gives the body coordinates from the unknowns. Types of storages register here.
     """
@@ -254,7 +303,8 @@ def multiply_out(storage: Any, lift: Affine) -> Any:
 def split(storage: Any, lifts: Lifts) -> Sequence[Any]:
     """The storage in pieces whose numbers stay in the cache from gather to scatter.
 
-    Pieces that read bodies are in the coordinates p of `lifts`. Types of storages register here; TypeError for a type that has not.
+    Pieces that read bodies are in the coordinates p of `lifts`. Types of storages register here;
+    TypeError for a type that has not.
     """
     raise TypeError(type(storage))
 
@@ -266,7 +316,8 @@ def is_storage(value: Any) -> bool:
 
 @singledispatch
 def compile_term(piece: Any, setting: Setting) -> Term:
-    """A piece for compiled code: a record, routines that act on it, and what they need of the space.
+    """A piece for compiled code: a record, routines that act on it, and what they need of the
+    space.
 
     Types of pieces register here; TypeError for a type that has not.
     """
@@ -275,13 +326,16 @@ def compile_term(piece: Any, setting: Setting) -> Term:
 
 @singledispatch
 def couplings(piece: Any) -> np.ndarray:
-    """Coordinates p (l, e) that each of e cells of a piece couples, l a cell; none (0, 0) where it acts on dense unknowns."""
+    """Coordinates p (l, e) that each of e cells of a piece couples, l a cell; none (0, 0) where it
+    acts on dense unknowns.
+    """
     return np.zeros((0, 0), np.int64)
 
 
 @singledispatch
 def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray | None:
-    """Derivatives of the position u (k c, p, e) at the points of a storage, at unknowns x (n,) and body coordinates q (q,).
+    """Derivatives of the position u (k c, p, e) at the points of a storage, at unknowns x (n,) and
+    body coordinates q (q,).
 
     None where it has no points.
     """
@@ -310,7 +364,8 @@ def functions_read(storage: Any, size: int) -> csr_array:
 
 @singledispatch
 def numbers_read(storage: Any) -> float:
-    """Products of a table entry with a coordinate in one evaluation of the force of a full body; 0 of other storages.
+    """Products of a table entry with a coordinate in one evaluation of the force of a full body; 0
+    of other storages.
 
     They stand for its cost.
     """
@@ -319,19 +374,24 @@ def numbers_read(storage: Any) -> float:
 
 @singledispatch
 def cells_of_points(storage: Any) -> np.ndarray:
-    """Number of the cell of every point in use of a reduced body (p,); none (0,) of storages without such points."""
+    """Number of the cell of every point in use of a reduced body (p,); none (0,) of storages
+    without such points.
+    """
     return np.zeros(0, np.int64)
 
 
 @singledispatch
 def unknowns(storage: Any) -> slice | None:
-    """The unknowns that the points of a reduced body read, as a slice of x (n,); None of other storages."""
+    """The unknowns that the points of a reduced body read, as a slice of x (n,); None of other
+    storages.
+    """
     return None
 
 
 @singledispatch
 def choose_points(storage: Any, kept: np.ndarray, factors: np.ndarray) -> Any:
-    """The storage of a reduced body at some of its points (i,), their quadrature weights times factors (i,).
+    """The storage of a reduced body at some of its points (i,), their quadrature weights times
+    factors (i,).
 
     TypeError for a storage without points to choose among.
     """
@@ -343,7 +403,8 @@ class Nothing(NamedTuple):
 
 
 class PythonTerm(Protocol):
-    """A force that is evaluated in Python, on all unknowns of a dense system: slow, and free to do anything.
+    """A force that is evaluated in Python, on all unknowns of a dense system: slow, and free to do
+    anything.
 
         f(x, v),    df/dx + gh df/dv,    energy E(x)
 
@@ -380,8 +441,14 @@ def of_python(force: PythonTerm) -> Term:
 
     def add_dissipation(table: int, _: int) -> None:
         s = unpacked(Space, table)
-        between, rate = s.x - 0.5 * s.way, s.way / s.span[0]
+        between = s.x - 0.5 * s.way
+        rate = s.way / s.span[0]
         s.energy[0] += float(rate @ (force.force(between, rate) - force.force(between, 0.0 * rate)))
 
-    routines = TermRoutines(Callback(add_force), Callback(add_tangent), Callback(add_energy), dissipate=Callback(add_dissipation))
+    routines = TermRoutines(
+        Callback(add_force),
+        Callback(add_tangent),
+        Callback(add_energy),
+        dissipate=Callback(add_dissipation),
+    )
     return Term(Nothing(), routines, 1, True)

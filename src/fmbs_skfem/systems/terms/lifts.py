@@ -2,10 +2,11 @@ r"""Coordinates p of the cells from the unknowns, as a term around the terms tha
 
     p = V x + d,    u = B p,    f = V^T B^T phi(u),    W += V^T K V,    K = sum_e B_e^T phi' B_e
 
-Of full systems V is sparse, and cells put their tangents into W at once. Of reduced ones it is dense, and both factors of the
-gather are kept: B V has a row for every gradient at every point, V one for every coordinate, several times fewer, of plates some
-twenty times. The lower triangle of K is sparse then; with half of its diagonal it is A, K = A + A^T, and V^T K V = Z + Z^T with
-Z = V^T (A V).
+Of full systems V is sparse, and cells put their tangents into W at once. Of reduced ones it is
+dense, and both factors of the gather are kept: B V has a row for every gradient at every point, V
+one for every coordinate, several times fewer, of plates some twenty times. The lower triangle of K
+is sparse then; with half of its diagonal it is A, K = A + A^T, and V^T K V = Z + Z^T with Z = V^T
+(A V).
 """
 
 from __future__ import annotations
@@ -60,7 +61,8 @@ dense_lift = opener(DenseLift)
 @routine
 def place_sparse(table: Any, record: Any) -> int:
     """p = V x + d, and V v."""
-    E, L = evaluation(table), sparse_lift(record)
+    E = evaluation(table)
+    L = sparse_lift(record)
     s = E.space
     # sparse V: most rows have one entry, frames of rims three
     affine(L.matrix, L.offset, s.x, s.cell_x)
@@ -92,9 +94,11 @@ def no_tangent(table: Any, record: Any) -> int:
 @routine
 def place_dense(table: Any, record: Any) -> int:
     """p = V x + d, and V v."""
-    E, L = evaluation(table), dense_lift(record)
+    E = evaluation(table)
+    L = dense_lift(record)
     s = E.space
-    # V has one row a coordinate where B V has one for every gradient at every point, of plates twenty times as many
+    # V has one row a coordinate where B V has one for every gradient at every point, of plates
+    # twenty times as many
     combine(L, 1.0, s.x, s.cell_x)
     clear(s.cell_f)
     if E.arrays.elastic.damped:
@@ -110,24 +114,34 @@ def combine(L: Any, fixed: float, x: np.ndarray, p: np.ndarray) -> None:
     # a block a body: V is zero where a mode moves others, and is not multiplied there
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
-        add_combination(view(L.transposed, at, (modes, count)), view(x, start, (modes,)), view(p, first, (count,)))
+        add_combination(
+            view(L.transposed, at, (modes, count)),
+            view(x, start, (modes,)),
+            view(p, first, (count,)),
+        )
 
 
 @routine
 def scatter_dense(table: Any, record: Any) -> int:
     """f += V^T times the forces on p."""
-    s, L = evaluation(table).space, dense_lift(record)
+    s = evaluation(table).space
+    L = dense_lift(record)
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
         # the same numbers as `place_dense` reads, in the order in which it does
-        add_sums(view(L.transposed, at, (modes, count)), view(s.cell_f, first, (count,)), view(s.f, start, (modes,)))
+        add_sums(
+            view(L.transposed, at, (modes, count)),
+            view(s.cell_f, first, (count,)),
+            view(s.f, start, (modes,)),
+        )
     return 0
 
 
 @routine
 def tangent_dense(table: Any, record: Any) -> int:
     """W += V^T K V from the entries of K, which are zero afterwards."""
-    s, L = evaluation(table).space, dense_lift(record)
+    s = evaluation(table).space
+    L = dense_lift(record)
     for i in range(len(L.indptr) - 1):
         if L.indptr[i + 1] > L.indptr[i]:
             # half of the diagonal, so that K = A + A^T and one product with A serves both halves
@@ -149,7 +163,9 @@ def tangent_dense(table: Any, record: Any) -> int:
 
 
 @jit
-def multiply_row(L: Any, entries: np.ndarray, i: int, first: int, V: np.ndarray, target: np.ndarray) -> None:
+def multiply_row(
+    L: Any, entries: np.ndarray, i: int, first: int, V: np.ndarray, target: np.ndarray
+) -> None:
     """target (r,) = row i of A V; four rows of V at a time."""
     clear(target)
     start, stop = L.indptr[i], L.indptr[i + 1]
@@ -162,27 +178,37 @@ def multiply_row(L: Any, entries: np.ndarray, i: int, first: int, V: np.ndarray,
         for r in range(len(target)):
             target[r] += a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
     for k in range(full, stop):
-        a, row_a = entries[k], V[L.indices[k] - first]
+        a = entries[k]
+        row_a = V[L.indices[k] - first]
         for r in range(len(target)):
             target[r] += a * row_a[r]
 
 
 SPARSE = LiftRoutines(place_sparse, scatter_sparse, no_tangent)
-DENSE = LiftRoutines(place_dense, scatter_dense, tangent_dense, (place_dense, scatter_dense), (tangent_dense,))
+DENSE = LiftRoutines(
+    place_dense, scatter_dense, tangent_dense, (place_dense, scatter_dense), (tangent_dense,)
+)
 
 
-def piece(V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray], pattern: Pattern | None) -> Piece | None:
-    """The lift V (p, n) of a system with its offset d (p,), p = V x + d; None where nothing reads p.
+def piece(
+    V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray], pattern: Pattern | None
+) -> Piece | None:
+    """The lift V (p, n) of a system with its offset d (p,), p = V x + d; None where nothing reads
+    p.
 
-    A sparse V is given as `Csr`, a dense one as an array, which is kept in blocks of the coordinates that cells read. `locals_` are
-    the coordinates (l, e) of the cells of each storage, `pattern` is that of K for a dense lift.
+    A sparse V is given as `Csr`, a dense one as an array, which is kept in blocks of the
+    coordinates that cells read. `locals_` are the coordinates (l, e) of the cells of each storage,
+    `pattern` is that of K for a dense lift.
     """
     if not len(offset):
         return None
     if isinstance(V, Csr):
         return Piece(SparseLift(V, offset), SPARSE)
     assert pattern is not None
-    table, rows, turned, at = list[tuple[int, ...]](), list[np.ndarray](), list[np.ndarray](), 0
+    table = list[tuple[int, ...]]()
+    rows = list[np.ndarray]()
+    turned = list[np.ndarray]()
+    at = 0
     for first, last in spans(locals_):
         # modes of this body alone
         columns = support(V[first:last])
@@ -192,16 +218,30 @@ def piece(V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray]
         turned.append(block.T.ravel())
         at += block.size
     blocks = np.array(table, dtype=np.int64)
-    return Piece(DenseLift(blocks, np.concatenate(rows), np.concatenate(turned), offset, pattern.indptr, pattern.indices), DENSE)
+    return Piece(
+        DenseLift(
+            blocks,
+            np.concatenate(rows),
+            np.concatenate(turned),
+            offset,
+            pattern.indptr,
+            pattern.indices,
+        ),
+        DENSE,
+    )
 
 
 def spans(locals_: Sequence[np.ndarray]) -> list[tuple[int, int]]:
     """Ranges of coordinates that cells read, those that overlap as one."""
     found: list[tuple[int, int]] = []
-    for first, last in sorted((int(local.min()), int(local.max()) + 1) for local in locals_ if local.size):
-        # bodies that share coordinates, as patches with a common edge, are one block: K couples them
+    for first, last in sorted(
+        (int(local.min()), int(local.max()) + 1) for local in locals_ if local.size
+    ):
+        # bodies that share coordinates, as patches with a common edge, are one block: K couples
+        # them
         if found and first < found[-1][1]:
-            first, last = found[-1][0], max(last, found.pop()[1])
+            first = found[-1][0]
+            last = max(last, found.pop()[1])
         found.append((first, last))
     return found
 
@@ -210,11 +250,17 @@ def addressed(lift: Piece | None) -> LiftTerm:
     """A lift by address, zeros for none; the caller keeps it, as the addresses point to its memory."""
     if lift is None:
         return LiftTerm(0, 0, 0, 0)
-    return LiftTerm(lift.routines.place.address, lift.routines.scatter.address, lift.routines.tangent.address, lift.address)
+    return LiftTerm(
+        lift.routines.place.address,
+        lift.routines.scatter.address,
+        lift.routines.tangent.address,
+        lift.address,
+    )
 
 
 def needs(lift: Piece | None) -> tuple[int, int | None, int]:
-    """What a lift needs of a space: coordinates of the cells, entries of K where W does not hold them, numbers of a work vector.
+    """What a lift needs of a space: coordinates of the cells, entries of K where W does not hold
+    them, numbers of a work vector.
 
     None in place of the entries where W holds them.
     """

@@ -34,7 +34,8 @@ ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to sca
 @storable
 @dataclass(frozen=True)
 class Sampled:
-    """Gather multiplied out at chosen points p of a reduced body: gradients u (k c, p) = L @ x[columns] + offset.
+    """Gather multiplied out at chosen points p of a reduced body: gradients u (k c, p) = L @
+    x[columns] + offset.
 
         f = L^T phi(u),    W += L^T phi' L
 
@@ -44,7 +45,9 @@ class Sampled:
     law: Annotated[Law, Attributes("k=vectors i=rows")]
     rows: Annotated[np.ndarray, Reals("kcp r")]  #: L
     offset: Annotated[np.ndarray, Reals("kcp")]
-    section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
+    section: Annotated[
+        np.ndarray, Reals("i 1 p")
+    ]  #: rows of the law, the last one the weight of a point
     columns: Annotated[slice, Range("r", end="n")]
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
 
@@ -103,7 +106,8 @@ def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
 @jit
 def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
     """W[columns, columns] += L^T D L with D in the second row of `work`."""
-    (modes, size), points = P.transposed.shape, P.section.shape[2]
+    (modes, size) = P.transposed.shape
+    points = P.section.shape[2]
     rows = size // points
     D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points, modes))
     modulus_times_rows(D, P.rows.reshape(rows, points, modes), stress)
@@ -143,23 +147,35 @@ def product_alone(table: Any, record: Any) -> int:
 
 @jit
 def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray) -> None:
-    """stress[i, p, r] = sum_j D[i, j, p] gradients[j, p, r]; four terms, then two at a time: every law has at least four rows."""
+    """stress[i, p, r] = sum_j D[i, j, p] gradients[j, p, r]; four terms, then two at a time: every
+    law has at least four rows.
+    """
     rows, points, modes = gradients.shape
     for i in range(rows):
         for p in range(points):
             target = stress[i, p]
             # the first four write, so that the target is not cleared
             a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
-            row_a, row_b, row_c, row_d = gradients[0, p], gradients[1, p], gradients[2, p], gradients[3, p]
+            row_a, row_b, row_c, row_d = (
+                gradients[0, p],
+                gradients[1, p],
+                gradients[2, p],
+                gradients[3, p],
+            )
             for r in range(modes):
                 target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
-            # membranes have four rows, cables in space six, shells fifteen: two at a time and one that is left
+            # membranes have four rows, cables in space six, shells fifteen: two at a time and one
+            # that is left
             for j in range(4, rows - 1, 2):
-                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], gradients[j, p], gradients[j + 1, p]
+                a = D[i, j, p]
+                b = D[i, j + 1, p]
+                row_a = gradients[j, p]
+                row_b = gradients[j + 1, p]
                 for r in range(modes):
                     target[r] += a * row_a[r] + b * row_b[r]
             if rows % 2 == 1:
-                a, row_a = D[i, rows - 1, p], gradients[rows - 1, p]
+                a = D[i, rows - 1, p]
+                row_a = gradients[rows - 1, p]
                 for r in range(modes):
                     target[r] += a * row_a[r]
 
@@ -181,9 +197,12 @@ def carry(points: Sampled, name: str, lift: Affine, V: Matrix, d: np.ndarray) ->
 @terms.split.register(Sampled)
 def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
     """Blocks of about ROOM gradients, all in one where they are few."""
-    count, modes = points.section.shape[2], points.rows.shape[1]
-    gradients, offset = points.rows.reshape(-1, count, modes), points.offset.reshape(-1, count)
-    # by numbers and not by points: what has to stay in the cache is L, whose rows are as long as there are modes
+    count = points.section.shape[2]
+    modes = points.rows.shape[1]
+    gradients = points.rows.reshape(-1, count, modes)
+    offset = points.offset.reshape(-1, count)
+    # by numbers and not by points: what has to stay in the cache is L, whose rows are as long as
+    # there are modes
     parts = max(1, round(points.rows.size / ROOM))
     if parts == 1:
         return [points]
@@ -203,12 +222,24 @@ def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
 def compile_term(points: Sampled, setting: Setting) -> Term:
     """Its numbers behind each other, by rows and by columns."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
-    gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
+    gradients, offset, section = (
+        np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section)
+    )
     # both orders are kept: forces read columns, tangents rows
-    first, transposed = terms.first_kept(points.law, setting), np.ascontiguousarray(gradients.T)
-    record = PointsRecord(calls, setting.beta, points.columns.start, gradients, transposed, offset, section, first)
-    rows, kept = points.law.vectors * setting.dim, terms.count_kept(points.law, len(gradients), setting)
-    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), setting.beta > 0.0, kept)
+    first = terms.first_kept(points.law, setting)
+    transposed = np.ascontiguousarray(gradients.T)
+    record = PointsRecord(
+        calls, setting.beta, points.columns.start, gradients, transposed, offset, section, first
+    )
+    rows = points.law.vectors * setting.dim
+    kept = terms.count_kept(points.law, len(gradients), setting)
+    return Term(
+        record,
+        ROUTINES,
+        max(rows**2 * section.shape[2], gradients.size, 1),
+        setting.beta > 0.0,
+        kept,
+    )
 
 
 @terms.position_gradients.register(Sampled)
@@ -226,7 +257,9 @@ def cells_of_points(points: Sampled) -> np.ndarray:
 
 @singledispatch
 def dense_rows(storage: Any) -> Sampled | None:
-    """The points of a reduced body as dense rows on the unknowns, with rows (k c p, r); None of other storages."""
+    """The points of a reduced body as dense rows on the unknowns, with rows (k c p, r); None of
+    other storages.
+    """
     return None
 
 
@@ -245,14 +278,25 @@ def unknowns(points: Sampled) -> slice:
 def choose_points(points: Sampled, kept: np.ndarray, factors: np.ndarray) -> Sampled:
     """Rows, offset and section of these points."""
     count = len(points.cell)
-    rows, offset = points.rows.reshape(-1, count, points.rows.shape[1])[:, kept], points.offset.reshape(-1, count)[:, kept]
-    rows, offset = np.ascontiguousarray(rows).reshape(-1, points.rows.shape[1]), np.ascontiguousarray(offset).ravel()
-    return replace(points, rows=rows, offset=offset, section=weigh(points.section, kept, factors), cell=points.cell[kept])
+    rows = points.rows.reshape(-1, count, points.rows.shape[1])[:, kept]
+    offset = points.offset.reshape(-1, count)[:, kept]
+    rows = np.ascontiguousarray(rows).reshape(-1, points.rows.shape[1])
+    offset = np.ascontiguousarray(offset).ravel()
+    return replace(
+        points,
+        rows=rows,
+        offset=offset,
+        section=weigh(points.section, kept, factors),
+        cell=points.cell[kept],
+    )
 
 
 def weigh(section: np.ndarray, kept: np.ndarray, factors: np.ndarray) -> np.ndarray:
-    """Rows of a section (i, 1, p) at some points `kept` (j,), the last one, the weight, times factors (j,): (i, 1, j)."""
+    """Rows of a section (i, 1, p) at some points `kept` (j,), the last one, the weight, times
+    factors (j,): (i, 1, j).
+    """
     few = np.ascontiguousarray(section[:, :, kept])
-    # weights of the sample multiply those of the quadrature: the law's energy is scaled, so that its force keeps a potential
+    # weights of the sample multiply those of the quadrature: the law's energy is scaled, so that
+    # its force keeps a potential
     few[-1] *= factors
     return few

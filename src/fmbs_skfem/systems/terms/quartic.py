@@ -1,10 +1,12 @@
-r"""Quartic energies: the strain energy of planar membranes in reduced coordinates as one polynomial, every monomial stored once.
+r"""Quartic energies: the strain energy of planar membranes in reduced coordinates as one
+polynomial, every monomial stored once.
 
     W(x) = sum_{a<=b<=c<=d} T_abcd z_a z_b z_c z_d,    z = (1, x),    f = dW/dx,    K = d2W/dx2
 
-With the products y_ab = z_a z_b a monomial is y_ab y_cd, the pair (a, b) of the two smaller indices always before (c, d). In the
-order y = (y_00, y_01, y_11, y_02, ...) the pairs with b <= c are the first (c + 1)(c + 2)/2, so that the coefficients of one c are
-a dense block, a row for every d >= c, without gaps:
+With the products y_ab = z_a z_b a monomial is y_ab y_cd, the pair (a, b) of the two smaller indices
+always before (c, d). In the order y = (y_00, y_01, y_11, y_02, ...) the pairs with b <= c are the
+first (c + 1)(c + 2)/2, so that the coefficients of one c are a dense block, a row for every d >= c,
+without gaps:
 
     blocks       B_c (d, ab), c = 0..r, behind each other; rows are padded with zeros to a multiple of 8 numbers
     gradient     g = dW/dy:   g_cd += B_c[d] y,   g_ab += sum_d z_c z_d B_c[d];   each coefficient is read once and used twice
@@ -12,8 +14,9 @@ a dense block, a row for every d >= c, without gaps:
     energy       W = g y / 2, since W is homogeneous of degree two in y
     tangent      K_ab = (1 + delta_ab) g_ab + sum over rows (c, d) of h e^T + e h^T,   h = d(B_c[d] y)/dz,   e = d y_cd/dz
 
-There are C(r + 4, 4) coefficients, a third of those of the symmetric matrix in y W = y^T P y / 2 for large r; the force takes two
-multiplications each. Coefficients that start at a multiple of 64 bytes are read fastest: `aligned`.
+There are C(r + 4, 4) coefficients, a third of those of the symmetric matrix in y W = y^T P y / 2
+for large r; the force takes two multiplications each. Coefficients that start at a multiple of 64
+bytes are read fastest: `aligned`.
 """
 
 from __future__ import annotations
@@ -62,7 +65,8 @@ class Quartic:
 @jit
 def padded(count: int) -> int:
     """The least multiple of 8 that is not below `count`: numbers of a row with padding."""
-    # zeros at the end of rows, so that every row begins at a multiple of 64 bytes, and no loop has a rest
+    # zeros at the end of rows, so that every row begins at a multiple of 64 bytes, and no loop has
+    # a rest
     return (count + LANES - 1) // LANES * LANES
 
 
@@ -89,7 +93,12 @@ def work_length(modes: int) -> int:
 @also.register
 def _(part: Quartic, name: str, sizes: Sizes) -> None:
     wanted = length(sizes["r"])
-    require(sizes["t"] == wanted, f"{name}.coefficients", f"an array ({wanted},) of float64", f"{sizes['t']} numbers")
+    require(
+        sizes["t"] == wanted,
+        f"{name}.coefficients",
+        f"an array ({wanted},) of float64",
+        f"{sizes['t']} numbers",
+    )
 
 
 def aligned(size: int) -> np.ndarray:
@@ -112,7 +121,9 @@ def add_row(a: np.ndarray, weight: float, y: np.ndarray, g: np.ndarray) -> float
 
 
 @regrouped
-def add_two_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray) -> None:
+def add_two_rows(
+    B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray
+) -> None:
     """products = B y, and g += weights B, for two rows."""
     a, b = B[0], B[1]
     wa, wb = weights[0], weights[1]
@@ -126,8 +137,12 @@ def add_two_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarra
 
 
 @regrouped
-def add_eight_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray) -> None:
-    """products = B y, and g += weights B, for eight rows: y and g pass through the registers once for all of them."""
+def add_eight_rows(
+    B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray
+) -> None:
+    """products = B y, and g += weights B, for eight rows: y and g pass through the registers once
+    for all of them.
+    """
     a, b, c, d, e, p, q, r = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
     wa, wb, wc, wd, we, wp, wq, wr = (
         *(weights[0], weights[1], weights[2], weights[3]),
@@ -145,15 +160,29 @@ def add_eight_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndar
         sp += p[i] * yi
         sq += q[i] * yi
         sr += r[i] * yi
-        g[i] += wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i] + we * e[i] + wp * p[i] + wq * q[i] + wr * r[i]
+        g[i] += (
+            wa * a[i]
+            + wb * b[i]
+            + wc * c[i]
+            + wd * d[i]
+            + we * e[i]
+            + wp * p[i]
+            + wq * q[i]
+            + wr * r[i]
+        )
     products[0], products[1], products[2], products[3] = sa, sb, sc, sd
     products[4], products[5], products[6], products[7] = se, sp, sq, sr
 
 
 @jit
-def add_block(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray) -> None:
-    """products (d,) = B y, and g (m,) += weights B, of a block B (d, m), y (m,) and weights (d,): B is read once."""
-    rows, d = B.shape[0], 0
+def add_block(
+    B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray
+) -> None:
+    """products (d,) = B y, and g (m,) += weights B, of a block B (d, m), y (m,) and weights (d,): B
+    is read once.
+    """
+    rows = B.shape[0]
+    d = 0
     # eight, two, one: rows of a block are n - c, of any number
     while d + 8 <= rows:
         add_eight_rows(B[d : d + 8], weights[d : d + 8], y, g, products[d : d + 8])
@@ -176,7 +205,9 @@ def views(modes: int, work: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 @jit
 def pair_gradient(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> None:
-    """z (r + 1,), y and g = dW/dy of coefficients T (t,) at x (r,), in their places in `work`, see `views`."""
+    """z (r + 1,), y and g = dW/dy of coefficients T (t,) at x (r,), in their places in `work`, see
+    `views`.
+    """
     n = len(x) + 1
     z, y, g = views(len(x), work)
     spare = work[padded(n) + 2 * len(y) :]
@@ -279,7 +310,8 @@ def add_tangent(T: np.ndarray, x: np.ndarray, work: np.ndarray, W: np.ndarray) -
     for c in range(n):
         size = padded((c + 1) * (c + 2) // 2)
         for d in range(c, n):
-            # by rows again, which come from memory in order: the tangent reads coefficients once, as the force does
+            # by rows again, which come from memory in order: the tangent reads coefficients once,
+            # as the force does
             pair_slope(T[at : at + size], z, c, h)
             add_pair(W, c, h, z[d], c + 1)
             add_pair(W, d, h, z[c], c + 1)
@@ -306,7 +338,8 @@ opened = opener(QuarticRecord)
 @routine
 def call_energy(table: Any, record: Any) -> int:
     """`energy` as a term."""
-    s, Q = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    Q = opened(record)
     # coefficients are all that is read: no points, no law, no training
     s.energy[0] += energy(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0])
     return 0
@@ -315,17 +348,26 @@ def call_energy(table: Any, record: Any) -> int:
 @routine
 def call_force(table: Any, record: Any) -> int:
     """`add_force` as a term."""
-    s, Q = evaluation(table).space, opened(record)
-    add_force(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0], view(s.f, Q.first, (Q.modes,)))
+    s = evaluation(table).space
+    Q = opened(record)
+    add_force(
+        Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0], view(s.f, Q.first, (Q.modes,))
+    )
     return 0
 
 
 @routine
 def call_tangent(table: Any, record: Any) -> int:
     """`add_tangent` as a term."""
-    s, Q = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    Q = opened(record)
     last = Q.first + Q.modes
-    add_tangent(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0], s.W[Q.first : last, Q.first : last])
+    add_tangent(
+        Q.coefficients,
+        view(s.x, Q.first, (Q.modes,)),
+        s.work[0],
+        s.W[Q.first : last, Q.first : last],
+    )
     return 0
 
 
@@ -351,4 +393,8 @@ def compile_term(polynomial: Quartic, setting: Setting) -> Term:
     coefficients = aligned(polynomial.coefficients.size)
     coefficients[:] = polynomial.coefficients
     modes = polynomial.modes
-    return Term(QuarticRecord(coefficients, polynomial.columns.start, modes), ROUTINES, int(work_length(modes)))
+    return Term(
+        QuarticRecord(coefficients, polynomial.columns.start, modes),
+        ROUTINES,
+        int(work_length(modes)),
+    )

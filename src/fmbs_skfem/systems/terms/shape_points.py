@@ -1,10 +1,12 @@
-"""Points of reduced bodies as terms, in Kronecker form: shape functions N (b) act on every component of vectors alike.
+"""Points of reduced bodies as terms, in Kronecker form: shape functions N (b) act on every
+component of vectors alike.
 
     u[(k, c), p] = sum_b N[k, p, b] z[b, c],     z = (lift x)[columns] or A x + a,     f = A^T N^T phi(u)
     W[(b, c), (d, g)] += sum_p,k,l N[k, p, b] phi'[(k, c), (l, g), p] N[l, p, d]
 
-A reduced body of m functions has m c unknowns. Gather and scatter cost c times less, the tangent more than twice less, than rows of
-as many dense modes: only the lower half of the (c, g) is there, and each product is one of m columns.
+A reduced body of m functions has m c unknowns. Gather and scatter cost c times less, the tangent
+more than twice less, than rows of as many dense modes: only the lower half of the (c, g) is there,
+and each product is one of m columns.
 """
 
 from __future__ import annotations
@@ -62,13 +64,18 @@ def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
     """Gradients (k c, 1, p) from the coordinates of all cells, or their rates."""
-    (functions, size), points, dim = P.transposed.shape, P.section.shape[2], laws.components(P.calls)
-    vectors, u, q = size // points, place(P, target, at), s.cell_x if order == 0 else s.cell_v
+    (functions, size) = P.transposed.shape
+    points = P.section.shape[2]
+    dim = laws.components(P.calls)
+    vectors = size // points
+    u = place(P, target, at)
+    q = s.cell_x if order == 0 else s.cell_v
     part, values = view(s.work[0], u.size, (size,)), view(s.work[0], u.size + size, (functions,))
     for c in range(dim):
         clear(part)
         for b in range(functions):
-            # one component after the other: N serves all of them, so that it is read with a third of the unknowns at a time
+            # one component after the other: N serves all of them, so that it is read with a third
+            # of the unknowns at a time
             values[b] = q[P.first + b * dim + c]
         add_combination(P.transposed, values, part)
         for k in range(vectors):
@@ -81,7 +88,10 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def scatter(s: Any, P: Any, S: np.ndarray) -> None:
     """Forces f[b, c] on the coordinates of the cells += sum_kp N[k, p, b] S[(k, c), p]."""
-    (functions, size), points, dim, f = P.transposed.shape, S.shape[2], laws.components(P.calls), s.cell_f
+    (functions, size) = P.transposed.shape
+    points = S.shape[2]
+    dim = laws.components(P.calls)
+    f = s.cell_f
     part, values = view(s.work[0], 0, (size,)), view(s.work[0], size, (functions,))
     for c in range(dim):
         for k in range(size // points):
@@ -97,9 +107,16 @@ def scatter(s: Any, P: Any, S: np.ndarray) -> None:
 @jit
 def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
     """W += N^T D N in the places of `targets`, of moduli D (k c, k c, 1, p)."""
-    dim, (functions, size), (rows, _, _, points) = laws.components(P.calls), P.transposed.shape, D.shape
+    dim = laws.components(P.calls)
+    (functions, size) = P.transposed.shape
+    (rows, _, _, points) = D.shape
     DN = view(s.work[2], 0, (size, dim * (dim + 1) // 2, functions))
-    modulus_times_functions(view(D, 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
+    modulus_times_functions(
+        view(D, 0, (rows, rows, points)),
+        P.table.reshape(size // points, points, functions),
+        dim,
+        DN,
+    )
     # one product for all pairs (c, g) of components, six in space in place of nine
     product = np.dot(P.transposed, view(s.work[2], 0, (size, DN.shape[1] * functions)))
     entries = packed(product, functions, dim, s.work[0])
@@ -118,13 +135,16 @@ def modulus_times_functions(D: np.ndarray, table: np.ndarray, dim: int, DN: np.n
             at = 0
             for c in range(dim):
                 for g in range(c + 1):
-                    target, a, b = DN[k * points + p, at], D[k * dim + c, g, p], D[k * dim + c, dim + g, p]
+                    target = DN[k * points + p, at]
+                    a = D[k * dim + c, g, p]
+                    b = D[k * dim + c, dim + g, p]
                     first, second = table[0, p], table[1, p]
                     for d in range(functions):
                         # the first two write, so that DN is not cleared
                         target[d] = a * first[d] + b * second[d]
                     for l in range(2, vectors):
-                        a, first = D[k * dim + c, l * dim + g, p], table[l, p]
+                        a = D[k * dim + c, l * dim + g, p]
+                        first = table[l, p]
                         for d in range(functions):
                             target[d] += a * first[d]
                     at += 1
@@ -132,7 +152,9 @@ def modulus_times_functions(D: np.ndarray, table: np.ndarray, dim: int, DN: np.n
 
 @jit
 def packed(product: np.ndarray, functions: int, dim: int, room: np.ndarray) -> np.ndarray:
-    """Lower triangle of the matrix (b c, b c) in the front of `room`, row by row, from its blocks product[b, (c, g), d], g <= c."""
+    """Lower triangle of the matrix (b c, b c) in the front of `room`, row by row, from its blocks
+    product[b, (c, g), d], g <= c.
+    """
     at = 0
     for b in range(functions):
         for c in range(dim):
@@ -154,7 +176,8 @@ assemble_tangent: Any = ASSEMBLED.tangent
 @routine
 def tangent(table: Any, record: Any) -> int:
     """W += N^T phi' N, or what was kept of it when it was assembled last, turned with the body."""
-    s, P = evaluation(table).space, opened(record)
+    s = evaluation(table).space
+    P = opened(record)
     # a tenth of an assembly: a plate thrown round at a corner takes 0.6 of the time
     if len(P.gram) > 0 and s.turning[0] == 1:
         put(P.targets, turned_tangents.turned(s, P), s.entries)
@@ -166,16 +189,31 @@ ROUTINES = ASSEMBLED._replace(tangent=tangent)
 
 
 @terms.carry.register(ShapePoints)
-def carry(points: ShapePoints, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> ShapePoints | Sampled:
-    """Sparse V leaves points in coordinates of the body; dense V multiplies them out to rows by modes."""
+def carry(
+    points: ShapePoints, name: str, lift: Affine, V: Matrix, d: np.ndarray
+) -> ShapePoints | Sampled:
+    """Sparse V leaves points in coordinates of the body; dense V multiplies them out to rows by
+    modes.
+    """
     if points.matrix is None:
-        return points if is_sparse(V) else rows_by_modes(points, lift.matrix[points.columns], lift.offset[points.columns])
-    matrix, offset = points.matrix @ V, points.offset + points.matrix @ d
-    return replace(points, matrix=csr_array(matrix), offset=offset) if is_sparse(V) else rows_by_modes(points, matrix, offset)
+        return (
+            points
+            if is_sparse(V)
+            else rows_by_modes(points, lift.matrix[points.columns], lift.offset[points.columns])
+        )
+    matrix = points.matrix @ V
+    offset = points.offset + points.matrix @ d
+    return (
+        replace(points, matrix=csr_array(matrix), offset=offset)
+        if is_sparse(V)
+        else rows_by_modes(points, matrix, offset)
+    )
 
 
 def rows_by_modes(points: ShapePoints, matrix: Matrix, offset: np.ndarray) -> Sampled:
-    """Rows (derivative, component, point) by modes, for coordinates matrix (b c, n) @ x + offset of the body."""
+    """Rows (derivative, component, point) by modes, for coordinates matrix (b c, n) @ x + offset of
+    the body.
+    """
     rows = component_rows(points)
     columns = support(as_dense(matrix))
     gradients = np.ascontiguousarray(rows @ as_dense(matrix[:, columns]))
@@ -191,7 +229,9 @@ def component_rows(points: ShapePoints) -> np.ndarray:
 
 @dense_rows.register(ShapePoints)
 def _(points: ShapePoints) -> Sampled:
-    """On the unknowns, or on the coordinates of the body where those of all bodies are the unknowns."""
+    """On the unknowns, or on the coordinates of the body where those of all bodies are the
+    unknowns.
+    """
     n = points.table.shape[2] * points.dim
     if points.matrix is None:
         return replace(rows_by_modes(points, np.eye(n), np.zeros(n)), columns=points.columns)
@@ -207,19 +247,24 @@ def unknowns(points: ShapePoints) -> slice:
 @terms.choose_points.register(ShapePoints)
 def choose_points(points: ShapePoints, kept: np.ndarray, factors: np.ndarray) -> ShapePoints:
     """Table and section of these points."""
-    table, section = np.ascontiguousarray(points.table[:, kept]), weigh(points.section, kept, factors)
+    table = np.ascontiguousarray(points.table[:, kept])
+    section = weigh(points.section, kept, factors)
     positions = points.positions[kept] if points.positions.size else points.positions
-    return replace(points, table=table, section=section, cell=points.cell[kept], positions=positions)
+    return replace(
+        points, table=table, section=section, cell=points.cell[kept], positions=positions
+    )
 
 
 def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:
-    """All quadrature points of cells, p e of them, for shape functions (b, m) over the functions b that the cells read.
+    """All quadrature points of cells, p e of them, for shape functions (b, m) over the functions b
+    that the cells read.
 
         N[(k, f), (p, e), m] = sum_b table[k, p, b, e] functions[field f of node b in e, m]
 
     Points are in the order (p, e); they read the coordinates 0 ... m c - 1 of their body.
     """
-    (_, P, _, E), fields = cells.table.shape, cells.law.fields
+    (_, P, _, E) = cells.table.shape
+    fields = cells.law.fields
     dim = cells.dim // fields
     read = cells.nodes // dim + np.arange(fields)[:, None, None]
     # tables multiplied out once: a step reads b functions of the body, and no cells
@@ -241,7 +286,9 @@ def split(points: ShapePoints, lifts: Lifts) -> list[ShapePoints]:
         start = lifts.place(None) + points.columns.start
     else:
         start = lifts.add(points.matrix, points.offset)
-    return [replace(points, columns=slice(start, start + points.columns.stop - points.columns.start))]
+    return [
+        replace(points, columns=slice(start, start + points.columns.stop - points.columns.start))
+    ]
 
 
 @terms.couplings.register(ShapePoints)
@@ -255,8 +302,11 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     """Its numbers by rows and by columns, and the places of its matrix."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     K, P, B = points.table.shape
-    table, dim, damped = np.ascontiguousarray(points.table.reshape(K * P, B)), setting.dim, setting.beta > 0.0
-    # only shells are far stiffer in their plane than across, so that a small rotation asks for a new tangent
+    table = np.ascontiguousarray(points.table.reshape(K * P, B))
+    dim = setting.dim
+    damped = setting.beta > 0.0
+    # only shells are far stiffer in their plane than across, so that a small rotation asks for a
+    # new tangent
     turns = points.law is Law.SHELL
     record = ShapePointsRecord(
         calls=calls,
@@ -270,9 +320,21 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
         gram=gram_of(points) if turns else np.zeros((0, 0)),
         turned=setting.turned,
     )
-    work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
+    work = max(
+        (K * dim) ** 2 * P,
+        K * dim * P + K * P + B,
+        K * P * B * dim * (dim + 1) // 2,
+        B * dim * (B * dim + 1) // 2,
+    )
     kept = turned_tangents.room(B) if turns else 0
-    return Term(record, ROUTINES, work, damped, terms.count_kept(points.law, K * P * dim, setting), turned=kept)
+    return Term(
+        record,
+        ROUTINES,
+        work,
+        damped,
+        terms.count_kept(points.law, K * P * dim, setting),
+        turned=kept,
+    )
 
 
 def gram_of(points: ShapePoints) -> np.ndarray:
@@ -291,11 +353,16 @@ def rotation_weights(points: ShapePoints, q: np.ndarray) -> np.ndarray:
 
 @terms.functions_read.register(ShapePoints)
 def functions_read(points: ShapePoints, size: int) -> csr_array:
-    """All functions of the body, in one row; no rows where it reads the unknowns of a reduced model."""
+    """All functions of the body, in one row; no rows where it reads the unknowns of a reduced
+    model.
+    """
     if points.matrix is not None:
         return csr_array((0, size), dtype=np.float32)
     first, last = points.columns.start // points.dim, points.columns.stop // points.dim
-    return csr_array((np.ones(last - first, np.float32), np.arange(first, last), [0, last - first]), shape=(1, size))
+    return csr_array(
+        (np.ones(last - first, np.float32), np.arange(first, last), [0, last - first]),
+        shape=(1, size),
+    )
 
 
 @terms.cells_of_points.register(ShapePoints)

@@ -1,8 +1,10 @@
-r"""Assembly of large iteration matrices: the pattern and the place of every cell entry are found once.
+r"""Assembly of large iteration matrices: the pattern and the place of every cell entry are found
+once.
 
     K_p = sum_e B_e^T D_e B_e,    K = T^T K_p T,    p = T x + d
 
-K_p is kept as the lower triangle of a sparse matrix in the coordinates p of the cells; T (elimination, frames) is applied to it.
+K_p is kept as the lower triangle of a sparse matrix in the coordinates p of the cells; T
+(elimination, frames) is applied to it.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ NONE = np.zeros(0, np.int32)
 
 @dataclass(frozen=True)
 class Pattern:
-    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of K = T^T K_p T (n, n)."""
+    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of K = T^T K_p T (n,
+    n).
+    """
 
     keys: np.ndarray  #: (z,) row * n + column of every entry
     indices: np.ndarray
@@ -52,25 +56,39 @@ def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -
     T (n, i) gives the n coordinates from i unknowns; it is left out where it is the identity.
     """
     # sorted and not hashed: four million keys take 0.25 s in place of 1.9 s
-    keys = distinct(np.concatenate([np.zeros(0, np.int64), *(distinct(entries(local, n)) for local in locals_)]))
-    return Pattern(keys, keys % n, np.searchsorted(keys, np.arange(n + 1) * n), None if T is None or is_identity(T) else T)
+    keys = distinct(
+        np.concatenate([np.zeros(0, np.int64), *(distinct(entries(local, n)) for local in locals_)])
+    )
+    return Pattern(
+        keys,
+        keys % n,
+        np.searchsorted(keys, np.arange(n + 1) * n),
+        None if T is None or is_identity(T) else T,
+    )
 
 
 def entries(local: np.ndarray, n: int) -> np.ndarray:
-    """Keys row * n + column (row >= column) of the entries of all lower triangles, (l (l + 1) / 2, e)."""
+    """Keys row * n + column (row >= column) of the entries of all lower triangles, (l (l + 1) / 2,
+    e).
+    """
     low, column = np.tril_indices(len(local))
     # one integer an entry, row times n plus column, so that sorting sorts rows and columns at once
-    i, j = local[low].astype(np.int64), local[column].astype(np.int64)
+    i = local[low].astype(np.int64)
+    j = local[column].astype(np.int64)
     return np.maximum(i, j) * n + np.minimum(i, j)
 
 
 def function_pattern(system: System) -> csr_array:
-    """Pattern (b, b) of the iteration matrix over the functions of all bodies, each the place of a vector of unknowns.
+    """Pattern (b, b) of the iteration matrix over the functions of all bodies, each the place of a
+    vector of unknowns.
 
     What mass, springs and cells couple, without joints and forces on probe rows.
     """
-    dim, count = system.dim, system.lift.matrix.shape[0] // system.dim
-    pattern = csr_array(eye_array(count, dtype=np.float32))  # frames without mass and stiffness have entries too
+    dim = system.dim
+    count = system.lift.matrix.shape[0] // system.dim
+    pattern = csr_array(
+        eye_array(count, dtype=np.float32)
+    )  # frames without mass and stiffness have entries too
     for matrix in (system.mass, system.stiffness):
         pattern = csr_array(pattern + abs(csr_array(matrix)[::dim, ::dim].astype(np.float32)))
     for part in system.elastic:

@@ -2,15 +2,17 @@ r"""Tangents of shells in Kronecker form that turn with their body, between asse
 
     K' = (I (x) Q) K (I (x) Q)^T,    Q the rotation nearest to H = z'^T G z,    G = sum_p w (N,1 N,1^T + N,2 N,2^T)
 
-K is the tangent that was assembled at the vectors z (b, c), z' are those now. For an elastic law that no rotation changes, K' is
-exact where z' = z Q^T: what is left is the change of shape since. A turn costs a tenth of an assembly, whose moduli at all points
-have 15 rows each, while a thin plate that turns by a hundredth of a radian needs a new tangent: it is far stiffer in its plane than
+K is the tangent that was assembled at the vectors z (b, c), z' are those now. For an elastic law
+that no rotation changes, K' is exact where z' = z Q^T: what is left is the change of shape since. A
+turn costs a tenth of an assembly, whose moduli at all points have 15 rows each, while a thin plate
+that turns by a hundredth of a radian needs a new tangent: it is far stiffer in its plane than
 across.
 
-Q follows by Newton's iteration X <- (X + X^-T) / 2 for the polar decomposition. Of a flat plate H has rank 2: the cofactors of H,
-which hold the third direction, are added first.
+Q follows by Newton's iteration X <- (X + X^-T) / 2 for the polar decomposition. Of a flat plate H
+has rank 2: the cofactors of H, which hold the third direction, are added first.
 
-Source: Higham, SIAM J. Sci. Stat. Comput. 7 (1986) 1160-1174, doi 10.1137/0907079 (polar decomposition).
+Source: Higham, SIAM J. Sci. Stat. Comput. 7 (1986) 1160-1174, doi 10.1137/0907079 (polar
+decomposition).
 """
 
 from __future__ import annotations
@@ -23,14 +25,17 @@ from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ..kernels import clear_rows, copy
 
-# a flat plate that keeps its shape takes 5, one squeezed to a tenth or a hundredth in a direction 8 and 11: half would do, and
-# twice gives the same
+# a flat plate that keeps its shape takes 5, one squeezed to a tenth or a hundredth in a direction 8
+# and 11: half would do, and twice gives the same
 POLAR = 30  #: iterations: the first ones halve large stretches, the last ones double the digits
 
 
 def room(functions: int) -> int:
-    """How many numbers are kept of a body of b = `functions`: the lower triangle of K, G z, and room for two matrices (c, c)."""
-    # in the space of the model: what is kept survives from factor to factor, and no step makes an array
+    """How many numbers are kept of a body of b = `functions`: the lower triangle of K, G z, and
+    room for two matrices (c, c).
+    """
+    # in the space of the model: what is kept survives from factor to factor, and no step makes an
+    # array
     size = 3 * functions
     return size * (size + 1) // 2 + size + 18
 
@@ -40,7 +45,8 @@ def kept(s: Any, P: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The lower triangle of K row by row, G z (b, c), and room for two matrices (2, c, c)."""
     # three views of one stretch of numbers
     size = 3 * len(P.gram)
-    triangle, first = size * (size + 1) // 2, P.turned
+    triangle = size * (size + 1) // 2
+    first = P.turned
     K, Gz = view(s.turned, first, (triangle,)), view(s.turned, first + triangle, (len(P.gram), 3))
     return K, Gz, view(s.turned, first + triangle + size, (2, 3, 3))
 
@@ -72,7 +78,8 @@ def turned(s: Any, P: Any) -> np.ndarray:
     from what `keep` kept, at the coordinates z' (b, c) of the space.
     """
     K, Gz, matrices = kept(s, P)
-    z, Q = view(s.cell_x, P.first, Gz.shape), matrices[0]
+    z = view(s.cell_x, P.first, Gz.shape)
+    Q = matrices[0]
     clear_rows(Q)
     for b in range(len(Gz)):
         for c in range(len(Q)):
@@ -86,26 +93,33 @@ def turned(s: Any, P: Any) -> np.ndarray:
 
 @jit
 def turn(K: np.ndarray, Q: np.ndarray, block: np.ndarray, entries: np.ndarray) -> None:
-    """entries = lower triangle of (I (x) Q) K (I (x) Q)^T, row by row as K, of a rotation Q (3, 3); `block` is room for (3, 3)."""
+    """entries = lower triangle of (I (x) Q) K (I (x) Q)^T, row by row as K, of a rotation Q (3, 3);
+    `block` is room for (3, 3).
+    """
     b, at = 0, 0
     while at < len(K):
         size = 3 * b
         rows = at, at + size + 1, at + 2 * size + 3  # the triangle's
         for d in range(0, size, 3):
             for g in range(3):
-                # block by block, in registers: an assembly takes moduli of 15 rows at a hundred points, ten times as long
+                # block by block, in registers: an assembly takes moduli of 15 rows at a hundred
+                # points, ten times as long
                 x, y, z = K[rows[0] + d + g], K[rows[1] + d + g], K[rows[2] + d + g]
                 for c in range(3):
                     block[c, g] = Q[c, 0] * x + Q[c, 1] * y + Q[c, 2] * z
             for c in range(3):
                 for g in range(3):
-                    entries[rows[c] + d + g] = block[c, 0] * Q[g, 0] + block[c, 1] * Q[g, 1] + block[c, 2] * Q[g, 2]
+                    entries[rows[c] + d + g] = (
+                        block[c, 0] * Q[g, 0] + block[c, 1] * Q[g, 1] + block[c, 2] * Q[g, 2]
+                    )
         turn_diagonal(K, rows, size, Q, entries)
         b, at = b + 1, rows[2] + size + 3
 
 
 @jit
-def turn_diagonal(K: np.ndarray, rows: tuple[int, int, int], first: int, Q: np.ndarray, entries: np.ndarray) -> None:
+def turn_diagonal(
+    K: np.ndarray, rows: tuple[int, int, int], first: int, Q: np.ndarray, entries: np.ndarray
+) -> None:
     """The same for the half of a block on the diagonal."""
     for c in range(3):
         for g in range(c + 1):
@@ -119,7 +133,8 @@ def turn_diagonal(K: np.ndarray, rows: tuple[int, int, int], first: int, Q: np.n
 
 @jit
 def to_rotation(H: np.ndarray, other: np.ndarray) -> None:
-    """H (c, c) becomes the rotation nearest to it, in place; the identity where there is none. `other` is room for (c, c).
+    """H (c, c) becomes the rotation nearest to it, in place; the identity where there is none.
+    `other` is room for (c, c).
 
         X <- (X + X^-T) / 2
 
@@ -134,8 +149,8 @@ def to_rotation(H: np.ndarray, other: np.ndarray) -> None:
     for c in range(3):
         for g in range(3):
             H[c, g] *= scale
-    # of H = R S cofactors are R cof(S), with the same rotation; of a flat plate, whose H has rank two, they are the third
-    # direction
+    # of H = R S cofactors are R cof(S), with the same rotation; of a flat plate, whose H has rank
+    # two, they are the third direction
     cofactors(H, other)
     for c in range(3):
         for g in range(3):

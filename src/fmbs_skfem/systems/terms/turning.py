@@ -1,6 +1,8 @@
-r"""How the bodies of a planar reduced system turn, and their tangents at the angles that `corotation` needs.
+r"""How the bodies of a planar reduced system turn, and their tangents at the angles that
+`corotation` needs.
 
-The turn is that of the best fit of a body's coordinates q to its reference shape q0; translations drop out.
+The turn is that of the best fit of a body's coordinates q to its reference shape q0; translations
+drop out.
 
     c ~ q0 . q,    s ~ (R q0) . q,    R a turn by 90 degrees
 """
@@ -36,13 +38,17 @@ class Turning(NamedTuple):
     table: np.ndarray  #: of `CorotationalTangent`, as are
     rows: np.ndarray
     offset: np.ndarray
-    places: tuple[Callable[[float], np.ndarray], ...]  #: by the angle [rad], the unknowns (n,) in which a body is turned by it
+    places: tuple[
+        Callable[[float], np.ndarray], ...
+    ]  #: by the angle [rad], the unknowns (n,) in which a body is turned by it
 
 
 def turning_of(system: System) -> Turning | None:
-    """How all elastic parts of a reduced system turn; None where one of them does not, or its space does not hold it turned.
+    """How all elastic parts of a reduced system turn; None where one of them does not, or its space
+    does not hold it turned.
 
-    None in space too, and of full systems. Up to `REACH` of the turned reference shape may be missed.
+    None in space too, and of full systems. Up to `REACH` of the turned reference shape may be
+    missed.
     """
     # in space a rotation is no polynomial of degree two in two numbers
     if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
@@ -55,7 +61,11 @@ def turning_of(system: System) -> Turning | None:
 def find_turning(system: System) -> Turning | None:
     """`turning_of` a planar system."""
     spans = {name: slice(first, last) for name, first, last in system.coordinates}
-    table, rows, offsets, places, first = [], [], [], [], 0
+    table = []
+    rows = []
+    offsets = []
+    places = []
+    first = 0
     for elastic in system.elastic:
         if elastic.name not in spans:
             return None
@@ -71,7 +81,9 @@ def find_turning(system: System) -> Turning | None:
         offsets.append(offset)
         places.append(place)
         first += 3 * count * count
-    return Turning(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), tuple(places))
+    return Turning(
+        np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), tuple(places)
+    )
 
 
 def room(system: System, turning: Turning | None) -> CorotationalTangent:
@@ -83,41 +95,65 @@ def room(system: System, turning: Turning | None) -> CorotationalTangent:
         return nothing(system.size)
     # damping in proportion to the stiffness turns with it, by one factor
     beta = np.array([elastic.beta for elastic in system.elastic])
-    return CorotationalTangent(*turning[:3], beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum())))
+    return CorotationalTangent(
+        *turning[:3], beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum()))
+    )
 
 
-def fill(T: CorotationalTangent, turning: Turning, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> bool:
-    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False where one does not turn so.
+def fill(
+    T: CorotationalTangent,
+    turning: Turning,
+    tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]],
+) -> bool:
+    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False
+    where one does not turn so.
 
-    K(theta) is compared with the tangent at a fifth angle `PROOF` [rad], from which it may differ by `ALIKE` of its norm.
+    K(theta) is compared with the tangent at a fifth angle `PROOF` [rad], from which it may differ
+    by `ALIKE` of its norm.
     """
     for number, ((first, count, at), place) in enumerate(zip(T.table, turning.places, strict=True)):
-        K, on = tangent(number), slice(first, first + count)
-        # a quadratic form in c and s has three coefficients; the fourth angle is none of theirs, and tries them
+        K = tangent(number)
+        on = slice(first, first + count)
+        # a quadratic form in c and s has three coefficients; the fourth angle is none of theirs,
+        # and tries them
         Ka, Kb, half, proof = (K(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
-        Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
-        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
+        Kc = 2.0 * half - Ka - Kb
+        c = np.cos(PROOF)
+        s = np.sin(PROOF)
+        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(
+            proof
+        ):
             return False
         # side by side, so that a tangent reads its three matrices in one sweep
-        T.numbers[at : at + 3 * count * count] = np.concatenate([part[on, on].ravel() for part in (Ka, Kb, Kc)])
+        T.numbers[at : at + 3 * count * count] = np.concatenate(
+            [part[on, on].ravel() for part in (Ka, Kb, Kc)]
+        )
     return True
 
 
-def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:
-    """Rows (2, n) and offset (2,) that show the turn of a body, the unknowns that turn it by an angle, and what they miss of it."""
-    V, offset = np.asarray(system.lift.matrix[span]), system.lift.offset[span]
+def fit(
+    system: System, span: slice
+) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:
+    """Rows (2, n) and offset (2,) that show the turn of a body, the unknowns that turn it by an
+    angle, and what they miss of it.
+    """
+    V = np.asarray(system.lift.matrix[span])
+    offset = system.lift.offset[span]
     unit = system.unit[span.start // 2 : span.stop // 2]
     q = (V @ system.x0 + offset).reshape(-1, 2)
     # translations drop out of the fit, since they drop out of the tangent
     q = q - np.outer(unit, unit @ q) / (unit @ unit)
     shapes = np.stack([q.ravel(), np.stack([-q[:, 1], q[:, 0]], axis=1).ravel()])
-    moves = np.stack([np.stack([unit, 0.0 * unit], axis=1).ravel(), np.stack([0.0 * unit, unit], axis=1).ravel()])
+    moves = np.stack(
+        [np.stack([unit, 0.0 * unit], axis=1).ravel(), np.stack([0.0 * unit, unit], axis=1).ravel()]
+    )
     A = np.concatenate([V, moves.T], axis=1)
     # a space with translations holds `moves` twice: least squares of a rank that is not full
     inverse = np.linalg.pinv(A.T @ A, rcond=1e-12, hermitian=True) @ A.T
     found = inverse @ shapes.T
     miss = float(np.linalg.norm(A @ found - shapes.T) / np.linalg.norm(shapes))
-    images, start = found[: V.shape[1]], (inverse @ offset)[: V.shape[1]]
+    images = found[: V.shape[1]]
+    start = (inverse @ offset)[: V.shape[1]]
 
     def place(theta: float) -> np.ndarray:
         return np.asarray(images @ np.array([np.cos(theta), np.sin(theta)]) - start)
