@@ -226,7 +226,7 @@ def sections(
     for name, one in records.items():
         heading = "What was solved" if name == reports.REPORT else name
         shown = {key: value for key, value in one.items() if key not in (*APART, *kinds.KINDS)}
-        shown.pop("outputs" if "columns" in one else "", None)
+        shown.pop("outputs" if "output_columns" in one else "", None)
         yield report.section(
             heading,
             report.facts("", shown | parameters_of(one, display)),

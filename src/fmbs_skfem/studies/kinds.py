@@ -116,7 +116,7 @@ def crossings(report: Report, display: DisplayUnits) -> Iterable[View]:
         yield ReportTable("Crossings of orders", *display.columns(heads, rows))
 
 
-@kind("columns")
+@kind("output_columns")
 def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     """Smallest, largest and last value of every column; zero where they are round-off, by
     themselves or beside others.
@@ -127,7 +127,7 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     errors = (report.get("accuracy") or {}).get("errors", {})
     units, silent = report["units"], report["round_off"]
     rows = []
-    for columns in report["columns"].values():
+    for columns in report["output_columns"].values():
         for name in columns:
             ends = report["outputs"][name].values()
             alike = [

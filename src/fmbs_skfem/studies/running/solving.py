@@ -143,7 +143,7 @@ def finish(
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
-        "columns": {name: list(output.columns) for name, output in task.system.outputs.items()},
+        "output_columns": {name: list(output.columns) for name, output in task.system.outputs.items()},
         "segments": len(record.manifest.segments) if record else 0,
         "notices": job.notices,
         **failure,
