@@ -4,11 +4,11 @@ here and of Exudyn.
     python benchmarks/beams_to_error.py [repetitions] [NAMES]
 
 Full models of `type: beam` beside Exudyn's geometrically exact beam
-(`ObjectBeamGeometricallyExact`, two nodes, on SE(3)), which is no dependency (`pip install
-exudyn`). Both have the same stiffnesses and masses and converge to the same motion, which is
-checked. Errors are the largest ones of a coordinate at 200 instants over its range, each code
-against a run of its own: fine, and extrapolated in cells and steps to the limit, as errors fall
-with the square of the step, and Exudyn's with that of its elements.
+(`ObjectBeamGeometricallyExact`, two nodes, on SE(3)), which is no dependency
+(`pip install exudyn`). Both have the same stiffnesses and masses and converge to the same motion,
+which is checked. Errors are the largest ones of a coordinate at 200 instants over its range, each
+code against a run of its own: fine, and extrapolated in cells and steps to the limit, as errors
+fall with the square of the step, and Exudyn's with that of its elements.
 
 Both try all their meshes and steps, and what meets an error soonest counts. Before, settings are
 chosen on one mesh, by the least time among those of the least error: here tolerances of Newton's

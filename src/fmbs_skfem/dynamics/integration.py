@@ -74,8 +74,8 @@ def integrate(
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the
     end, or after the steps listed.
 
-    It starts in the reference, or in the equilibrium of the loads: `GeneralizedAlpha(step,
-    start="equilibrium")`.
+    It starts in the reference, or in the equilibrium of the loads:
+    `GeneralizedAlpha(step, start="equilibrium")`.
 
     The trajectory holds times (s,), x, v and a (s, n) in the unknowns of the system, and
     multipliers (s, m). The number of steps is duration / step, rounded with a notice. Initial

@@ -16,8 +16,8 @@ def coordinate_names(system: System) -> list[str]:
     """A name for every unknown: body and coordinate of a full model, component and mode of a
     reduced one.
 
-    One text for each of the n unknowns. Of lines and surfaces it says where they act most, `beam at
-    s = 0.45 m, y`.
+    One text for each of the n unknowns. Of lines and surfaces it says where they act most,
+    `beam at s = 0.45 m, y`.
     """
     if system.components:
         return [
@@ -37,8 +37,8 @@ def coordinate_names(system: System) -> list[str]:
 
 
 def places(system: System) -> dict[int, str]:
-    """Where coordinates of lines and surfaces act most, by their numbers in q: `beam at s = 0.45 m,
-    y`.
+    """Where coordinates of lines and surfaces act most, by their numbers in q:
+    `beam at s = 0.45 m, y`.
     """
     q = system.lift(system.x0)
     dim = system.dim

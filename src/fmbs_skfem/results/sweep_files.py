@@ -8,8 +8,8 @@ them.
 
 All are written beside their place, flushed to the disk and renamed. Whatever ends a sweep leaves
 the records so far, so that it can go on with the members that are missing. Arrays carry HDF5's
-Fletcher-32 checksums; a record that cannot be read counts as missing. Headers of the table: `E
-[Pa]`, `C_z max`, ..., in SI units.
+Fletcher-32 checksums; a record that cannot be read counts as missing. Headers of the table:
+`E [Pa]`, `C_z max`, ..., in SI units.
 """
 
 from __future__ import annotations
@@ -252,8 +252,8 @@ def shared_times(times: np.ndarray) -> np.ndarray:
 
 
 def read_points(place: Path, parameters: Sequence[Parameter]) -> list[dict[str, float]]:
-    """Rows of a CSV file whose header names parameters, with units where the numbers are not SI: `E
-    [GPa]`.
+    """Rows of a CSV file whose header names parameters, with units where the numbers are not SI:
+    `E [GPa]`.
 
     Columns of other names, such as those of a table of results, are left out.
     """

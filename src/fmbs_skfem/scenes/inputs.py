@@ -178,8 +178,8 @@ def read_steered(name: str, entry: object, context: Context) -> Input:
 
 @dataclass(frozen=True)
 class TableModel:
-    """A function by the points of a file of comma-separated numbers, under titles with units: `time
-    [ms], angle [deg]`.
+    """A function by the points of a file of comma-separated numbers, under titles with units:
+    `time [ms], angle [deg]`.
 
     Under titles without units, numbers are in the units `of` and `unit`.
 

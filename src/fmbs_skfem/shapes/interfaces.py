@@ -44,8 +44,8 @@ def common_edges(shape: Surface) -> list[tuple[str, str]]:
 
 
 def inner_lines(shape: Surface) -> dict[str, Ints]:
-    """Cells and sides (i, 2) before and after every inner knot that is repeated degree times: `xi1
-    = 0.25-`, `xi1 = 0.25+`.
+    """Cells and sides (i, 2) before and after every inner knot that is repeated degree times:
+    `xi1 = 0.25-`, `xi1 = 0.25+`.
 
     Lines whose slopes are tied are left out.
     """

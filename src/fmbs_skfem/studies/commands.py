@@ -254,9 +254,9 @@ def train(
 ) -> "TrainingResult":
     """Train a reduced model over the ranges of a scene's parameters.
 
-    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `fmbs
-    rom run`), report.json and figures, and every run and iteration in the folder `training` there:
-    the same call again goes on where it was interrupted, and computes nothing twice. With an
+    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with
+    `fmbs rom run`), report.json and figures, and every run and iteration in the folder `training`
+    there: the same call again goes on where it was interrupted, and computes nothing twice. With an
     accuracy 0.3 of it is the wanted error where there is no other, and a training ends without a
     model, with exit code 0, as soon as none can be faster than the full one. The exit code is 4
     where there can be no model.
@@ -351,10 +351,10 @@ def sweep(
 ) -> "SweepResult":
     """Run many samples of a scene or of a saved reduced model, on all cores or on a cluster.
 
-    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `fmbs
-    train`. `out` gets every sample in the folder members when it is done, and at the end sweep.csv
-    and sweep.h5 with plots. Samples that fail, hang or lose their process are listed, the others
-    finish (exit code 5). Smallest and largest values of outputs are those of all steps, also
+    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by
+    `fmbs train`. `out` gets every sample in the folder members when it is done, and at the end
+    sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their process are listed, the
+    others finish (exit code 5). Smallest and largest values of outputs are those of all steps, also
     between the stored instants; a warning tells where memory has room for fewer. A column says how
     many reduced parts leave their training.
 

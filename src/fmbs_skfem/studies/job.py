@@ -313,8 +313,8 @@ def with_duration(scene: Scene, duration: float) -> Scene:
 
 
 def with_accuracy(scene: Scene, text: str | float) -> Scene:
-    """The scene with an accuracy of its own: `1e-3`, `1 mm`, or errors by output, `C=1 mm, motor=2
-    %`.
+    """The scene with an accuracy of its own: `1e-3`, `1 mm`, or errors by output,
+    `C=1 mm, motor=2 %`.
     """
     from ..core.values.fields import Context
     from ..core.values.problems import Problem

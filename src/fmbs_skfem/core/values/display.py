@@ -154,8 +154,8 @@ def typed_in(value: Any) -> Iterator[str]:
 
 
 def quantities_in(text: str) -> list[str]:
-    """The quantities of a text that is one, or an expression of some: `300 rpm * (1 - exp(-t / 2
-    ms))` has two.
+    """The quantities of a text that is one, or an expression of some:
+    `300 rpm * (1 - exp(-t / 2 ms))` has two.
     """
     try:
         measure(text)

@@ -9,8 +9,8 @@ Where it drives a joint, forces follow q'', and it is the cubic spline, whose q'
 with an error of (3/8) h^2 max |q''''| at most for intervals h (C. A. Hall, W. W. Meyer, J. Approx.
 Theory 16 (1976) 105-122, doi 10.1016/0021-9045(76)90040-X). That may overshoot, and errors e of its
 values that alternate give q'' of 12 e / h^2, random ones of 6 e / h^2 (both root mean square).
-Files are texts of comma-separated numbers below a line of titles with their units, `time [ms],
-angle [deg]`.
+Files are texts of comma-separated numbers below a line of titles with their units,
+`time [ms], angle [deg]`.
 """
 
 from __future__ import annotations

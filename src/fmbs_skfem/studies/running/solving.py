@@ -143,7 +143,9 @@ def finish(
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
-        "output_columns": {name: list(output.columns) for name, output in task.system.outputs.items()},
+        "output_columns": {
+            name: list(output.columns) for name, output in task.system.outputs.items()
+        },
         "segments": len(record.manifest.segments) if record else 0,
         "notices": job.notices,
         **failure,

@@ -35,10 +35,10 @@ class Bushing(Load):
     """Stiffness and damping along and about axes that `to`, a frame or the ground, carries: by
     default those of the scene.
 
-    What it does along and about its axes is an output `load` each, `load: mount.x` or `load:
-    mount.about_z`. It rests in the reference. `x_axis` and, in space, a direction in the plane of x
-    and y say other axes. `at` may turn against `to` by any angle about the axis with the least
-    torsional stiffness (the last of equal ones), and little about the others.
+    What it does along and about its axes is an output `load` each, `load: mount.x` or
+    `load: mount.about_z`. It rests in the reference. `x_axis` and, in space, a direction in the
+    plane of x and y say other axes. `at` may turn against `to` by any angle about the axis with the
+    least torsional stiffness (the last of equal ones), and little about the others.
 
     {type: bushing, at: engine.mount, stiffness: [100 kN/m, 100 kN/m, 200 kN/m]}
     """
