@@ -92,9 +92,8 @@ class Model:
     refinement: float = 1.0  #: of the numbers of cells a direction
     strain: bool = False  #: plane strain instead of plane stress
     straight: bool = False  #: sides without curvature
-    tangent: bool = (
-        False  #: flanks are common tangents of the ends instead of joining their highest points
-    )
+    #: flanks are common tangents of the ends instead of joining their highest points
+    tangent: bool = False
     mean: bool = False  #: frames are means of rims, which may deform
     layer: float = 1.0  #: up to this multiple of the hole's radius the plate is rigid
 

@@ -359,9 +359,8 @@ SCENES: dict[str, str] = {
         1.5, [beam("beam", degree="3", continuity="2")], [PINNED], [GRAVITY], [TIP]
     ),
 }
-RUN_UP_SOFT = (
-    "1.5 * (t - sin(2 * pi * t) / (2 * pi))"  #: an angle that begins and ends without a jump [rad]
-)
+#: an angle that begins and ends without a jump [rad]
+RUN_UP_SOFT = "1.5 * (t - sin(2 * pi * t) / (2 * pi))"
 WHOLE_TURNS = "where(t < 2, 10 * pi * t - 20 * sin(pi * t / 2), 20 * pi * (t - 1))"  #: up to ten turns a second
 
 

@@ -224,9 +224,8 @@ class Column(NamedTuple):
 
     head: str
     ours: Callable[[ModelRecord], object]
-    paper: Callable[[Mapping[str, Any]], str] | None = (
-        None  #: the same of the published figures of a model
-    )
+    #: the same of the published figures of a model
+    paper: Callable[[Mapping[str, Any]], str] | None = None
 
 
 def figure(key: str, form: str = "", scale: float = 1) -> Callable[[Mapping[str, Any]], str]:

@@ -30,9 +30,8 @@ FLAT, DRAWS = (
     ("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )  #: without WebGL, and with it in software
 WRONG = {"Runtime.exceptionThrown", "Log.entryAdded"}
-SLOW_DRIVER = (
-    "GL Driver Message (OpenGL, Performance"  #: of a busy machine, when tests read what was drawn
-)
+#: of a busy machine, when tests read what was drawn
+SLOW_DRIVER = "GL Driver Message (OpenGL, Performance"
 LAYOUT = "document.documentElement.scrollWidth"
 
 

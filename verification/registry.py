@@ -40,12 +40,10 @@ class CheckedNumber:
     tolerance: float  #: relative, asserted
     unit: str = ""
     order: float | None = None  #: observed order of convergence
-    kind: Literal["external", "own"] = (
-        "external"  #: published or exact number | stored figure of this package
-    )
-    scale: float = (
-        0.0  #: size that the difference is relative to where the reference is smaller, in its unit
-    )
+    #: published or exact number | stored figure of this package
+    kind: Literal["external", "own"] = "external"
+    #: size that the difference is relative to where the reference is smaller, in its unit
+    scale: float = 0.0
     curve: (
         Curve | LoadPath
     ) = ()  #: (mesh size or step, error), largest first, or a path of equilibria; drawn

@@ -49,9 +49,8 @@ class Squares:
     exits: tuple[float, ...] = ()
     notices: tuple[float, ...] = ()
     waits: tuple[float, ...] = ()
-    once: Path | None = (
-        None  #: the first member to see that this file is missing makes it and kills its worker
-    )
+    #: the first member to see that this file is missing makes it and kills its worker
+    once: Path | None = None
     unprepared: str = ""  #: what happens when it is prepared
 
     def prepare(self) -> sweeps.Work:

@@ -182,9 +182,8 @@ def test_masses_are_those_of_the_formulas() -> None:
     system = scenes.family(scene)[1]({"rho": 1500.0, "d": 0.02, "m": 3.0}).system
     move = np.zeros(system.size)
     for name, first, last in system.coordinates:
-        move[first : last if name == "beam" else first + 1 : 2] = (
-            1.0  # all control points one metre along x
-        )
+        # all control points one metre along x
+        move[first : last if name == "beam" else first + 1 : 2] = 1.0
     mass = move @ (system.mass @ move)
     assert mass == pytest.approx(1500.0 * np.pi * 0.02**2 / 4 + 3.0 + 1.0, rel=1e-12)
 

@@ -90,9 +90,8 @@ class Cells:
     section: Annotated[
         np.ndarray, Reals("i p e")
     ]  #: rows of the law, the last one the quadrature weight
-    spread: Annotated[csr_array | None, Reals("w q")] = (
-        None  #: coordinates of the cells from the body's, where others
-    )
+    #: coordinates of the cells from the body's, where others
+    spread: Annotated[csr_array | None, Reals("w q")] = None
 
     @classmethod
     def later(cls, law: Law, nodes: np.ndarray, dim: int, points: int, numbers: Numbers) -> Cells:
@@ -173,9 +172,8 @@ class ShapePoints:
     positions: np.ndarray = field(
         default_factory=lambda: np.zeros((0, 0))
     )  #: (p, c) in the reference, where they are known [m]
-    missing: Annotated[MissingShapes | None, Inside("k i b c")] = (
-        None  #: shapes that it lacks, where it knows some
-    )
+    #: shapes that it lacks, where it knows some
+    missing: Annotated[MissingShapes | None, Inside("k i b c")] = None
     #: (2,) largest errors of axial or membrane strains and of curvatures in its training, over the
     #: largest ones; none where unknown
     strain_errors: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
@@ -234,32 +232,25 @@ class Body:
     frames: dict[str, int] = field(
         default_factory=dict
     )  #: named rigid frames: first of their functions c, e1, e2 (, e3)
-    axes: csr_array | None = (
-        None  #: (i, b) functions that `frames` counts, where they are combinations of the body's
-    )
-    shapes: ShapePoints | None = (
-        None  #: of a reduced body: its elastic energy, in place of that of its cells
-    )
+    #: (i, b) functions that `frames` counts, where they are combinations of the body's
+    axes: csr_array | None = None
+    #: of a reduced body: its elastic energy, in place of that of its cells
+    shapes: ShapePoints | None = None
     thickness: np.ndarray | float = 0.0  #: of plates and shells, one number or one a cell (e,) [m]
-    spread: csr_array | None = (
-        None  #: (functions of the space, b) where the body's functions are not those of the space
-    )
-    stiffness: csr_array | None = (
-        None  #: (b, b) constant springs between the functions, the same for every component [N/m]
-    )
-    outline: np.ndarray | None = (
-        None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
-    )
+    #: (functions of the space, b) where the body's functions are not those of the space
+    spread: csr_array | None = None
+    #: (b, b) constant springs between the functions, the same for every component [N/m]
+    stiffness: csr_array | None = None
+    #: (x, b) points of the line that a picture shows of a rigid body, over its functions
+    outline: np.ndarray | None = None
     values: dict[str, Value] = field(
         default_factory=dict
     )  #: numbers that scale its energy and mass, see `values`
-    directors: csr_array | None = (
-        None  #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
-    )
+    #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
+    directors: csr_array | None = None
     profile: Profile | None = None  #: the section along the line of a beam
-    arcs: np.ndarray | None = (
-        None  #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
-    )
+    #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
+    arcs: np.ndarray | None = None
 
     @property
     def dim(self) -> int:

@@ -117,9 +117,8 @@ class Section(Declared, ABC):
     """
 
     tag: ClassVar[str] = "shape"
-    needs_material: ClassVar[bool] = (
-        True  #: whether it is a shape, which has no stiffness without one
-    )
+    #: whether it is a shape, which has no stiffness without one
+    needs_material: ClassVar[bool] = True
     serves_cables: ClassVar[bool] = True  #: whether cables may have it
     serves_beams: ClassVar[bool] = True  #: whether beams with torsion and shear may
 

@@ -50,9 +50,8 @@ from .points import LIMIT, MOST, enough, line_shares
 from .states import ContactColumns, find_columns, rows_of
 
 CELLS = 2.0  #: pieces between places of one beam that may cross, at least
-FLAT = (
-    0.2  #: angle between the ends of beams up to which they lie along one another, by default [rad]
-)
+#: angle between the ends of beams up to which they lie along one another, by default [rad]
+FLAT = 0.2
 
 
 @dataclass(frozen=True)

@@ -49,9 +49,8 @@ from .points import carrier_rows, find_points, overlaps
 
 # a body of 1 m vibrates on such a contact by sqrt(1e4 g / L) = 313 rad/s; half of it lets things
 # sink in twice as deep, twice of it asks for steps 0.7 times as long
-PRESSED = (
-    1e4  #: size of the bodies over the depth to which their weight presses one point in, by default
-)
+#: size of the bodies over the depth to which their weight presses one point in, by default
+PRESSED = 1e4
 GRAVITY = 9.81  #: [m/s2]
 CLEAR = 1e-9  #: overlap at the start, over the size of the bodies, that is round-off
 

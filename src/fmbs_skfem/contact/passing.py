@@ -34,9 +34,8 @@ DEEP = 0.02  #: depth over the radius below which a shape is grazed
 # much deeper; a mass that is thrown out sideways from near the middle has 1.7
 LEAST, MOST = 0.25, 4.0  #: depth over that of the straight way
 STRAIGHT = 0.5  #: of the angle between a straight way and one along the surface
-INWARD = (
-    0.3  #: sine of the angle to the surface where a point went in, below which it is thrown aside
-)
+#: sine of the angle to the surface where a point went in, below which it is thrown aside
+INWARD = 0.3
 # (2/3)^16 = 1.5e-3 of the way: what is thinner than that is grazed; half of them leave 4 %, twice
 # 2e-6
 THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape

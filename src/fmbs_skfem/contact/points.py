@@ -17,9 +17,8 @@ from ..systems.places import QUARTER, At, Coordinates, Draft
 from .forces import ContactForces
 from .shapes import distances
 
-MOST = (
-    101  #: points along a beam where none are asked for and nothing is so thin that it needs more
-)
+#: points along a beam where none are asked for and nothing is so thin that it needs more
+MOST = 101
 SIDE = 2  #: parts into which points divide each side of a plate's cell
 # a gap of FINE of a radius is missed by 3 % of it, of COARSE by 13 %; through one of twice of that
 # all passes

@@ -34,9 +34,8 @@ NUMBERS = {
 FAR = 1e300  #: distance where a shape has ended [m]
 FEET, HALVES = 20, 10  #: steps to the nearest point of a height field at most, and halves of each
 SINGULAR = 1e-6  #: of the square of a distance: curvature below which a nearest point is none
-OVER = (
-    0.3  #: by how much the cubic rises above all heights at most, over their range: 9 / 32 in space
-)
+#: by how much the cubic rises above all heights at most, over their range: 9 / 32 in space
+OVER = 0.3
 
 
 @jit

@@ -36,9 +36,8 @@ if TYPE_CHECKING:
 
 DIVERGING = 2.0  #: gain from which a loop diverges whatever else it does
 HALVED = 10  #: sample times that are tried, each half of the one before: nobody samples a thousand times as often
-WHOLE = (
-    0.9  #: of the range of an output, from which a change of it goes from one limit to the other
-)
+#: of the range of an output, from which a change of it goes from one limit to the other
+WHOLE = 0.9
 CYCLES = 10  #: such changes of a limit cycle: a motion of least time has as many as it has modes
 SMALL = 1e-6  #: largest change of an unknown in which answers are differentiated, over changes that count as large
 

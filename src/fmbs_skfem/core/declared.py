@@ -34,9 +34,8 @@ class Declared:
     known: ClassVar[dict[str, type[Any]]]  #: classes of a family by word
     tag: ClassVar[str] = "type"  #: key of a scene that holds the word
     words: ClassVar[tuple[str, ...]] = ()
-    word: ClassVar[str] = (
-        ""  #: the first of the words, of what a scene has made the one that it wrote
-    )
+    #: the first of the words, of what a scene has made the one that it wrote
+    word: ClassVar[str] = ""
 
     def __init_subclass__(cls, word: str | tuple[str, ...] | None = "", **more: Any) -> None:
         super().__init_subclass__(**more)

@@ -93,9 +93,8 @@ class Rows:
     memory: np.ndarray  #: (s, l) what forces keep, (s, 0) where that is not known
     work: np.ndarray  #: (s,) of all that has no potential [J], not a number where that is not known
     trace: Trace | None = None  #: what was read of the states, where few are kept
-    kept: np.ndarray | None = (
-        None  #: (k,) which have states then: x, v, a, multipliers and memory have k rows
-    )
+    #: (k,) which have states then: x, v, a, multipliers and memory have k rows
+    kept: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -54,9 +54,8 @@ REACTIONS = 4  #: corrections of what depends on the forces of joints, such as f
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
 # factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice
 # as many, half and twice of both
-SHARED = (
-    2000  #: unknowns up to which a system keeps the factors of a start, for other numbers and steps
-)
+#: unknowns up to which a system keeps the factors of a start, for other numbers and steps
+SHARED = 2000
 # double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave
 # 2.6e-10 without secants, 7 with half as many 1.1e-10, 6 with twice 1.5e-10
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
@@ -82,9 +81,8 @@ class Instant(NamedTuple):
     v: np.ndarray
     off: np.ndarray  #: (m,) bool, constraint rows that do not hold
     memory: np.ndarray | None = None  #: (l,) what forces keep, see `compiled.place`
-    first: bool = (
-        False  #: whether the motion starts there: velocities are projected, and no impulse acts
-    )
+    #: whether the motion starts there: velocities are projected, and no impulse acts
+    first: bool = False
 
 
 DRIVEN = "drives begin with rates that their bodies do not have, an impulse: let them begin gently, or give the bodies these rates"
@@ -98,9 +96,8 @@ class Start(NamedTuple):
     a: np.ndarray  #: q''
     multipliers: np.ndarray  #: (m,) physical
     shift: np.ndarray  #: (2, n) what the first step adds to v, by (4) of `stepping`, and to the algorithmic acceleration
-    balance: tuple[np.ndarray, np.ndarray] | None = (
-        None  #: q'' and multipliers that balance all forces, where they are others
-    )
+    #: q'' and multipliers that balance all forces, where they are others
+    balance: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def shown(self) -> tuple[np.ndarray, np.ndarray]:

@@ -48,9 +48,8 @@ DYNAMIC, STATIC = (
 # and 1.02 with three times of it, for rho_inf from 0 to 0.95; with four times of it single spin-ups
 # (8 cells, 4500 to 4800 steps) err by 2e-7 to 8e-6 m for 1e-11
 SHARE = 0.0055  #: part of the error of a guess that an iteration may leave, over (1 - rho_inf)^2
-FALLING = (
-    16.0  #: parts of a step up to which a touch is resolved the better the shorter the step is
-)
+#: parts of a step up to which a touch is resolved the better the shorter the step is
+FALLING = 16.0
 # each may begin by itself, in a step that ends there: many that do so in every step would cost more
 # than they are worth
 FEW_PLACES = 16  #: places that may touch, in whose impacts errors fall with the step
@@ -129,9 +128,8 @@ class Newton:
 
     tolerance: float = DYNAMIC
     iterations: int = 25
-    slow: float | None = (
-        None  #: contraction above which the iteration matrix is factored anew; by the cost of its factors
-    )
+    #: contraction above which the iteration matrix is factored anew; by the cost of its factors
+    slow: float | None = None
     solver: Solver = "own"  #: of large models: factors or multigrid of this package, or PARDISO (the extra `pardiso`)
 
     def __post_init__(self) -> None:

@@ -43,9 +43,8 @@ FEWEST = 8
 MOST = 4096
 FEW = 40  #: states that are kept where only those are asked for that are looked at when a motion has ended
 SOUND = 0.05  #: rise of the energy balance over the known energy up to which a state is believed, see `diagnoses.stability`
-CLEAR = (
-    1e3  #: size of accelerations over their noise by round-off, from which a motion is clear of it
-)
+#: size of accelerations over their noise by round-off, from which a motion is clear of it
+CLEAR = 1e3
 
 
 @dataclass

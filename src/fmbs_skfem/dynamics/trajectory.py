@@ -132,21 +132,18 @@ class Trajectory:
     statistics: Statistics = Statistics()  #: zeros of states that no run has made
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
     events: tuple[Happening, ...] = ()
-    work: np.ndarray | None = (
-        None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
-    )
+    #: (s,) of all that has no potential, summed over all steps [J], where that was done
+    work: np.ndarray | None = None
     heat: float = 0.0  #: what elastic damping has taken of it, in all [J]
-    negative: np.ndarray | None = (
-        None  #: (s,) negative pivots of equilibria, nan where there is no such number
-    )
+    #: (s,) negative pivots of equilibria, nan where there is no such number
+    negative: np.ndarray | None = None
     crossings: tuple[Crossing, ...] = ()  #: of a path of equilibria
     way: Way | None = None  #: of a path of equilibria
     #: errors of outputs by column, over their ranges, that parts make, see `finer_parts`; None
     #: where they are not known
     part_errors: Mapping[str, float] | None = None
-    part_check: Mapping[str, float] | None = (
-        None  #: what finding these took: `unknowns`, `cpu_s` and `wall_s` [s]
-    )
+    #: what finding these took: `unknowns`, `cpu_s` and `wall_s` [s]
+    part_check: Mapping[str, float] | None = None
     trace: Trace | None = None  #: what was read of the states while it ran
     #: (k,) which of the times have states, where not all do: then x, v, a, multipliers and memory
     #: have k rows

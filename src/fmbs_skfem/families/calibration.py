@@ -33,9 +33,8 @@ SLOPES = (
 )  #: a fitted slope beyond these is cut: it comes from scatter, not from the indicator
 SLOPE = 0.25  #: standard deviation of a slope that is not fitted
 SPAN = 1.0  #: least range of log10 I over which a slope is fitted [decades]
-PRIOR = (
-    0.25  #: scatter of log10 e about the line that is expected before any pair is seen [decades]
-)
+#: scatter of log10 e about the line that is expected before any pair is seen [decades]
+PRIOR = 0.25
 BELIEF = 3  #: pairs that this expectation is worth
 NARROWEST = 0.1  #: half the width of the narrowest band [decades]
 LEVEL = 0.95  #: part of further errors that the band is to hold; the scatter is not exactly normal

@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from ..systems.system import System
 
 INSTANTS = 601  #: of the histories that a member leaves, at most
-NUMBERS = (
-    4_000_000  #: most numbers of states of a member, so that extremes are those of as many steps
-)
+#: most numbers of states of a member, so that extremes are those of as many steps
+NUMBERS = 4_000_000
 OUTSIDE = "parts outside training"  #: of the numbers of a member
 MEMORY = "out of memory"  #: why a member failed
 NEAR = 1e-6  #: part of a step that is round-off

@@ -79,17 +79,14 @@ class SweepOptions:
     """
 
     workers: int | None = None  #: processes on this machine; None for one a core
-    scheduler: str | None = (
-        None  #: address of a cluster, tcp://host:port, instead of processes on this machine
-    )
+    #: address of a cluster, tcp://host:port, instead of processes on this machine
+    scheduler: str | None = None
     timeout: float | None = None  #: longest time of one member [s]
     batch: float = BATCH  #: [s]
-    first_alone: bool = (
-        False  #: one worker prepares before the others, which find its compiled code
-    )
-    executor: Executor | None = (
-        None  #: of threads, MPI, ..., instead of both; a worker that ends ends the sweep
-    )
+    #: one worker prepares before the others, which find its compiled code
+    first_alone: bool = False
+    #: of threads, MPI, ..., instead of both; a worker that ends ends the sweep
+    executor: Executor | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and (self.workers < 1 or self.scheduler):

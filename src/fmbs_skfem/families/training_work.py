@@ -82,9 +82,8 @@ class TrainingState:
     savable: bool = False  #: whether a file has to be able to hold the models
     proofs: int = 0  #: full runs that are not in the model and show that it is good enough; 0: they are not asked
     aim: float = 1.0  #: part of the wanted error that it keeps there
-    must_pay: bool = (
-        False  #: whether the training ends where no model can be faster than the full one
-    )
+    #: whether the training ends where no model can be faster than the full one
+    must_pay: bool = False
 
 
 def truncates(work: TrainingState) -> bool:

@@ -61,9 +61,8 @@ _OTHERS = {
 }  # fmt: skip
 _REMEDY = "export untrimmed surfaces as NURBS (entity 128) in IGES 5.3"
 _DEPTH = 20  #: transformations on one surface
-_CLOSE = (
-    1e-6  #: of the range of parameters: a boundary this near to the edge of the surface is its edge
-)
+#: of the range of parameters: a boundary this near to the edge of the surface is its edge
+_CLOSE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)

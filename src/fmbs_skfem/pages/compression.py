@@ -22,9 +22,8 @@ NUMBERS, FEWEST = (
     250_000,
     8,
 )  #: in the modes of a field, and the fewest modes that it may have where there are many points
-SNAPSHOTS = (
-    160  #: instants whose correlation is decomposed; all instants are told by the modes found
-)
+#: instants whose correlation is decomposed; all instants are told by the modes found
+SNAPSHOTS = 160
 ROUNDS = 4  #: each leaves about a thousandth of the one before, as half floats have eleven digits
 
 

@@ -62,9 +62,8 @@ AIM, LEAST = (
     0.5,
 )  #: strain that is tried for, over the one asked for, and the least part of the states that is inside
 TRIALS = 8
-COARSE = (
-    4.0  #: motions that are tried, at most; steps that are given are longer by this factor at first
-)
+#: motions that are tried, at most; steps that are given are longer by this factor at first
+COARSE = 4.0
 SMALLEST = 1e-300  #: strain that counts as none
 FARTHEST = 30.0  #: factor by which loads change from one trial to the next, at most
 RISE = 0.05  #: usual part of a run over which sweeps rise
@@ -91,12 +90,10 @@ class Excitation:
     moment: Annotated[float, fields.quantity("N m", ">= 0")] | None = None
     gravity: Annotated[float, fields.quantity("m/s^2", ">= 0")] = GRAVITY
     duration: Annotated[float, fields.quantity("s", "> 0")] | None = None
-    slowest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = (
-        None  #: first frequency of sweeps
-    )
-    fastest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = (
-        None  #: last frequency of sweeps
-    )
+    #: first frequency of sweeps
+    slowest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None
+    #: last frequency of sweeps
+    fastest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None
     step: Annotated[float, fields.quantity("s", "> 0")] | None = None
     samples: int = 600  #: states kept of every run
     rise: Annotated[

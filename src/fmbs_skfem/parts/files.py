@@ -53,9 +53,8 @@ LOOSE = 1e-2  #: largest that is chosen for them
 LOOKED_AT = 300  #: states of a training whose strains are held against those of the shape functions
 KINDS = 16  #: parts that are kept when they have been read to be used
 LARGE = 0.5  #: functions of a part over those of its body, from which it pays no more: 0.5 takes 1 to 2 times as long, 0.9 1.4 to 3
-SAME = (
-    1e-6  #: distance of the reference of a training that goes on from that of before, over its size
-)
+#: distance of the reference of a training that goes on from that of before, over its size
+SAME = 1e-6
 #: axes of the arrays of a part, and those of its reference (b, c)
 ARRAYS = {"constant": "b", "mass": "b b", "spread": "w b", "stiffness": "b b", "axes": "i b"}
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on

@@ -20,9 +20,8 @@ REMEDY = (
     "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
 )
 TURNED = 1e-6  #: part of a row by which it reads directions of a place
-ELSEWHERE = (
-    1e-8  #: part of a row, over its size, by which a joint or load acts elsewhere than at a place
-)
+#: part of a row, over its size, by which a joint or load acts elsewhere than at a place
+ELSEWHERE = 1e-8
 
 
 def warn_unbent(system: System, bodies: Iterable[Body]) -> None:

@@ -74,9 +74,8 @@ class TrainingTask:
     form: Callable[[System], System] = eliminate  #: of the full system that is run
     measure: Measure | None = None  #: e(mu), what is predicted; None for the error of the states
     code: str = ""  #: hash of the files whose functions the family takes by their names, as laws of one's own
-    signals: Callable[[Case], Case] | None = (
-        None  #: gives the inputs of a case, full or reduced, what they have while it runs
-    )
+    #: gives the inputs of a case, full or reduced, what they have while it runs
+    signals: Callable[[Case], Case] | None = None
 
     def driven(self, case: Case) -> Case:
         """A case as it runs."""
@@ -111,13 +110,11 @@ class FullRun:
     outputs: Mapping[str, np.ndarray] = field(
         default_factory=dict
     )  #: columns (s,); none where they were not kept
-    q: np.ndarray | None = (
-        None  #: (s, q) the snapshots, in place of factors, of a task without parameters
-    )
+    #: (s, q) the snapshots, in place of factors, of a task without parameters
+    q: np.ndarray | None = None
     unresolved: bool = False  #: its time step is too large for the motion
-    part_error: float = (
-        0.0  #: largest error of an output that reduced parts in it make, over its range
-    )
+    #: largest error of an output that reduced parts in it make, over its range
+    part_error: float = 0.0
 
 
 Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]

@@ -112,9 +112,8 @@ class TrainedReduction:
     rows: Names  #: constraint rows that are kept
     rule: Rule = PLAIN
     runs: tuple[TrainingRun, ...] = ()  #: what it was made of
-    rest: np.ndarray | None = (
-        None  #: (r,) from x0 to the start of the first run, where runs start in their equilibrium
-    )
+    #: (r,) from x0 to the start of the first run, where runs start in their equilibrium
+    rest: np.ndarray | None = None
     training_s: float = 0.0  #: CPU time [s]
     left_out: Mapping[str, str] = field(
         default_factory=dict

@@ -35,9 +35,8 @@ from . import stress_errors, swept
 from .frames import Frames, Mark, Shown
 from .marks import MARKERS
 
-RECOVERED = (
-    "von_mises_recovered"  #: made where it is asked for only: it takes longer than all others
-)
+#: made where it is asked for only: it takes longer than all others
+RECOVERED = "von_mises_recovered"
 WINDINGS = 5
 WIDTH = 0.05  #: of springs in pictures, and half their width over the length
 

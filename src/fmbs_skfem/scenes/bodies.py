@@ -88,9 +88,8 @@ class SceneBody(Declared, ABC):
 
     name: str
     made_of: ClassVar[str] = ""  #: the key that names its file
-    has_surface: ClassVar[bool] = (
-        False  #: whether it may be a plate or shell, with edges, faces and stresses
-    )
+    #: whether it may be a plate or shell, with edges, faces and stresses
+    has_surface: ClassVar[bool] = False
     divisible: ClassVar[bool] = False  #: whether it can be made of other numbers of cells
     shows: ClassVar[
         tuple[str, ...]

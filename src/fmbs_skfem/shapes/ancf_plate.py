@@ -39,13 +39,11 @@ from .surface import DERIVATIVES, VERTICES, Parent, Surface
 from .table import Floats, Ints
 
 ORDER = 3  #: Gauss points a direction; two leave modes without energy
-ON_CIRCLE = (
-    1e-6  #: distance from a circle, relative to its radius, below which a node lies on it [-]
-)
+#: distance from a circle, relative to its radius, below which a node lies on it [-]
+ON_CIRCLE = 1e-6
 ROUNDED = 3.0  #: distance from a circle through rounded nodes, in halves of a unit of their last digit: sqrt(2), and of the circle
-STRAIGHT = (
-    1e-9  #: width of a set of nodes, relative to its length, below which it is a straight line [-]
-)
+#: width of a set of nodes, relative to its length, below which it is a straight line [-]
+STRAIGHT = 1e-9
 WIDEST = 5.0 / 6.0 * np.pi  #: largest angle of one edge on a circle [rad]
 ROUND = (
     5.0 / 18.0 * np.pi

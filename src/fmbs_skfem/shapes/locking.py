@@ -30,9 +30,8 @@ from .table import BasisTable, Floats
 
 LIMIT = 1e2  #: EA h^2 / EI up to which the Gauss rule does not lock: as much of EA keeps it
 POINTS = 3  #: Gauss points a cell of the bending
-SMALL = (
-    0.05  #: of the length of its cell: weights below it bring back the points of the cells around
-)
+#: of the length of its cell: weights below it bring back the points of the cells around
+SMALL = 0.05
 
 
 def locks(space: line.BSpline | line.Hermite) -> bool:

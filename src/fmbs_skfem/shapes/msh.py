@@ -66,9 +66,8 @@ class Raw:
     triangles: MshCells
     quads: MshCells
     kinds: dict[str, int]  #: cell type -> how many
-    resolution: float = (
-        0.0  #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
-    )
+    #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
+    resolution: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

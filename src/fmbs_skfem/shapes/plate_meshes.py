@@ -44,9 +44,8 @@ class PlateMesh:
     )  #: name -> (i,2) node pairs, border ones along their cell
     face_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) cell ids
     path: Path | None = None  #: the file it was read from
-    resolution: float = (
-        0.0  #: half a unit of the last digit of the file's coordinates [m], see `meshes.resolution`
-    )
+    #: half a unit of the last digit of the file's coordinates [m], see `meshes.resolution`
+    resolution: float = 0.0
 
 
 def read(

@@ -41,9 +41,8 @@ from .table import Floats, Ints
 
 BFS_ORDER = 4  #: Gauss points a direction: mass, linear membrane and bending are exact
 ARGYRIS_ORDER = 5  #: Gauss points a direction: linear membrane and bending are exact; 4 suffice for bending alone
-SQUARE_CORNER = (
-    1e-7  #: deviation of a cell from a rectangle, relative to its diagonal, that is round-off [-]
-)
+#: deviation of a cell from a rectangle, relative to its diagonal, that is round-off [-]
+SQUARE_CORNER = 1e-7
 BLOCK = 4096  #: points evaluated together
 
 #: derivative k of a surface as scikit-fem writes it

@@ -39,9 +39,8 @@ if TYPE_CHECKING:
 RECORD = "compare.json"
 SECOND = 1.5  #: smallest observed order in time that counts as second
 DISTANCES = "the largest distances from the full model [m]"
-AS_GOOD = (
-    2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
-)
+#: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
+AS_GOOD = 2.0
 
 DEMO_WANTED = 1e-2, 1e-3  #: accuracies whose choices stand beside the models of the demo
 COARSE = [10, 20]

@@ -58,12 +58,10 @@ class TrainingOrder:
     points: TrainingPoints
     tolerance: float | None  #: wanted error in the measure of the task
     aim: float = 1.0  #: part of it that the model is to keep at hold-out points
-    must_pay: bool = (
-        False  #: whether it ends where no model can be faster than the full one of an accuracy
-    )
-    allowed: Mapping[str, float] | None = (
-        None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
-    )
+    #: whether it ends where no model can be faster than the full one of an accuracy
+    must_pay: bool = False
+    #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
+    allowed: Mapping[str, float] | None = None
 
     @property
     def proof(self) -> dict[str, Any]:

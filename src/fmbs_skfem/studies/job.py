@@ -57,9 +57,8 @@ class Listener:
     Warnings that nobody takes here are Python warnings of the class `Notice`; `strict` raises them.
     """
 
-    progress: Callable[[str, float], None] = (
-        ignore  #: what is being done, and the finished part of it, 0 to 1
-    )
+    #: what is being done, and the finished part of it, 0 to 1
+    progress: Callable[[str, float], None] = ignore
     tell: Callable[[str], None] = (
         compilation.log
     )  #: that it compiles, waits, or what a failed start is due to
@@ -85,9 +84,8 @@ class Job:
     duration: float | None = None  #: instead of that of a scene or of a training [s]
     plots: bool = True  #: whether figures are drawn
     units: bool = False  #: whether the heads of outputs.csv have units
-    checkpoint: float | None = (
-        None  #: wall time between two checkpoints of a motion, where it is given [s]
-    )
+    #: wall time between two checkpoints of a motion, where it is given [s]
+    checkpoint: float | None = None
     time_limit: float = inf  #: of the integration of a motion [s]
     states: bool = True  #: whether all states of a motion are kept, for `Run.trajectory`
     made: Path | None = None  #: the output folder, once it is there
@@ -96,12 +94,10 @@ class Job:
     )  #: the folders that were made for it, the innermost first
     trajectory: Trajectory | None = None  #: the motion, once there is one
     compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
-    accuracy: str | float | None = (
-        None  #: errors that outputs may have, in place of those of the scene
-    )
-    wanted: Accuracy | None = (
-        None  #: the accuracy of the scene that was read, its own or the one in its place
-    )
+    #: errors that outputs may have, in place of those of the scene
+    accuracy: str | float | None = None
+    #: the accuracy of the scene that was read, its own or the one in its place
+    wanted: Accuracy | None = None
     plan: Planned | None = None  #: what was found for it
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 

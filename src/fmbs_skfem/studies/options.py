@@ -66,9 +66,8 @@ class Option:
     choices: (
         Collection[str] | Callable[[], Collection[str]]
     ) = ()  #: what it may be; a function where that needs imports
-    read: Callable[[tuple[str, ...]], Any] | None = (
-        None  #: of an option that may be given several times: its texts as a value
-    )
+    #: of an option that may be given several times: its texts as a value
+    read: Callable[[tuple[str, ...]], Any] | None = None
 
     def __repr__(self) -> str:
         return repr(self.help)

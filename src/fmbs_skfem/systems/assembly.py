@@ -66,9 +66,8 @@ SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
 KEPT = "kept linear rows"  #: under which a system remembers them
 ORIGINS = "origins"  #: the same of what joints and loads have put into it
-MOVED = (
-    1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
-)
+#: gap of a linear constraint at the start, over the size of the mechanism, that is named
+MOVED = 1e-6
 SAME_PLACE = 1e-12  #: differences of functions at two places of a body that are one
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 

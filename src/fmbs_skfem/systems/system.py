@@ -111,9 +111,8 @@ class Lock:
     numbers: Annotated[Constraints, Inside("y k m=l")]
     signals: Annotated[np.ndarray, Indices("l", end="k")]
     gap: Annotated[Constraints, Inside("y k")] = field(default_factory=Constraints)
-    parks: str = (
-        ""  #: a joint: where it is released, this lock holds what nothing else determines then
-    )
+    #: a joint: where it is released, this lock holds what nothing else determines then
+    parks: str = ""
 
 
 @storable
@@ -132,9 +131,8 @@ class Trigger:
     release: tuple[str, ...]  #: joints
     lock: tuple[str, ...]
     once: bool = False  #: whether it happens the first time alone
-    margin: int | None = (
-        None  #: number of the value that is positive where a condition holds, see `core.values.conditions`
-    )
+    #: number of the value that is positive where a condition holds, see `core.values.conditions`
+    margin: int | None = None
     alone: bool = False  #: whether that condition is one comparison, which nothing guards where it is no number
 
 
@@ -165,9 +163,8 @@ class LineSamples:
     samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
     radius: float  #: [m]
     law: Law
-    EA: float | np.ndarray = (
-        0.0  #: axial stiffness [N], one or (x,); 0 where it is not known, as of own laws and rigid bodies
-    )
+    #: axial stiffness [N], one or (x,); 0 where it is not known, as of own laws and rigid bodies
+    EA: float | np.ndarray = 0.0
     EI: float | np.ndarray = 0.0  #: bending stiffness [N m2]
     #: what a body with sections of its own adds, see `measures.beam_sections`; no default of the
     #: class, so that it is made later

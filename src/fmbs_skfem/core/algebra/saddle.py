@@ -29,9 +29,8 @@ from .linalg import Array, as_dense, is_sparse, scaled
 
 SMALL = 200  #: unknowns and rows up to which a sparse matrix is as fast as a dense one
 PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
-SINGULAR = (
-    1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
-)
+#: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
+SINGULAR = 1e-15
 
 
 def matrix(K: Array, rows: Array, columns: Array | None = None) -> Array:

@@ -230,9 +230,8 @@ class Inside:
 
     letters: str = ""
     known: Callable[[Any], bool] | None = None  #: what a field that is declared as Any holds
-    order: ClassVar[int] = (
-        1  #: of the check: 0 where others read its letters, 2 where it reads those of all others
-    )
+    #: of the check: 0 where others read its letters, 2 where it reads those of all others
+    order: ClassVar[int] = 1
 
     def check(self, value: Any, name: str, sizes: Sizes) -> None:
         """Raises Misfit where a value is something else."""

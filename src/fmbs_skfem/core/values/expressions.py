@@ -44,9 +44,8 @@ FUNCTIONS = {
     "abs": 1, "sign": 1, "floor": 1, "mod": 2, "min": 2, "max": 2, "where": 3,
 }  # fmt: skip
 REPEATED = ("min", "max")  #: functions of two or more arguments
-TABLE = (
-    "interp"  #: interp(x, x0, y0, x1, y1, ...): straight lines between points, constant beyond them
-)
+#: interp(x, x0, y0, x1, y1, ...): straight lines between points, constant beyond them
+TABLE = "interp"
 STEPS = 20_000  #: longest program
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product

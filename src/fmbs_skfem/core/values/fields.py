@@ -58,12 +58,10 @@ class Takes:
         Schema | Callable[[], Schema]
     )  #: its schema; a function where that is not the same all the time
     names: str = ""  #: the section of a scene, or the kind of bodies, one of which it names
-    angle: Callable[[Any], float | None] | None = (
-        None  #: angle [rad] that a value of it is, None where that changes with time
-    )
-    show: Callable[[Any], Any] | None = (
-        None  #: how its default stands in the schema, where that is not as it is in a report
-    )
+    #: angle [rad] that a value of it is, None where that changes with time
+    angle: Callable[[Any], float | None] | None = None
+    #: how its default stands in the schema, where that is not as it is in a report
+    show: Callable[[Any], Any] | None = None
 
     @property
     def schema(self) -> Schema:

@@ -47,9 +47,8 @@ from ..scheme import Solver
 from . import factors, settling
 from .step import Method, Step
 
-LOOSE = (
-    1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
-)
+#: relative residual of the multigrid solution, the contraction of the Newton iteration
+LOOSE = 1e-5
 ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
 # a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no
 # stiffness, or that of a body

@@ -47,9 +47,8 @@ WORTH, EACH = (
 # an arm that is regulated: 7 steps at h = T / 4000, where rotated factors save 0.07 factorisations
 # a step and cost 0.6 corrections
 LONG = 4.0  #: steps that factors serve on their own where nothing is left to gain
-FIRST = (
-    8.0  #: steps that rotated ones are believed to serve before there were any: they are made first
-)
+#: steps that rotated ones are believed to serve before there were any: they are made first
+FIRST = 8.0
 NEWEST = 0.5  #: weight of the newest factors in the mean
 TRIAL = 16  #: factorisations after which the other kind is tried once
 BACK = -0.9  #: cosine of a rotation beyond which directions say nothing about its axis

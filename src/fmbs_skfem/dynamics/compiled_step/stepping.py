@@ -93,9 +93,8 @@ FAITHFUL = 6.0  #: times `slow` where factors rotate: they contract slower and s
 # that lock on impact in 100: 1367, 721, 2603
 HELD = 4  #: corrections of a step whose tangents take the stresses of the accepted state
 LAGGING = 0.1  #: of the tolerance, with factors that rotate
-SLIGHT = (
-    1e-6  #: of the change by forces that begin and end on a way, below which it is at none of them
-)
+#: of the change by forces that begin and end on a way, below which it is at none of them
+SLIGHT = 1e-6
 BISECTIONS = 40  #: of a step, to where something touches in it
 
 

@@ -36,9 +36,8 @@ WIDE_TURN = 0.5  #: turn in one step that is too much to predict [rad]
 UNRESOLVED = 3.0  #: h omega of a spring, above which a step spans half a period
 SHARE = 0.2  #: of the stiffest wave, below which a spring is not what is stiff
 LARGE = 0.5  #: strain beyond which thin-beam and plate laws mean nothing [-]
-SQUEEZED = (
-    0.02  #: strain of a reduced model that beams and plates would have avoided by bending [-]
-)
+#: strain of a reduced model that beams and plates would have avoided by bending [-]
+SQUEEZED = 0.02
 CLOSE = 0.02  #: smallest singular value of unit rows near a dead centre, relative to the start
 WEAK = 1e-12  #: relative singular value of a matrix that counts as singular
 SOFT = 0.05  #: part of the smallest eigenvalue that is left near a bifurcation
@@ -78,19 +77,16 @@ class Diagnosis:
         tuple[str, float], ...
     ] = ()  #: reactions of joints in the last good state [N, N m]
     attempts: tuple[Attempt, ...] = ()  #: residual histories of the step sizes that were tried
-    weakness: float | None = (
-        None  #: smallest singular value of the balanced matrix of the iteration, relative
-    )
+    #: smallest singular value of the balanced matrix of the iteration, relative
+    weakness: float | None = None
     null: tuple[
         tuple[str, float], ...
     ] = ()  #: share of the weakest direction by body, component and joint
     null_at: str = ""  #: coordinate or mode that it moves most
-    negative: int | None = (
-        None  #: negative eigenvalues of the matrix of the whole step on the joints' null space
-    )
-    lowest: tuple[float, float] | None = (
-        None  #: lowest eigenvalue there, at the start and in the last good state
-    )
+    #: negative eigenvalues of the matrix of the whole step on the joints' null space
+    negative: int | None = None
+    #: lowest eigenvalue there, at the start and in the last good state
+    lowest: tuple[float, float] | None = None
     strains: dict[str, tuple[float, float]] = field(
         default_factory=dict
     )  #: smallest and largest in the last good state [-]
@@ -100,9 +96,8 @@ class Diagnosis:
     )  #: in one step by body, in the last state whose energy is sound [rad]
     way: float | None = None  #: root mean square of h^2 q'' in that state [m]
     sound: float | None = None  #: time of that state behind which the energy balance rises [s]
-    singular: tuple[float, float] | None = (
-        None  #: smallest singular value of the joints' unit rows, at the start and now
-    )
+    #: smallest singular value of the joints' unit rows, at the start and now
+    singular: tuple[float, float] | None = None
     causes: tuple[Cause, ...] = ()
 
 

@@ -25,9 +25,8 @@ GEAR = "gear_"  #: how the laws of gears begin
 LAG = 0.05  #: as measured with rho_inf of 0.5 to 1, a fifth of what it is after a start; nearer to 1 where rho_inf is 0
 SMALL_TURN = 0.02  #: in a step, up to which a wheel is not looked at [rad]
 # at 0.2 rad a step a moment of 0.25 N m comes out as 0.34 N m at 200 rad/s
-SHARE = (
-    0.05  #: error of a moment, of the root mean square of the gear's, from which a warning is shown
-)
+#: error of a moment, of the root mean square of the gear's, from which a warning is shown
+SHARE = 0.05
 
 
 @offered

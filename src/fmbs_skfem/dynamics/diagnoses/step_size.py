@@ -30,9 +30,8 @@ from ..observers import Judge, Looks, Observer, RunSetting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
 
-STRAIGHT = (
-    1e-9  #: of the largest slope of a table, by which those of two of its lines differ by round-off
-)
+#: of the largest slope of a table, by which those of two of its lines differ by round-off
+STRAIGHT = 1e-9
 # twice as many cost twice as much, 8 ms in a run of 6000 steps, and say the same of what a step
 # misses
 INSIDE = 4  #: instants inside of a step at which histories are looked at
@@ -48,9 +47,8 @@ AT_ONCE = 10_000  #: steps
 #: what a drive changes in a step, of its range and of the change in the steps beside, above which
 #: it jumps; its rate alike
 LEAP = 1e-3, 10.0
-ROUND_OFF = (
-    8.0  #: in units of the last place of the largest value of a drive, which its differences have
-)
+#: in units of the last place of the largest value of a drive, which its differences have
+ROUND_OFF = 8.0
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
 ROWS_OF_ANGLES = {
     "torque": 2,

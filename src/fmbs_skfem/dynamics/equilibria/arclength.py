@@ -62,9 +62,8 @@ SMALLEST = 1e-4  #: part of the first length below which the path is given up
 STILL = 1e-12  #: displacement over the size of the system that is none
 # half and twice of it take the same iterations along a deep arch, to 1e-14 of its size
 NEAR = 1e-4  #: load factors of the central difference of G with respect to s, which Newton's corrections use only
-SURE = (
-    1e-8  #: correction of the load factor whose square is round-off: histories are not linear in it
-)
+#: correction of the load factor whose square is round-off: histories are not linear in it
+SURE = 1e-8
 # half and twice of it find as many points (359) and crossings (2) along a deep arch
 FLAT = 1e-6  #: part of a length to which a limit point is found; the error of its load is of second order
 SHARP = 1e-6  #: length over the size of the system down to which steps are shortened to turn with a path near a branch point
@@ -81,16 +80,13 @@ SLOW = 0.5  #: contraction from which a correction may be round-off
 TINY = 1e-6  #: correction over the size of the system that never is
 STATES = 4
 AMPLE = 4.0  #: states that differ in their last digits, and times their largest correction that is round-off
-SAME = (
-    0.1  #: part by which tangents on both sides of a branch point differ at most in what is theirs
-)
+#: part by which tangents on both sides of a branch point differ at most in what is theirs
+SAME = 0.1
 MANY = 1_000_000  #: pivots that count as negative where their number is not known
-TRIES = (
-    4  #: inverse iterations to the motion that a branch point lets free: its pivot is nearly zero
-)
-ONE_SIDED = (
-    1e-6  #: sum of the displacements of all points, over that of their sizes, that is not zero
-)
+#: inverse iterations to the motion that a branch point lets free: its pivot is nearly zero
+TRIES = 4
+#: sum of the displacements of all points, over that of their sizes, that is not zero
+ONE_SIDED = 1e-6
 HINT = "try shorter steps (more `load_steps`)"
 Branch = Literal["straight", "other"]
 

@@ -116,12 +116,10 @@ class Equilibrium:
     x: np.ndarray  #: (n,)
     multipliers: np.ndarray  #: (m,)
     iterations: int
-    memory: np.ndarray | None = (
-        None  #: (l,) what forces keep of it; None: nothing but what they start with
-    )
-    negative: int | None = (
-        None  #: negative pivots of its tangent; None where there is no such number
-    )
+    #: (l,) what forces keep of it; None: nothing but what they start with
+    memory: np.ndarray | None = None
+    #: negative pivots of its tangent; None where there is no such number
+    negative: int | None = None
     held: bool = False  #: whether it resists all motions without doubt
     first: np.ndarray | None = field(
         default=None, repr=False
@@ -129,12 +127,10 @@ class Equilibrium:
     tangent: Tangent | None = field(
         default=None, repr=False
     )  #: None where it is not wanted any more
-    expects: bool = (
-        False  #: whether it was found by stresses that corrections expected, see `tangent_at`
-    )
-    pace: float = (
-        0.0  #: iterations over the root of the change of load factor or time on the way to it
-    )
+    #: whether it was found by stresses that corrections expected, see `tangent_at`
+    expects: bool = False
+    #: iterations over the root of the change of load factor or time on the way to it
+    pace: float = 0.0
 
 
 def unloaded(model: Compiled) -> Equilibrium:

@@ -30,9 +30,8 @@ from ..trajectory import Crossing, Trajectory
 from .equilibrium import FLOOR, Equilibrium
 
 # a roll-up in 12 load steps goes its way with anything from 0.35 to 0.95
-RESOLVED = (
-    0.7  #: part of c by which f and g may miss it: 3.3 times as short, or 41 degrees to the side
-)
+#: part of c by which f and g may miss it: 3.3 times as short, or 41 degrees to the side
+RESOLVED = 0.7
 SMALL = 0.01  #: of the displacement so far: what is shorter is no leap, as a contact that closes in the step
 STILL = 0.02  #: displacement over the size of the system that counts as one so far
 # an angle that turns by pi may have turned either way: what is left of it is for the error of the

@@ -63,9 +63,8 @@ class EquilibriumProblem:
     model: Callable[[float], Compiled]  #: at a load factor or time
     newton: Newton
     unit: str  #: what these are, for messages
-    judged: bool = (
-        True  #: whether it begins in an equilibrium, so that steps can be held against the path
-    )
+    #: whether it begins in an equilibrium, so that steps can be held against the path
+    judged: bool = True
 
     def solve(self, at: float, last: Equilibrium, few: int | None = None) -> Equilibrium:
         """The equilibrium at a load factor or time, from the last one; with `few`, in so many

@@ -34,9 +34,8 @@ from ...systems.connections.redundancy import scale_of
 from ...systems.system import System, driven_rows
 from ..scheme import round_off
 
-ALIKE = (
-    1e-9  #: difference of a matrix from its transposed one, relative to its size, that is round-off
-)
+#: difference of a matrix from its transposed one, relative to its size, that is round-off
+ALIKE = 1e-9
 
 
 @dataclass(frozen=True)

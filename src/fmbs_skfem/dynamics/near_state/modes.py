@@ -45,9 +45,8 @@ GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from w
 # 1e-8
 STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
 ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
-MIRRORED = (
-    0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
-)
+#: sum of slow real parts, over that of their sizes, up to which they are such splits
+MIRRORED = 0.1
 FEW = 6  #: modes next to zero, of which one would have passed it, where a state may not stand
 LARGE = 6000  #: unknowns beyond which nothing is said of that: factors of their stiffness cost as much as a load step
 WIDE = 1_000_000  #: numbers of the rows of constraints beyond which nothing is said, either: they are dense

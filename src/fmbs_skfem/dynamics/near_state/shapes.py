@@ -25,14 +25,12 @@ from ...systems.connections import mechanism
 from ...systems.system import System, project
 from .linear import Linear
 
-UNHELD = (
-    1e-12  #: force on a motion, over the largest of which its stiffness is made, that is round-off
-)
+#: force on a motion, over the largest of which its stiffness is made, that is round-off
+UNHELD = 1e-12
 LISTED = 0.01
 FEW = 4  #: share from which a body is listed, and how many are
-ALIKE = (
-    1e-3  #: distance of a shape from free motions, over its own size, up to which it is one of them
-)
+#: distance of a shape from free motions, over its own size, up to which it is one of them
+ALIKE = 1e-3
 
 
 @dataclass(frozen=True)

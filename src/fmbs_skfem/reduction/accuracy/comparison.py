@@ -60,12 +60,10 @@ class ComparisonOptions:
     ffrf_modes: int | None = None
     repeat: int = 2  #: runs of which the fastest counts
     order: bool = True  #: observe the order in time by a quarter of the step
-    expensive: bool = (
-        False  #: only the steps in `steps` give the error of the step, which is not halved twice
-    )
-    plain: bool = (
-        True  #: also run models without hyper-reduction where there is an exact polynomial
-    )
+    #: only the steps in `steps` give the error of the step, which is not halved twice
+    expensive: bool = False
+    #: also run models without hyper-reduction where there is an exact polynomial
+    plain: bool = True
 
 
 @dataclass(frozen=True)
@@ -193,9 +191,8 @@ class Reference:
     step: float  #: [s]
     kept: np.ndarray  #: numbers of the steps that are stored
     repeat: int  #: runs of which the fastest counts
-    truth: tuple[Trajectory, Mapping[str, np.ndarray]] | None = (
-        None  #: what true errors are against, with its columns
-    )
+    #: what true errors are against, with its columns
+    truth: tuple[Trajectory, Mapping[str, np.ndarray]] | None = None
 
 
 def run(

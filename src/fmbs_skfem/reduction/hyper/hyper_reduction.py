@@ -74,9 +74,8 @@ class HyperReduction(ABC):
     label: ClassVar[
         str
     ]  #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced model
-    chooses: ClassVar[bool] = (
-        True  #: among points: systems that it meets have the cells of their bodies multiplied out
-    )
+    #: among points: systems that it meets have the cells of their bodies multiplied out
+    chooses: ClassVar[bool] = True
     tolerance: float | None = None  #: eta, relative; None where nothing is approximated
 
     @abstractmethod

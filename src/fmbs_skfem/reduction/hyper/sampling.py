@@ -43,9 +43,8 @@ from .hyper_reduction import USUAL, HyperReduction, Rule, TrainingRun, register
 
 # double pendulum of 100 cells a beam: all 400 states keep 33 points, which err by 2.00e-5, 167 of
 # them 32, by 2.03e-5
-WORK = (
-    400_000  #: training states times points: more states than that are thinned out, down to LEAST
-)
+#: training states times points: more states than that are thinned out, down to LEAST
+WORK = 400_000
 LEAST = 120
 START = 20  #: first training states, of the transient, which are never left out
 BLOCK = 20_000_000  #: numbers in a block of training forces

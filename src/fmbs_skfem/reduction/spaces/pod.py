@@ -56,9 +56,8 @@ class Basis:
     #: S (b,m) and T (m c,r) of modes = (S (x) I_c) T that act on every component of vectors alike,
     #: see `invariant`
     factors: tuple[Array, csr_array] | None = None
-    against: int = (
-        0  #: of the modes, the last, that open joints inside the component, see `against_joints`
-    )
+    #: of the modes, the last, that open joints inside the component, see `against_joints`
+    against: int = 0
 
 
 def basis(

@@ -17,9 +17,8 @@ class PictureOptions:
 
     field: str | None = None  #: coloured by this field; None: by body
     label: str = ""  #: text beside the colour scale, with its SI unit; empty: name and unit of well-known fields
-    limits: tuple[float, float] | None = (
-        None  #: of the colour scale, SI units; None: those of the drawn instants
-    )
+    #: of the colour scale, SI units; None: those of the drawn instants
+    limits: tuple[float, float] | None = None
     logarithmic: bool = False  #: colour scale by decades
     title: str = ""
     clock: str = "s"  #: unit of the times; "load factor" of equilibria

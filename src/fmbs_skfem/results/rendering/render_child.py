@@ -26,9 +26,8 @@ from .decor import Pixels, Text
 from .job import PictureJob
 
 MISSING, FAILED = 7, 1  #: answers where nothing can be drawn, and where this picture cannot
-SHORTEST = (
-    0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
-)
+#: height of a sheet of small scenes over that which was asked for, at least, for the key
+SHORTEST = 0.45
 PALEST = 0.28  #: strength of the first instant of an overlay
 TURNS = np.exp(
     1j * np.radians([0, 45, -45, 90, -90, 135, -135, 180])
@@ -315,9 +314,8 @@ def _save(images: list[Pixels], job: PictureJob) -> None:
     )
     shared = Image.fromarray(some).quantize(256, method=Image.Quantize.MEDIANCUT)
     table = np.array(shared.getpalette()).reshape(-1, 3)
-    table[table.min(axis=1) >= 248] = (
-        255  # Pillow matches in boxes of 8 levels; the ground stays white
-    )
+    # Pillow matches in boxes of 8 levels; the ground stays white
+    table[table.min(axis=1) >= 248] = 255
     shared.putpalette(table.ravel().tolist())
     flat = [picture.quantize(palette=shared, dither=Image.Dither.NONE) for picture in pictures]
     settings: dict[str, Any] = {

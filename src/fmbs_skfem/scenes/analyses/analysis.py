@@ -62,9 +62,8 @@ class Analysis(Declared, ABC):
 
     constraints: Form
     clock: ClassVar[bool] = True  #: whether t is a time; otherwise it stands for the load factor
-    moves: ClassVar[bool] = (
-        False  #: whether it is a motion by steps of time, with `duration`, `step` and an initial motion
-    )
+    #: whether it is a motion by steps of time, with `duration`, `step` and an initial motion
+    moves: ClassVar[bool] = False
     masses: ClassVar[bool] = True  #: whether masses count where nothing weighs
     floats: ClassVar[bool] = True  #: whether bodies may move freely, which is a warning only
     has_outputs: ClassVar[bool] = True

@@ -27,9 +27,8 @@ from ...systems import finer_systems
 from ...systems.compiled import compile_system
 from ...systems.system import System
 
-INSTANTS = (
-    200  #: at which runs are compared at least; with 25 of them 3 of 30 plans missed what 200 saw
-)
+#: at which runs are compared at least; with 25 of them 3 of 30 plans missed what 200 saw
+INSTANTS = 200
 COMMON = 100  #: instants that all numbers of steps have in common, half of them with a proof of half the steps, at least
 DIVIDED = 20  #: steps that a run may divide to count as resolved
 FEWEST = 2  #: cells with which a chain of meshes begins

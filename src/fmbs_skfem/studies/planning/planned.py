@@ -49,9 +49,8 @@ class Planned:
     )  #: all runs: cells, steps, whether resolved, difference over wanted
     local_error: float = 0.0  #: of a step over the size of the mechanism, above which it is divided; 0 for equal steps
     tolerance: float | None = None  #: of Newton's iteration, over that size, in a motion
-    of_parts: float | None = (
-        None  #: largest error of parts, over what is wanted; None where none knows more shapes than it has
-    )
+    #: largest error of parts, over what is wanted; None where none knows more shapes than it has
+    of_parts: float | None = None
 
     @property
     def words(self) -> str:

@@ -32,9 +32,8 @@ SHARE = 0.6  #: of the accuracy, for the step; cheapest runs of ten mechanisms l
 SAFETY = 0.9  #: of the accuracy that is aimed at
 SURE = 0.25  #: of the share, below which one difference is enough
 REACH = 4.0  #: how many times more steps a chain may foretell beyond its last pilot
-STRETCH = (
-    1.0  #: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
-)
+#: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
+STRETCH = 1.0
 FALLS = 1.6, 4.0  #: ratios of a chain of steps that are believed
 LEAST = 2.0  #: of a chain of cells, and of meshes that are given: corners and supports at points leave no more
 FIRST = 4.0  #: ratio that a first difference of meshes is believed to fall by
@@ -220,9 +219,8 @@ class Pilot:
     cells: int
     steps: int
     resolved: bool
-    difference: float | None = (
-        None  #: from the run that it was first held against, in units of the accuracy
-    )
+    #: from the run that it was first held against, in units of the accuracy
+    difference: float | None = None
     local_error: float = 0.0  #: of its steps where these have several lengths; its difference is that from equal ones
 
 
@@ -240,9 +238,8 @@ class AccuracyPlan:
         tuple[Any, Any], ...
     ] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
     apart: str = ""  #: of how many steps, or cells, these are
-    local_error: float = (
-        0.0  #: of steps of several lengths over the size of the mechanism, 0 for equal ones
-    )
+    #: of steps of several lengths over the size of the mechanism, 0 for equal ones
+    local_error: float = 0.0
     parts: np.ndarray | None = None  #: (2, k) those of parts, None where nothing is known of any
 
     @property

@@ -40,9 +40,9 @@ class ForceLaw(RowLaw):
     slopes: Routine | None = None
     accept: Routine | None = None
     energy: Routine | None = None
-    judge: Routine | None = (
-        None  #: of impacts, for which it keeps its last force, and 1 where there was none, behind these angles
-    )
+    #: of impacts, for which it keeps its last force, and 1 where there was none, behind these
+    #: angles
+    judge: Routine | None = None
     kept: int = 0  #: values of accepted states that it keeps behind these angles
     tables: tuple[
         str, ...

@@ -53,9 +53,8 @@ class Load(Declared, ABC):
     """
 
     name: str
-    resists: ClassVar[bool] = (
-        False  #: whether it is a spring or damper, which acts in modes about the unloaded reference
-    )
+    #: whether it is a spring or damper, which acts in modes about the unloaded reference
+    resists: ClassVar[bool] = False
     strengths: ClassVar[tuple[str, ...]] = ()  #: fields of which one at least makes it act
     drives: ClassVar[bool] = False  #: whether what reads velocities may bring energy, as a motor
 

@@ -36,18 +36,14 @@ class ForceRoutines(NamedTuple):
     """
 
     force: Routine | Callback  #: g += F
-    slopes: Routine | Callback | None = (
-        None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
-    )
-    accept: Routine | Callback | None = (
-        None  #: its memory in the state of the space, which is accepted
-    )
-    energy: Routine | Callback | None = (
-        None  #: energy += E and g += dE/dy, where a potential E makes F or a part of it
-    )
-    judge: Routine | Callback | None = (
-        None  #: impulse += how much too fast it changes in a step, before the state is accepted
-    )
+    #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
+    slopes: Routine | Callback | None = None
+    #: its memory in the state of the space, which is accepted
+    accept: Routine | Callback | None = None
+    #: energy += E and g += dE/dy, where a potential E makes F or a part of it
+    energy: Routine | Callback | None = None
+    #: impulse += how much too fast it changes in a step, before the state is accepted
+    judge: Routine | Callback | None = None
 
 
 #: where `ForceTerms` has the records that each of these routines acts on
@@ -94,16 +90,14 @@ class Force(Piece):
     #: are far apart
     turns: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     damped: bool = False  #: whether it reads the rates y'
-    room: int = (
-        0  #: numbers that it finds out about accepted states, on which nothing but time depends
-    )
+    #: numbers that it finds out about accepted states, on which nothing but time depends
+    room: int = 0
     alone: np.ndarray = field(
         default_factory=lambda: np.zeros(0, np.int64)
     )  #: rows that it alone reads, by itself
     skew: bool = False  #: whether its derivatives on pairs are far from symmetric
-    low: Size = (
-        NONE  #: of its derivatives on rows that are others in every state, which it alone reads
-    )
+    #: of its derivatives on rows that are others in every state, which it alone reads
+    low: Size = NONE
     cost: Cost | None = None  #: of a function of Python
     smooth: bool = False  #: whether its derivatives jump nowhere
     reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
@@ -177,9 +171,8 @@ class OfPython:
     slopes: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = (
         None
     )
-    sizes: np.ndarray | float = (
-        1.0  #: (r,) of rows, and of rates in a second, that differences are small beside
-    )
+    #: (r,) of rows, and of rates in a second, that differences are small beside
+    sizes: np.ndarray | float = 1.0
 
     def __len__(self) -> int:
         return 1

@@ -33,9 +33,8 @@ from .angles import Parts, angle_and_rates, continuous
 from .surface_points import counts, recovered, surface_point
 
 TIME = "t"  #: the first column of every table
-PARALLEL = (
-    1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
-)
+#: part of the largest moment of vectors about an axis below which they are parallel to it
+PARALLEL = 1e-9
 #: first words of the coordinates of a joint along which reactions are forces
 FORCES = "x", "y", "z", "normal", "length", "node", "thrust"
 MOMENTS = (
@@ -79,9 +78,8 @@ class Sensed:
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
     forces: tuple[Any, ...]  #: what makes these, see `forces`
     signals: Callable[[], np.ndarray]  #: functions of time of the system (s, k)
-    way: tuple[np.ndarray, np.ndarray] | None = (
-        None  #: rows (p, i) on the way between equilibria, and where these are (s,)
-    )
+    #: rows (p, i) on the way between equilibria, and where these are (s,)
+    way: tuple[np.ndarray, np.ndarray] | None = None
 
 
 class Probe(Declared, ABC):
@@ -91,12 +89,10 @@ class Probe(Declared, ABC):
     """
 
     unit: ClassVar[str] = ""  #: SI unit of its columns
-    known_to_all: ClassVar[bool] = (
-        True  #: whether every reduced model knows it, so that their histories are drawn together
-    )
-    on_largest: ClassVar[bool] = (
-        False  #: whether errors of columns count relative to the largest of them
-    )
+    #: whether every reduced model knows it, so that their histories are drawn together
+    known_to_all: ClassVar[bool] = True
+    #: whether errors of columns count relative to the largest of them
+    on_largest: ClassVar[bool] = False
     of_motions: ClassVar[
         tuple[str, ...]
     ] = ()  #: parts that a whole motion has, and no instant of it
@@ -109,9 +105,8 @@ class Probe(Declared, ABC):
     #: what it may call of `Sensed` beside `energies`: while a run goes, nothing else is found of
     #: states that are not kept
     calls: ClassVar[tuple[Literal["reactions", "pushes"], ...]] = ("reactions", "pushes")
-    balances: ClassVar[bool] = (
-        False  #: whether its columns balance forces of the model, whose round-off they carry
-    )
+    #: whether its columns balance forces of the model, whose round-off they carry
+    balances: ClassVar[bool] = False
 
     @abstractmethod
     def sense(self, name: str, draft: Draft) -> Output:

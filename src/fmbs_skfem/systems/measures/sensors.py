@@ -24,9 +24,8 @@ from ..signals import read_inputs
 from ..system import Output
 from .probes import PointProbe, Probe, Sensed, Sizes, notify_unknown
 
-EACH = (
-    5  #: numbers of a term of a drive: row of the joint, coefficient, signal, and two sensor rows
-)
+#: numbers of a term of a drive: row of the joint, coefficient, signal, and two sensor rows
+EACH = 5
 
 
 @dataclass(frozen=True)

@@ -62,9 +62,8 @@ class TermRoutines(NamedTuple):
         Routine, ...
     ] = ()  #: with dense modes in a force alone, gather and scatter, for reports of time
     tangent_products: tuple[Routine, ...] = ()  #: U^T D U in a tangent alone
-    dissipate: Routine | Callback | None = (
-        None  #: of what reads velocities: energy += power of damping half way, see `work`
-    )
+    #: of what reads velocities: energy += power of damping half way, see `work`
+    dissipate: Routine | Callback | None = None
 
 
 @dataclass(frozen=True)
