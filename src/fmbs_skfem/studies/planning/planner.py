@@ -316,6 +316,7 @@ class Planner:
         errors = lambda n, m: time.errors(m) + (mesh.errors(n) if mesh else 0.0)  # noqa: E731
         found = time.errors(steps)
         of_mesh = mesh.errors(cells) if mesh else NOTHING
+        last = steps, math.inf
         for attempt in range(DOUBTS):
             if self.run(cells, steps) is None and free_steps and 2 * steps <= self.limits.steps:
                 steps *= 2
@@ -331,6 +332,14 @@ class Planner:
                 size(errors(*nearest) + errors(cells, steps)), SURE
             )
             measured = self.measured(cells, steps, time)
+            if measured is not None:
+                # a force right behind what is caught grows with cells and steps alike: no run is
+                # its limit, and each costs eight times the one before
+                if size(measured) > max(last[1], 1.0) and steps >= REACH * last[0]:
+                    pair = (cells, self.limits.half(steps)), (cells, steps)
+                    apart = f"{pair[0][1]} and {steps} steps"
+                    return self.unsettled((cells, steps), time, of_mesh, apart, pair)
+                last = steps, size(measured)
             found = (
                 time.errors(steps) if measured is None else np.maximum(time.errors(steps), measured)
             )
