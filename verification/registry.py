@@ -139,7 +139,7 @@ def case(name: str, *, group: str, source: str, about: str = "") -> Callable[[Fu
         raise InputError(say(where, "a name that no other case has", "a second one", "rename it"))
 
     def register(function: Function) -> Function:
-        line = about or (function.__doc__ or "").strip().split("\n")[0]
+        line = about or " ".join((function.__doc__ or "").strip().split("\n\n")[0].split())
         if not line:
             raise InputError(say(where, "a docstring whose first line states the problem", "none"))
         CASES[name] = VerificationCase(name, group, source, line, function)

@@ -88,7 +88,7 @@ def test_a_mechanism_of_parts_moves_as_that_of_full_bodies(name: str) -> None:
     assert departures.find(reduced) == []
     shown, own = (frames(one, np.arange(0, len(one.times), 50)) for one in (full, reduced))
     assert list(shown.bodies) == list(own.bodies)
-    assert shown.joints.keys() == own.joints.keys()
+    assert shown.marks.keys() == own.marks.keys()
     for body, one in shown.bodies.items():
         other = own.bodies[body]
         assert np.abs(other.points - one.points).max() < 1e-3

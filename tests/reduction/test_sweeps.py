@@ -25,7 +25,7 @@ import pytest
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, notify
 from fmbs_skfem.families import members, sweeps, workers
-from fmbs_skfem.families.sweeps import Record, Result, Status, SweepOptions, SweepOutcome
+from fmbs_skfem.families.sweeps import MemberResult, Record, Status, SweepOptions, SweepOutcome
 
 from ..hard_cases import child, ended
 
@@ -65,7 +65,7 @@ class Squares:
             os.kill(os.getpid(), signal.SIGKILL)
         return lambda values: self.square(values["x"])
 
-    def square(self, x: float) -> Result:
+    def square(self, x: float) -> MemberResult:
         if x in self.kills:
             os.kill(os.getpid(), signal.SIGKILL)
         if self.once is not None and not self.once.exists():
@@ -84,7 +84,7 @@ class Squares:
             clock.sleep(3600.0)
         if x in self.notices:
             notify("outside the trained box")
-        return Result(TIMES, {"y": x**2 * TIMES}, {"y": "m"}, {"predicted error": 1e-3 * x})
+        return MemberResult(TIMES, {"y": x**2 * TIMES}, {"y": "m"}, {"predicted error": 1e-3 * x})
 
 
 def points(count: int) -> np.ndarray:

@@ -321,7 +321,7 @@ def test_a_box_is_trained_under_signals_and_checked_under_others(tmp_path: Path)
 
 def test_runs_of_a_box_have_the_same_signals_and_its_checks_others() -> None:
     task = greedy_training.prepare(
-        Job(), reading.loads(BOX + TRAINING, ROOT), None, None, None, compare=False
+        Job(), reading.loads(BOX + TRAINING, ROOT), None, None, None
     ).task
     assert isinstance(task.signals, training_signals.Signals)
     cases = [task.family({"E": E}) for E in (2e9, 4e9)]

@@ -87,14 +87,14 @@ def test_the_contract_finds_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         compiled, "gap", lambda *state: (right(*state)[0], (1.0 + 1e-6) * right(*state)[1])
     )
-    with pytest.raises(InputError, match=r"check_joint\(Distance\): Jacobian of row 'length'"):
+    with pytest.raises(InputError, match=r"check_joint\(RigidLink\): Jacobian of row 'length'"):
         check_joint(beams(2), joint)
     monkeypatch.setattr(compiled, "gap", right)
     monkeypatch.setattr(
         compiled, "tangent", lambda *state, **more: (1.0 + 1e-6) * exact(*state, **more)
     )
     with pytest.raises(
-        InputError, match=r"check_joint\(Distance\): second derivatives of row 'length'"
+        InputError, match=r"check_joint\(RigidLink\): second derivatives of row 'length'"
     ):
         check_joint(beams(2), joint)
 

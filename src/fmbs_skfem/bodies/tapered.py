@@ -23,8 +23,7 @@ class Tapered(Section):
     Of `matrices` and of `given` stiffness and mass are linear. Where mesh points lie at inner
     fractions, errors stay small.
 
-    {shape: tapered, sections: {0: {shape: circular, diameter: 20 mm}, 1: {shape: circular,
-    diameter: 10 mm}}}
+    {shape: tapered, sections: {0: {shape: circular, diameter: 20 mm}, 1: {shape: circular, diameter: 10 mm}}}
     """
 
     sections: Annotated[Mapping[float, Section], at_fractions(takes(Section))]

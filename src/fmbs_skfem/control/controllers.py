@@ -210,8 +210,7 @@ class Pid(Limited):
 
     e' is `rate`, or the difference of the last two samples of e over the sample time.
 
-    {type: pid, unit: N m, sample: 2 ms, error: 0.5 rad - hinge.angle, kp: 30 N m, ki: 40 N m/s,
-    limits: [-9 N m, 9 N m]}
+    {type: pid, unit: N m, sample: 2 ms, error: 0.5 rad - hinge.angle, kp: 30 N m, ki: 40 N m/s, limits: [-9 N m, 9 N m]}
     """
 
     error: Read

@@ -211,8 +211,7 @@ class Cable(OfLine):
     """A thin cable or beam without torsion and shear along a line of a mesh file; `refine` splits
     every mesh cell into that many.
 
-    {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material:
-    {young_modulus: 1 GPa, density: 1800}}
+    {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
     """
 
     shows: ClassVar[tuple[str, ...]] = CABLE_FIELDS
@@ -309,8 +308,7 @@ class Beam(OfLine):
     section: its centroid by default, the shear centre, or a point [y, z] of its drawing; of
     matrices a point in their axes, by default [0, 0].
 
-    {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material:
-    {young_modulus: 210 GPa, density: 7850}}
+    {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 210 GPa, density: 7850}}
     """
 
     shows: ClassVar[tuple[str, ...]] = (
@@ -530,8 +528,7 @@ class Plate(ThinBody):
     of Gauss points a direction, `refine` (2, 4, 8, ..) cuts every side of the cells into that many,
     new nodes on arcs lie on them.
 
-    {type: plate, mesh: lug.msh, thickness: 5 mm, material: {young_modulus: 70 GPa, density: 2700},
-    rims: {hole: hole}}
+    {type: plate, mesh: lug.msh, thickness: 5 mm, material: {young_modulus: 70 GPa, density: 2700}, rims: {hole: hole}}
     """
 
     name: str
@@ -621,8 +618,7 @@ class Shell(ThinBody):
     quad; on other quads, which are cut, on triangles and on both the shell is `fvs`, conforming
     triangles with normals fitted to the nodes, whose sides are cut into `cells` (2, 4, 8, ..).
 
-    {type: shell, nurbs: roof.json, cells: 16, thickness: 0.25 m, material: {young_modulus: 432 MPa,
-    density: 360}}
+    {type: shell, nurbs: roof.json, cells: 16, thickness: 0.25 m, material: {young_modulus: 432 MPa, density: 360}}
     """
 
     name: str

@@ -515,7 +515,7 @@ def verify(
 
     In Python that raises VerificationFailure.
     """
-    from . import verifying
+    from .running import verifying
 
     verification = verifying.load()
     if listed:

@@ -256,7 +256,7 @@ def require_two_places(where: str, one: Joint | Load | probe_rules.Probe, draft:
     """InputError for what is between a place and itself, however that is called: `right`, or an arc
     length.
 
-    Contact is between a place and the one that carries its shape.
+    Where `on` carries what `at` meets, both are read.
     """
     at = getattr(one, "at", None)
     for key in ("to", "on"):

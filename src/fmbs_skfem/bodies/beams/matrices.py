@@ -103,8 +103,7 @@ class Matrices(Section):
     times and the moments of inertia about x, y, z; or it is 3 x 3, int rho (1, y, z)^T (1, y, z)
     dA. Inertia may be zero.
 
-    {shape: matrices, stiffness: [1 MN, 0.3 MN, 0.3 MN, 40 N m^2, 60 N m^2, 60 N m^2], mass: [1, 1,
-    1, 2 g m, 1 g m, 1 g m]}
+    {shape: matrices, stiffness: [1 MN, 0.3 MN, 0.3 MN, 40 N m^2, 60 N m^2, 60 N m^2], mass: [1, 1, 1, 2 g m, 1 g m, 1 g m]}
     """
 
     stiffness: Annotated[Matrix, STIFFNESS]

@@ -273,7 +273,7 @@ def switches(force: LawForces) -> Iterator[Callable[..., np.ndarray]]:
     word, _, rest = force.law.name.partition("|")
     if word != WORD:
         return
-    _, texts, _, given, *_ = rest.split("|")
+    _, texts, given, *_ = rest.split("|")
     known = [one for one in given.split(",") if one and ":" not in one]
     for text in texts.split(";"):
         program = expressions.parse(text, responses.Names(known))

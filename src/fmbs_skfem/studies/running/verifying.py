@@ -8,10 +8,10 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import MissingFeature, say
+from ...core.errors import MissingFeature, say
 
 NAME = "verification"
-FOLDER = Path(__file__).resolve().parents[3] / NAME
+FOLDER = Path(__file__).resolve().parents[4] / NAME
 
 
 def load() -> Any:
