@@ -107,8 +107,8 @@ def add_options(parser: pytest.Parser) -> None:
     )
     group.addoption(
         "--slow-in",
-        metavar="FOLDER",
-        nargs="*",
+        metavar="FOLDER,FOLDER",
+        type=lambda text: text.split(","),
         default=[],
         help="with --slow: and those of these folders of the package",
     )
