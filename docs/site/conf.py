@@ -16,9 +16,8 @@ from sphinx.application import Sphinx
 sys.path.insert(0, str(Path(__file__).parent))
 import docstrings
 
-gc.set_threshold(
-    100_000, 20, 100
-)  # pages are millions of nodes that stay: searches for garbage take long
+# pages are millions of nodes that stay: searches for garbage take long
+gc.set_threshold(100_000, 20, 100)
 
 project = "fmbs_skfem"
 author = "fmbs_skfem developers"

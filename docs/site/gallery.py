@@ -45,10 +45,11 @@ KINDS = {
 }
 FIRST = ("picture.png", "animation.gif", "modes.png")  #: these pictures, then all others by name
 HASH = "scene.sha256"
+#: drawn by `results.rendering`, with a title of HEAD rows and a key of KEY columns [pixel]
 SCENES = (
     "picture.png",
     "modes.png",
-)  #: drawn by `results.rendering`, with a title of HEAD rows and a key of KEY columns [pixel]
+)
 HEAD, KEY = 36, 192
 
 
