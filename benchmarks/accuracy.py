@@ -45,10 +45,11 @@ ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 DOCS = ROOT / "docs"
 AT_LEAST = 12_800  #: steps of a reference
+#: that are tried
 CELLS, STEPS = (
     (2, 3, 4, 6, 8, 12, 16, 24, 32, 48),
     tuple(n * 2**k for k in range(10) for n in (200, 300)),
-)  #: that are tried
+)
 
 
 def wanting(scene: Scene, accuracy: float) -> Scene:

@@ -130,9 +130,8 @@ def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Compa
             name: np.ascontiguousarray(grassmann.interpolate(chart, here))
             for name, chart in charts.items()
         }
-        found = {
-            name: Basis(one, np.zeros(len(one)), np.zeros(0)) for name, one in modes.items()
-        }  # about the initial state
+        # about the initial state
+        found = {name: Basis(one, np.zeros(len(one)), np.zeros(0)) for name, one in modes.items()}
         rule = hyper_reduction.train(hyper, [])
         return reduced_models.reduced_case(
             task, TrainedReduction(found, rows[find_closest(places, here)], rule), values

@@ -74,9 +74,8 @@ class Row:
     training_s: float
     pays: bool
     speedup: float | None
-    error: (
-        float | None
-    )  #: largest one at hold-out points, over the ranges of the outputs; None without a model
+    #: largest one at hold-out points, over the ranges of the outputs; None without a model
+    error: float | None
     why: str
 
     @property

@@ -28,11 +28,12 @@ from fmbs_skfem import scenes
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
+#: below FLOOR numbers are round-off of coordinates of size 1
 STEPS, RELATIVE, FLOOR = (
     40,
     1e-9,
     1e-16,
-)  #: below FLOOR numbers are round-off of coordinates of size 1
+)
 #: keys of times, of what follows from them, of the machine, and of hashes of files in which times
 #: stand
 PASSING = re.compile(
@@ -41,11 +42,12 @@ PASSING = re.compile(
 TIMES = re.compile(r"[-+.e\d]+ +(?=(ms|s|min|h)\b)|^[\da-f]{64} ")  #: the same in words
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]?\d+)?|inf|nan)")
 PROGRESS = re.compile(r"^(first run: compiling|.*\d+% after ).*\n?", re.MULTILINE)
+#: those whose coarse variant is run
 SLOW = {
     "crank_slider",
     "crank_slider_young",
     "crank_slider_torque",
-}  #: those whose coarse variant is run
+}
 CALLS = """\
 run.words run MOTION:double_pendulum --units --out OUT/run.words
 check.words check EXAMPLES/double_pendulum.yaml

@@ -46,11 +46,12 @@ RESULTS = ROOT / "benchmarks" / "results"
 STEP, STEPS, FINER, RHO = 5e-4, 6000, 8, 0.8
 TOLERANCES = {"loose": 1e-3, "tight": 1e-6}  #: absolute tolerances of Exudyn's Newton iteration
 CELLS, LENGTH = 100, 1.0
+#: [kg/m], [N], [N m2]
 MASS, STIFFNESS, BENDING = (
     1800.0 * math.pi * 0.005**2,
     1e9 * math.pi * 0.005**2,
     1e9 * math.pi * 0.01**4 / 64,
-)  #: [kg/m], [N], [N m2]
+)
 SPIN_TIME, SPIN_RATE = 1.5, 2.0 * math.pi  #: [s], [rad/s]
 
 

@@ -54,10 +54,11 @@ MEASURED = (
 )
 HELD = {1: 26, 2: 64, 3: 64}  #: hold-out points by number of parameters
 FINE = "_fine"  #: end of the names of trainings on fine meshes; their hold-out runs iterate as the scene says
+#: full runs, reduced runs, sparse least-squares problems
 PUBLISHED = {
     "young": "2, 12, 2",
     "torque": "2, 21, 2",
-}  #: full runs, reduced runs, sparse least-squares problems
+}
 FIGURES = {
     "young": "fig13_young.png",
     "torque": "fig14_torque.png",

@@ -60,10 +60,11 @@ INSTANTS, RHO = 200, 0.8
 MESHES = (2, 3, 4, 6, 8, 10, 12, 16, 20, 32, 64)  #: elements a beam, the last one for the reference
 STEPS = tuple(INSTANTS * n for n in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 256))
 TOLERANCES = (1e-3, 1e-6)  #: absolute tolerances of its Newton iteration
+#: elements and steps by which its other settings are chosen, and errors that count as the least
 PROBE, AS_GOOD = (
     (8, 1600),
     1.1,
-)  #: elements and steps by which its other settings are chosen, and errors that count as the least
+)
 SAME = 3e-4  #: of a range, by which the limits of both codes may differ
 WEIGHT = 9.81  #: [m/s^2]
 CURVATURE = {"curvature": "material"}
@@ -75,11 +76,12 @@ ROUND = {
     "axial": 1e9 * np.pi * 0.005**2,
     "bending": 1e9 * np.pi * 0.01**4 / 64,
 }
+#: of the strip
 FLAT = {
     "mass": 1800.0 * 6e-5,
     "axial": 1e9 * 6e-5,
     "bending": 1e9 * 0.02 * 0.003**3 / 12,
-}  #: of the strip
+}
 
 
 def drive(t: Any, sine: Callable[[Any], Any] = np.sin) -> Any:

@@ -25,10 +25,11 @@ QUIET = (
     "--disable-sync",
 )
 OPTIONS = ("--headless", "--no-sandbox", "--hide-scrollbars", "--remote-debugging-pipe", *QUIET)
+#: without WebGL, and with it in software
 FLAT, DRAWS = (
     ("--disable-gpu",),
     ("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-)  #: without WebGL, and with it in software
+)
 WRONG = {"Runtime.exceptionThrown", "Log.entryAdded"}
 #: of a busy machine, when tests read what was drawn
 SLOW_DRIVER = "GL Driver Message (OpenGL, Performance"

@@ -30,10 +30,11 @@ import pytest
 
 FILE = Path(__file__).with_name("durations.json")
 SLOW = 0.4  #: a test that takes more CPU seconds is slow; five hundred between this and 1 s take a third of the time of all others
+#: a test that is not listed and takes more is named at the end of a full run, or fails it [s]
 NAMED, FAIL = (
     2.0,
     5.0,
-)  #: a test that is not listed and takes more is named at the end of a full run, or fails it [s]
+)
 LISTED = 0.3  #: what takes less is not worth a line of the file [s]
 PROPERTY = "durations"
 ALWAYS = {"tests/test_project.py::test_types"}  #: slow tests of every part

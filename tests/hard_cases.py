@@ -19,9 +19,8 @@ def child(work: Callable[[], object]) -> int:
     that `work` returns, else 0.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", DeprecationWarning
-        )  # other threads of the test runner do not matter there
+        # other threads of the test runner do not matter there
+        warnings.simplefilter("ignore", DeprecationWarning)
         number = os.fork()
     if number:
         return number

@@ -45,9 +45,8 @@ import gallery  # noqa: E402
 import reference_pages  # noqa: E402
 import tutorials  # noqa: E402
 
-SHAPE = re.compile(
-    r"\([\w+*/ -]*(?:,[^()]*|\.\.\.)\)"
-)  #: (n,), (s, n), (cells + 1, 3), (3, ...), (...)
+#: (n,), (s, n), (cells + 1, 3), (3, ...), (...)
+SHAPE = re.compile(r"\([\w+*/ -]*(?:,[^()]*|\.\.\.)\)")
 FETCHED = re.compile(r"(?:url\(|@import|fetch\(|import\()\s*[\"']?https?:")
 ARRAY = re.compile(r"ndarray|csr_array|Array\b")
 
@@ -405,9 +404,8 @@ def test_a_notebook_runs_where_a_reader_has_the_examples(
     )
     book = nbformat.read(site / "tutorials" / unquote(link), as_version=4)
     nbformat.validate(book)
-    monkeypatch.delenv(
-        "MPLBACKEND", raising=False
-    )  # as a reader has it: the kernel chooses what draws
+    # as a reader has it: the kernel chooses what draws
+    monkeypatch.delenv("MPLBACKEND", raising=False)
     folder = {"metadata": {"path": str(tmp_path / "fmbs-examples")}}
     nbclient.NotebookClient(book, timeout=900, kernel_name="python3", resources=folder).execute()
     outputs = [output for cell in book.cells if cell.cell_type == "code" for output in cell.outputs]

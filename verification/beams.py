@@ -55,9 +55,8 @@ class Hanging:
     EA: float  #: [N]
     H: float  #: horizontal force [N]
     V: float  #: vertical force at the start [N]
-    points: tuple[
-        tuple[float, float], ...
-    ]  #: x, z of a quarter, half, three quarters of the cable [m]
+    #: x, z of a quarter, half, three quarters of the cable [m]
+    points: tuple[tuple[float, float], ...]
 
 
 IRVINE = "Irvine, Cable Structures, MIT Press 1981, ISBN 978-0262090230 (digits recomputed)"

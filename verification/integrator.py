@@ -31,9 +31,8 @@ from .beams import GRAVITY
 from .registry import CheckedNumber, case, farthest, order, pairs, slope
 
 TIGHT = Newton(tolerance=1e-13)
-FRESH = Newton(
-    tolerance=1e-13, slow=1e-12
-)  #: factors of every step, whose directions of the joints (4) takes
+#: factors of every step, whose directions of the joints (4) takes
+FRESH = Newton(tolerance=1e-13, slow=1e-12)
 ARNOLD = "Arnold, Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0"
 CHUNG = "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371-375, doi 10.1115/1.2900803"
 
@@ -132,10 +131,11 @@ def golden_steps() -> list[CheckedNumber]:
     return found
 
 
+#: position and velocity of the moving pendulum
 START = (
     (0.9053428509, -0.4246814362),
     (-1.225870002, -2.613329776),
-)  #: position and velocity of the moving pendulum
+)
 ERRORS = {  # (rho_inf, h): largest error over 2 s of q, v, of lambda after 0.2 s, and of lambda from the start
     (0.8, 0.04): (0.03640111696, 0.1597905496, 0.763797264, 0.763797264),
     (0.8, 0.02): (0.009140182877, 0.04039384683, 0.1894393432, 0.1894393432),
@@ -332,19 +332,21 @@ RADIUS = {  # rho_inf: spectral radius at omega h = 0.1, 0.5, 1, 2, 5, 10, 100, 
     1.0: (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
 }
 PHASES = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0, 1e4)
+#: error / (omega h)^2
 PERIOD = {
     0.0: 0.4582476573,
     0.5: 0.1249980809,
     0.8: 0.08796235632,
     0.9: 0.08437155561,
     1.0: 0.08333277779,
-}  #: error / (omega h)^2
+}
+#: damping ratio / (omega h)^3
 DAMPING = {
     0.0: 0.4998229725,
     0.5: 0.01851754137,
     0.8: 0.0006859351249,
     0.9: 7.289785884e-05,
-}  #: damping ratio / (omega h)^3
+}
 
 
 def amplification(rho_inf: float, phase: float) -> np.ndarray:

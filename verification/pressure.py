@@ -27,11 +27,12 @@ from .statics_shells import loaded, mirror
 
 RADIUS, THICK, YOUNG, POISSON = 1.0, 0.05, 1e6, 0.3  #: of the ring [m, m, Pa, 1]
 GROWTH = 1.5  #: lambda of the ring
+#: half width and thickness of the strip [m], and half the angle of its arc [rad]
 HALF, FOIL, RISE = (
     0.5,
     1e-3,
     0.8,
-)  #: half width and thickness of the strip [m], and half the angle of its arc [rad]
+)
 LENGTH, SHEET, PUSH = 10.0, 0.05, 0.1  #: of the cantilever [m, m, Pa]
 
 

@@ -44,9 +44,8 @@ class CheckedNumber:
     kind: Literal["external", "own"] = "external"
     #: size that the difference is relative to where the reference is smaller, in its unit
     scale: float = 0.0
-    curve: (
-        Curve | LoadPath
-    ) = ()  #: (mesh size or step, error), largest first, or a path of equilibria; drawn
+    #: (mesh size or step, error), largest first, or a path of equilibria; drawn
+    curve: Curve | LoadPath = ()
 
     @property
     def difference(self) -> float:

@@ -56,10 +56,11 @@ PULLOUT = {  #: load factor: W under the force, -U at the side of the middle, -U
     0.8: (2.710, 4.455, 3.332),
     1.0: (2.768, 4.551, 3.269),
 }
+#: load factor: -W under the force, U at the side
 PINCHED = {
     0.05: (9.561, -0.233),
     0.075: (15.648, -0.922),
-}  #: load factor: -W under the force, U at the side
+}
 FLAT = {  #: load factor: deflection under the force, of the table and without shear
     0.05: (5.421, 5.304),
     0.1: (16.1, 15.776),

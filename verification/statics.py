@@ -58,15 +58,17 @@ FOLLOWER = {  #: P L^2/EI: shortening and transverse displacement over L
     16: (0.909038438, 0.421151499), 18: (0.817887156, 0.383359751), 20: (0.724289877, 0.33015766),
     25: (0.538414444, 0.102962763),
 }  # fmt: skip
+#: displacement [m] and angle [rad] of the tip
 GERSTMAYR_IRSCHIK = (
     -0.5085373043259,
     -1.2072398545498,
     -0.98623733026563,
-)  #: displacement [m] and angle [rad] of the tip
+)
+#: load P and deflection v below it, at the limit loads
 LEE_LIMITS = (
     (1.855673, 48.736987),
     (-0.9414442, 58.213344),
-)  #: load P and deflection v below it, at the limit loads
+)
 LEE_TURNS = ((61.002978, 1.1944075), (50.746251, -0.43804916))  #: v and P where v turns
 LEE_PATH = (  #: P, u, v on all branches
     (0.0075189401, 6.3693488e-05, 0.046094441), (0.12044667, 0.014304866, 0.76992725), (0.23366929, 0.057107336, 1.563135),

@@ -46,18 +46,20 @@ from .registry import CheckedNumber, case, farthest, pairs, refined
 
 SZE = "Sze, Liu, Lo (2004), doi 10.1016/j.finel.2003.11.001"
 SQUARES = "Timoshenko and Woinowsky-Krieger (1959), art. 30 and 44; more digits by series"
+#: interpolation: cells along a quarter of a square
 THIN = {
     "ancf": 24,
     "nurbs": 8,
     "bfs": 8,
     "argyris": 4,
-}  #: interpolation: cells along a quarter of a square
+}
+#: interpolation: cells along a cantilever
 CELLS = {
     "ancf": 16,
     "nurbs": 16,
     "bfs": 16,
     "argyris": 8,
-}  #: interpolation: cells along a cantilever
+}
 END_SHEAR = {  #: load factor: -U, W without shear
     0.05: (0.02646439, 0.663645), 0.1: (0.103535, 1.309754), 0.15: (0.2248678, 1.923507), 0.2: (0.3816417, 2.494525),
     0.25: (0.5643119, 3.017224), 0.3: (0.7639769, 3.490126), 0.35: (0.9731361, 3.914693), 0.4: (1.185924, 4.294175),
@@ -71,12 +73,13 @@ SZE_END_SHEAR = {  #: -U, W; its table 1
     0.55: (1.807, 5.202), 0.6: (2.002, 5.444), 0.65: (2.19, 5.66), 0.7: (2.37, 5.855), 0.75: (2.541, 6.031),
     0.8: (2.705, 6.19), 0.85: (2.861, 6.335), 0.9: (3.01, 6.467), 0.95: (3.151, 6.588), 1.0: (3.286, 6.698),
 }  # fmt: skip
+#: -U, W; its exact columns
 SZE_ROLL_UP = {
     0.25: (4.361, 7.639),
     0.5: (12.0, 7.639),
     0.75: (14.546, 2.546),
     1.0: (12.0, 0.0),
-}  #: -U, W; its exact columns
+}
 SZE_ROOF = {  #: thickness: P/3000 and deflection of the centre, tables of 3.8, isotropic
     12.7: (
         (0.3473, 3.087),
@@ -97,10 +100,11 @@ SZE_ROOF = {  #: thickness: P/3000 and deflection of the centre, tables of 3.8, 
         (0.1427, 28.302),
     ),
 }
+#: largest P/3000, then the least
 SZE_ROOF_LIMITS = {
     12.7: (0.7421, 0.1729),
     6.35: (0.1953, -0.1288),
-}  #: largest P/3000, then the least
+}
 HEMISPHERE = {  #: load factor: outwards, inwards, without shear
     0.1: (1.49853, 1.82601), 0.2: (2.32064, 3.23414), 0.3: (2.81834, 4.30457), 0.4: (3.15778, 5.15835),
     0.5: (3.40722, 5.86282), 0.6: (3.59971, 6.45763), 0.7: (3.75343, 6.96833), 0.8: (3.87938, 7.4125), 0.9: (3.98467, 7.80287),
@@ -115,11 +119,12 @@ SZE_HEMISPHERE = {  #: the same, its table
 SEMI_CYLINDER = {0.1: 15.77627, 0.2: 37.36476}  #: deflection under the load, without shear
 SZE_SEMI_CYLINDER = {0.1: 16.1, 0.2: 37.582}
 ROOF_FREE, ROOF_CROWN = 0.30059246, -0.04507416  #: Scordelis-Lo, without shear, converged
+#: w D/(q a^4) under a uniform load
 CLAMPED, HINGED, CANTILEVER = (
     0.0012653191,
     0.00406235266,
     0.1290742231,
-)  #: w D/(q a^4) under a uniform load
+)
 CLAMPED_POINT, HINGED_POINT = 0.0056121, 0.0116008  #: w D/(P a^2) under a force at the centre
 PINCHED = 1.8248e-5  #: deflection under a unit force
 
@@ -183,9 +188,8 @@ def loaded(
     body = plate("plate", shape, t, Material(E, 1.0, nu), rims=rims)
     sensors = {name: probes.Position(At("plate", place)) for name, place in sensed.items()}
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", Notice
-        )  # corners belong to two edges: rows left out there are no surprise
+        # corners belong to two edges: rows left out there are no surprise
+        warnings.simplefilter("ignore", Notice)
         return eliminate(assemble([body], held, load, outputs=sensors))
 
 
@@ -389,9 +393,8 @@ def strip_roll_up() -> list[CheckedNumber]:
         ("bfs", (24, 1)),
         ("argyris", (12, 1)),
     ):
-        got = tip(rolled(kind, cells, 8), 12.0)[
-            1::2
-        ]  # four loads; over a quarter turn a step would be shortened
+        # four loads; over a quarter turn a step would be shortened
+        got = tip(rolled(kind, cells, 8), 12.0)[1::2]
         found.append(
             farthest(
                 f"tip, {kind}, without shear", [circle(factor) for factor in SZE_ROLL_UP], got, 2e-4

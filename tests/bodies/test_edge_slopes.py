@@ -21,9 +21,8 @@ from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from verification.statics_shells import CLAMPED, TIGHT, interpolated, loaded, mirror
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::fmbs_skfem.core.notices.Notice"
-)  # corners belong to two edges
+# corners belong to two edges
+pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 
 
 def square(cells: int, oblique: float) -> float:

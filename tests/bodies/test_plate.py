@@ -141,9 +141,8 @@ def test_rims_with_slopes_are_clamped(kind: str) -> None:
     q = np.random.default_rng(6).normal(size=body.reference.shape)
     A = trace(shape, edge("test", shape, ("right",)), normal=True)
     slopes = (A @ (body.spread @ q))[A.shape[0] // 2 :].reshape(-1, SAMPLES, 3)
-    slopes = (
-        slopes[:, [0, -1]] if kind == "ancf" else slopes
-    )  # between its nodes the slope depends on the opposite ones
+    # between its nodes the slope depends on the opposite ones
+    slopes = slopes[:, [0, -1]] if kind == "ancf" else slopes
     assert_allclose(
         slopes / SIDE, np.broadcast_to(-q[body.frames["grip"] + 1], slopes.shape), atol=1e-11
     )

@@ -29,9 +29,8 @@ Patches = Mapping[str, tuple[nurbs.Patch, np.ndarray]]
 MATERIAL = Material(young_modulus=7e10, density=2700.0, poisson_ratio=0.3)
 T = 0.01
 D = 7e10 * T**3 / 12.0 / 0.91
-NAVIER = (
-    0.00406235266 / D
-)  #: deflection of a hinged unit square under 1 Pa, Timoshenko and Woinowsky-Krieger, table 8
+#: deflection of a hinged unit square under 1 Pa, Timoshenko and Woinowsky-Krieger, table 8
+NAVIER = 0.00406235266 / D
 
 
 def part(

@@ -29,9 +29,8 @@ def shell(command: str, path: Path) -> subprocess.CompletedProcess[str]:
     variables = {**os.environ, "SCENE": str(path), "OUT": str(path.parent / "out")}
     variables.pop("PYTHONUNBUFFERED", None)  # streams as users have them
     text = command.replace("$FMBS", " ".join(f"'{part}'" for part in FMBS))
-    text = text.replace("$SCENE", '"$SCENE"').replace(
-        "$OUT", '"$OUT"'
-    )  # folders of temporary files may have spaces
+    # folders of temporary files may have spaces
+    text = text.replace("$SCENE", '"$SCENE"').replace("$OUT", '"$OUT"')
     return subprocess.run(
         ["bash", "-c", text],
         env=variables,

@@ -419,9 +419,8 @@ def test_a_signal_ends_a_sweep_that_goes_on_later(
         os.kill(os.getpid(), number)
         write(folder, record)
 
-    usual = signal.signal(
-        signal.SIGINT, signal.default_int_handler
-    )  # shells start background jobs that ignore it
+    # shells start background jobs that ignore it
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with monkeypatch.context() as patch:
             patch.setattr(sweep_files, "write", told)

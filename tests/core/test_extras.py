@@ -32,9 +32,10 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of installed packages without those of the extras."""
     folder, known = tmp_path_factory.mktemp("packages"), metadata.packages_distributions()
     projects = {name for package in WITHOUT for name in known.get(package, ())}  # that install them
+    # however many there are
     places = (
         place for place in map(Path, sys.path) if place.is_dir() and any(place.glob("*.dist-info"))
-    )  # however many there are
+    )
     for place in places:
         for entry in place.iterdir():
             project = entry.name.removesuffix(".dist-info").rpartition("-")[0].replace("_", "-")

@@ -18,6 +18,7 @@ from fmbs_skfem.core.compiling.symbols import Drawing, chosen, less
 from fmbs_skfem.core.errors import InputError
 
 x, y, z = sympy.symbols("x y z", real=True)
+#: two cubics, see `curves`
 CURVE = (
     0.0,
     3.0,
@@ -32,7 +33,7 @@ CURVE = (
     0.2,
     0.4,
     1.6,
-)  #: two cubics, see `curves`
+)
 EXPRESSIONS = (
     x**3 * y - 2 / y**2 + sympy.Rational(1, 3) * z,
     sympy.sqrt(x) * x ** sympy.Rational(-3, 2) + y**sympy.pi + x**20,

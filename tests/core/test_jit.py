@@ -148,9 +148,8 @@ def test_only_what_python_calls_becomes_a_function_of_its_own() -> None:
     assert caller(1.5) == 4.0
     assert "whole" not in part.__dict__
     overloads = part.contained.overloads.values()
-    compiled = (
-        [0] if caller.whole.stats.cache_misses else []
-    )  # what an earlier run of the tests has compiled is loaded without it
+    # what an earlier run of the tests has compiled is loaded without it
+    compiled = [0] if caller.whole.stats.cache_misses else []
     assert [
         found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in overloads
     ] == compiled

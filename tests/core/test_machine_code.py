@@ -144,9 +144,8 @@ def test_code_is_found_only_for_what_it_was_compiled_for(
     written.write_text("def f(x):\n    return x  #\n")
     names.add(name(space["f"], SIGNATURE, False))
     last = name(space["f"], SIGNATURE, False)
-    monkeypatch.setenv(
-        "NUMBA_NUM_THREADS", "1"
-    )  # as in the processes of a sweep, which load what was compiled before
+    # as in the processes of a sweep, which load what was compiled before
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     assert name(space["f"], SIGNATURE, False) == last
     monkeypatch.setenv("NUMBA_OPT", "1")
     names.add(name(space["f"], SIGNATURE, False))

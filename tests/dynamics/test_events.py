@@ -586,10 +586,11 @@ def test_a_bar_that_catches_a_mass(
     )
     assert_allclose(total, np.tile(mass * speed, (len(total), 1)), rtol=1e-9)
     assert_allclose(found["E_balance"], 0.5 * mass * speed @ speed, rtol=unbalanced)
+    # the mass from the centre of the bar
     apart = np.array(at) - (
         size / 2 + 2.3e-3 * speed[0],
         2.3e-3 * speed[1],
-    )  # the mass from the centre of the bar
+    )
     shared = mass * load / (mass + load)
     spin, inertia = (
         shared * (apart[0] * speed[1] - apart[1] * speed[0]),

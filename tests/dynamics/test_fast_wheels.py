@@ -16,11 +16,12 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
+#: moments of inertia [kg m2] of wheels of 12 and 36 teeth, torque on the small one [N m]
 SMALL, LARGE, TORQUE = (
     0.01,
     0.09,
     0.5,
-)  #: moments of inertia [kg m2] of wheels of 12 and 36 teeth, torque on the small one [N m]
+)
 
 
 def spun(step: float, speed: float, dim: int = 2) -> Trajectory:

@@ -366,9 +366,8 @@ def test_whether_faster_motions_can_grow(
     )
     assert (found.unknown > 0) == (unknown > 0)
     assert found.unknown in (0, unknown)
-    turned = csr_array(
-        K.toarray() + np.eye(6, k=1) - np.eye(6, k=-1)
-    )  # not symmetric, as of follower forces
+    # not symmetric, as of follower forces
+    turned = csr_array(K.toarray() + np.eye(6, k=1) - np.eye(6, k=-1))
     assert complex_modes(
         Linear(np.zeros(6), csr_array(np.eye(6)), csr_array(damping), turned, np.zeros((0, 6))), 1
     ).unknown

@@ -34,9 +34,8 @@ from tests import models
 from verification.plates import rectangle
 
 STEP, STEPS = 4e-3, 3
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::fmbs_skfem.core.notices.Notice"
-)  # abrupt starts move much
+# abrupt starts move much
+pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 TIMEOUT = 300  #: of the process that is not compiled, of some seconds [s]
 
 
@@ -84,9 +83,8 @@ def touching() -> System:
         stiffness=1e3,
         friction=0.3,
     )
-    pull = loads.PointForce(
-        "pull", At("beam", "right"), (4.0, -8.0)
-    )  # so much that a step is divided
+    # so much that a step is divided
+    pull = loads.PointForce("pull", At("beam", "right"), (4.0, -8.0))
     return eliminate(
         assemble(
             [beam],

@@ -322,9 +322,8 @@ outputs: {{hinge: {{type: reaction, joint: hinge}}}}
     assert isinstance(scene.analysis, scenes.analyses.linearisation.Linearise)
     space, omega = scene.analysis.find(scene).linear, np.array([0.0, 2.0, 30.0])
     assert space is not None
-    turned = -(omega**2) / (
-        m * g * l * np.cos(a) + k - (moment + m * l**2) * omega**2
-    )  # a'' of a unit torque
+    # a'' of a unit torque
+    turned = -(omega**2) / (m * g * l * np.cos(a) + k - (moment + m * l**2) * omega**2)
     exact = m * l * turned[:, None] * np.array([np.cos(a), np.sin(a)])
     np.testing.assert_allclose(space.transfer(omega)[:, :, 0], exact, rtol=1e-6, atol=1e-7)
 

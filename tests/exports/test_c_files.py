@@ -412,9 +412,8 @@ def test_derivatives_are_those_of_a_step(plant: System, tmp_path: Path) -> None:
         assert run.message(run.call("derivative", number, None)) == b"there is no such input"
     exact, slopes = (found[0] - found[1]) / (2 * change), run.derivative(0)
     assert np.abs(exact).max() > 1e-4
-    steady = [
-        k for k, one in enumerate(model.columns) if not one.name.startswith("root")
-    ]  # forces of joints are of another kind
+    # forces of joints are of another kind
+    steady = [k for k, one in enumerate(model.columns) if not one.name.startswith("root")]
     np.testing.assert_allclose(
         slopes[steady], exact[steady], rtol=1e-3, atol=1e-6 * np.abs(exact[steady]).max()
     )

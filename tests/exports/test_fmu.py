@@ -165,9 +165,8 @@ def instance(archive: Path, tmp_path: Path) -> Iterator[Instance]:
 
 
 def torque(t: float) -> float:
-    return 0.2 * float(
-        np.sin(20.0 * round(t, 9))
-    )  # sums of steps and multiples differ by round-off
+    # sums of steps and multiples differ by round-off
+    return 0.2 * float(np.sin(20.0 * round(t, 9)))
 
 
 def in_python(model: ParametricCase, g: float, text: str, steps: int, every: int = 1) -> np.ndarray:

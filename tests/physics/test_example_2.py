@@ -81,9 +81,8 @@ def test_energy_drift_falls_with_the_square_of_the_step() -> None:
     kinetic, strain, potential, balance = energies(run(STEP)).T
     assert potential.min() < -1.5
     assert strain.max() > 0.01
-    np.testing.assert_allclose(
-        kinetic + strain + potential, balance, atol=1e-14
-    )  # gravity is in the potential
+    # gravity is in the potential
+    np.testing.assert_allclose(kinetic + strain + potential, balance, atol=1e-14)
 
 
 def test_joints_stay_closed() -> None:

@@ -37,9 +37,8 @@ from verification.statics_shells import PINCHED, ROOF_FREE, loaded, mirror
 from ..shapes.test_fvs_plate import MESHES
 from ..shapes.test_fvs_shell import bent, cylinder, mixed
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::fmbs_skfem.core.notices.Notice"
-)  # corners belong to two edges
+# corners belong to two edges
+pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 KINDS = ["free triangles", "free quads", "distorted quads"]
 ROOF = cylinder(np.radians(40.0), 25.0, 25.0)
 WEIGHT = 1e-4  #: part of the load

@@ -26,9 +26,8 @@ from fmbs_skfem.systems.measures import probes
 from verification.statics_shells import ROOF_FREE, scordelis_lo
 
 TIGHT = Newton(tolerance=1e-12)
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::fmbs_skfem.core.notices.Notice"
-)  # corners belong to two edges
+# corners belong to two edges
+pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 
 
 def test_refinement_of_the_roof() -> None:

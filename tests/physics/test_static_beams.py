@@ -54,9 +54,8 @@ def test_gerstmayr_irschik_cantilever() -> None:
     by eps^2/2 with eps = 6e-4.
     """
     converged = gerstmayr_irschik(64, law=Law.MATERIAL)
-    np.testing.assert_allclose(
-        converged[:2], [-0.508537480605, -1.207239353373], atol=1e-9
-    )  # stored figure of this package
+    # stored figure of this package
+    np.testing.assert_allclose(converged[:2], [-0.508537480605, -1.207239353373], atol=1e-9)
     np.testing.assert_allclose(
         gerstmayr_irschik(64, law=Law.MATERIAL, ancf=True), converged, atol=1e-8
     )

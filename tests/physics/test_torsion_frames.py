@@ -116,10 +116,11 @@ def test_a_right_angle_frame_buckles_out_of_its_plane() -> None:
 GJ = 5.0  #: of the ring
 
 
+#: of the ring, where it turns about its own direction
 END, TANGENT = (
     At("rod", "right"),
     (1.0, 0.0, 0.0),
-)  #: of the ring, where it turns about its own direction
+)
 
 
 @dataclass(frozen=True)

@@ -55,9 +55,8 @@ class Helix(OwnJoint, word="helix_of_tests"):
         }
 
 
-joints.Joint.known.pop(
-    Helix.word
-)  # scenes of other tests do not know it, whichever of these run in the same process
+# scenes of other tests do not know it, whichever of these run in the same process
+joints.Joint.known.pop(Helix.word)
 
 
 def pendulum() -> System:

@@ -279,9 +279,8 @@ def test_rims_of_a_reduced_plate_are_places_and_its_frames_stay_orthonormal() ->
     assert wanted["angle"][-1] > 0.5
     assert len(S.T) < 0.5 * len(S)
     assert_allclose(seen["angle"], wanted["angle"], atol=1e-5 * wanted["angle"][-1])
-    few = scene(
-        parts.reduced_body(full, parts.shape_functions(full, states, None, 3))
-    )  # fewer functions than rows of its frame
+    # fewer functions than rows of its frame
+    few = scene(parts.reduced_body(full, parts.shape_functions(full, states, None, 3)))
     assert_allclose(few.x0.reshape(-1, 2).shape, (2, 2))
     with pytest.raises(
         InputError, match="at least 3 modes, which hold the fields that are kept, got 2"

@@ -17,11 +17,12 @@ from fmbs_skfem.systems.terms import quartic
 from fmbs_skfem.systems.terms.points import Sampled
 from fmbs_skfem.systems.terms.quartic import Quartic
 
+#: sides of the plate [m], E t / (1 - nu^2) [N/m] of 10 mm of aluminium
 LENGTH, HEIGHT, A = (
     0.2,
     0.07,
     7.7e8,
-)  #: sides of the plate [m], E t / (1 - nu^2) [N/m] of 10 mm of aluminium
+)
 CELLS = (24, 8)
 
 

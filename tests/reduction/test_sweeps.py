@@ -249,9 +249,8 @@ def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
             del thing
             assert watch() is None
 
-    usual = signal.signal(
-        signal.SIGINT, signal.default_int_handler
-    )  # shells start background jobs that ignore it
+    # shells start background jobs that ignore it
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):
             sweeps.run(Squares(), ("x",), points(500), keep, SweepOptions(scheduler=address))

@@ -240,13 +240,14 @@ def test_scenes_with_damaged_text(name: str, data: st.DataObject) -> None:
     told(lambda: scenes.loads("\n".join(rows), EXAMPLES))
 
 
+#: of some coordinates
 CHECKED = (
     "controlled_arm.yaml",
     "geared_arm.yaml",
     "heavy_top.yaml",
     "spin_up.yaml",
     "trapeze.yaml",
-)  #: of some coordinates
+)
 
 
 @tries(3)

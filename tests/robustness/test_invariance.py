@@ -45,18 +45,19 @@ from .. import models
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STEPS = 40
+#: examples of which two steps, and one change of all parameters, are enough
 LARGE = (
     "gripper",
     "deep_arch",
-)  #: examples of which two steps, and one change of all parameters, are enough
+)
 COARSE = {"deep_arch": 4}  #: cells of beams whose whole path is solved
-QUARTER = np.array(
-    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
-)  #: a turn of 90 degrees about z
+#: a turn of 90 degrees about z
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+#: fields of joints and loads
 POINTS, VECTORS = (
     ("to",),
     ("direction", "axis", "force", "acceleration", "moment"),
-)  #: fields of joints and loads
+)
 MANY = int(os.environ.get("INVARIANCE", "40"))
 
 

@@ -199,10 +199,11 @@ def test_a_sheet_on_two_edges_flat_and_wavy(kind: str, wave: float, tmp_path: Pa
     https://github.com/Dhondtguido/CalculiX/issues/64
     """
     E, nu, t, rho, L, n = 210e9, 0.3, 1e-3, 7850.0, 0.4, 32
+    # a thousandth of the weight: small displacements
     D, q = (
         E * t**3 / 12 / (1 - nu**2),
         rho * t * G * 1e-3,
-    )  # a thousandth of the weight: small displacements
+    )
     names = (
         '$PhysicalNames\n4\n1 1 "left"\n1 2 "right"\n1 3 "sides"\n0 5 "mid"\n$EndPhysicalNames\n'
     )

@@ -25,6 +25,7 @@ from tests.exports.test_part_ports import PUSHED, SHARP, bent
 from tests.systems.test_contact_facets import TIGHT, falling
 
 MOVED = 1e-15  #: of an input, 5 times the round-off of a number
+#: EA, GA, GA [N], GJ, EI, EI [N m2] of a bar of 5 mm, E = 1 GPa
 THIN = (
     2e4,
     7.5e3,
@@ -32,7 +33,7 @@ THIN = (
     0.024,
     0.03,
     0.03,
-)  #: EA, GA, GA [N], GJ, EI, EI [N m2] of a bar of 5 mm, E = 1 GPa
+)
 
 
 def shaft(moved: float, cells: int, steps: int) -> Trajectory:

@@ -92,13 +92,14 @@ def quiet(path: Path) -> schema.Scene:
 
 
 def test_every_recipe_is_short() -> None:
+    # a scene of their own, or none
     whole = {
         "my_rod.py",
         "my_periods.py",
         "my_wind.py",
         "my_hht.py",
         "my_fence.py",
-    }  # a scene of their own, or none
+    }
     assert set(FILES) - whole == {
         "my_joint.py",
         "my_track.py",
@@ -667,9 +668,8 @@ def test_no_module_of_the_current_folder_runs(
     class Recorded(subprocess.Popen):  # type: ignore[type-arg]
         def __init__(self, command: list[str], **options: object) -> None:
             calls.append(command)
-            super().__init__(
-                [*command[:-1], "fmbs_skfem.core.errors"], **options
-            )  # what it imports first, without the work
+            # what it imports first, without the work
+            super().__init__([*command[:-1], "fmbs_skfem.core.errors"], **options)
 
     jit.cache_folder.cache_clear()
     monkeypatch.setattr(compiling.subprocess, "Popen", Recorded)

@@ -69,9 +69,8 @@ def test_the_reaction_of_a_clamped_edge_balances_its_load() -> None:
     )
     marks = motion.joints(system, system.x0[None])
     assert {mark.kind for mark in marks.values()} == {"held edge"}
-    np.testing.assert_allclose(
-        [mark.points[0, 0] for mark in marks.values()], 0.0, atol=1e-12
-    )  # where the plate is clamped
+    # where the plate is clamped
+    np.testing.assert_allclose([mark.points[0, 0] for mark in marks.values()], 0.0, atol=1e-12)
     assert probes.column_labels(system.outputs)["R_my"] == "moment about y at (0, 0.5, 0)"
     assert [probes.column_units(system.outputs)[name] for name in names] == ["N"] * 3 + ["N m"] * 3
 

@@ -17,9 +17,8 @@ from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 from ..bodies.test_edge_directions import mesh
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::fmbs_skfem.core.notices.Notice"
-)  # one scene serves statics and modes
+# one scene serves statics and modes
+pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 SUPPORTS = {
     "hinged": "{hold: {type: edge, body: plate, edges: rim, fixed: xyz}}",
     "clamped": "{hold: {type: edge, body: plate, edges: rim, fixed: xyz, slope: xyz}}",

@@ -14,9 +14,8 @@ from fmbs_skfem.shapes import plate_meshes
 
 THICK, THIN = 10e-3, 5e-3
 FORCE, WIDTH, YOUNG = 100.0, 0.1, 1e9
-STRETCH = (
-    FORCE / (YOUNG * WIDTH) * (0.5 / THICK + 0.5 / THIN)
-)  #: of two bars of 0.5 m one after the other
+#: of two bars of 0.5 m one after the other
+STRETCH = FORCE / (YOUNG * WIDTH) * (0.5 / THICK + 0.5 / THIN)
 SCENE = """
 schema: 1
 dimension: 2

@@ -24,9 +24,10 @@ from fmbs_skfem.shapes.surface import Parent, Surface
 from fmbs_skfem.shapes.table import check_table
 
 NU = 0.3
+# E = t = 1
 PLANE_STRESS = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, (1.0 - NU) / 2.0]]) / (
     1.0 - NU**2
-)  # E = t = 1
+)
 
 
 # ----------------------------------------------------------------------------------------------------------------- meshes
@@ -90,9 +91,8 @@ SURFACES = {
 def gradients(space: Surface, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """N (e, p, b), dN/dX (e, p, 2, b) and the area weights (e, p)."""
     table = surface.tabulate(space, order)
-    jacobian = np.einsum(
-        "epkb,ebc->epck", table.values[:, :, 1:3], space.reference[space.nodes]
-    )  # dX_c / dxi_k
+    # dX_c / dxi_k
+    jacobian = np.einsum("epkb,ebc->epck", table.values[:, :, 1:3], space.reference[space.nodes])
     gradient = np.einsum("epkc,epkb->epcb", np.linalg.inv(jacobian), table.values[:, :, 1:3])
     return table.values[:, :, 0], gradient, table.weights * np.linalg.det(jacobian)
 
@@ -381,9 +381,8 @@ def test_patch_under_tractions(curved: bool) -> None:
         normal = np.column_stack([along[:, 1], -along[:, 0]])  # outwards, times ds
         load[space.nodes[cell]] += 0.5 * rows[:, 0].T @ (weights[:, None] * normal @ stress)
     stiffness = membrane(space)
-    held = np.array(
-        [0, 1, 6 * 6 + 1]
-    )  # both components of node 0, at an angle of 0 degrees, one of node 6, at 180 degrees
+    # both components of node 0, at an angle of 0 degrees, one of node 6, at 180 degrees
+    held = np.array([0, 1, 6 * 6 + 1])
     exact = (space.reference @ h.T + space.unit[:, None] * (-space.reference[0] @ h.T)).ravel()
     free = np.setdiff1d(np.arange(2 * space.count), held)
     force = load.ravel() - stiffness[:, held] @ exact[held]

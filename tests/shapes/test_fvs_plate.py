@@ -168,9 +168,8 @@ def errors(kind: str, n: int) -> tuple[float, float, float]:
     energy = [
         float(np.einsum("ep,epi,ij,epj->", area, k, BENDING, k)) for k in (found - exact, exact)
     ]
-    deficit = energy[1] - float(
-        load @ w
-    )  # work of the load on the exact w less that on the one found
+    # work of the load on the exact w less that on the one found
+    deficit = energy[1] - float(load @ w)
     moment = [np.sqrt((area[..., None] * (k @ BENDING) ** 2).sum()) for k in (found - exact, exact)]
     return float(off), float(moment[0] / moment[1]), abs(energy[0] - deficit) / energy[1]
 

@@ -35,9 +35,8 @@ def test_interface_of_a_slanted_edge() -> None:
         np.tile([0.3 / length, 1.0 / length], (len(common.weights), 1)),
         atol=1e-13,
     )
-    assert_allclose(
-        np.sum(common.weights * common.sizes), 0.25, rtol=1e-14
-    )  # two columns of half a unit square
+    # two columns of half a unit square
+    assert_allclose(np.sum(common.weights * common.sizes), 0.25, rtol=1e-14)
 
 
 def test_penalty_leaves_rigid_motions_free() -> None:

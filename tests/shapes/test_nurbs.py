@@ -15,13 +15,11 @@ from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.shapes.table import check_table
 
 NU = 0.3
-BENDING = np.array(
-    [[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - NU)]]
-)  # D = 1, curvatures 11, 22, 12
+# D = 1, curvatures 11, 22, 12
+BENDING = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - NU)]])
 MEMBRANE = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, (1.0 - NU) / 2.0]])
-LEISSA = np.array(
-    [13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.093]
-)  # free square plate, omega a^2 sqrt(rho t / D)
+# free square plate, omega a^2 sqrt(rho t / D)
+LEISSA = np.array([13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.093])
 KNOTS = [0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0]
 RIGHT = np.array([1.0, 0.0, 0.0])
 SPACES = [(degree, continuity) for degree in (2, 3, 4, 5) for continuity in range(degree)]

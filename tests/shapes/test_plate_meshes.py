@@ -76,11 +76,12 @@ LINKS = {
     ),
 }
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+#: with cells 1 2 3 4 and 2 5 6 3 of the file: two squares side by side
 STRIP = [
     *SQUARE,
     (2, 0),
     (2, 1),
-]  #: with cells 1 2 3 4 and 2 5 6 3 of the file: two squares side by side
+]
 
 
 def text_22(points: list[tuple[float, ...]], cells: list[str], names: str = "") -> str:

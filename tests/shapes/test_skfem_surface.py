@@ -188,9 +188,8 @@ def wave(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.sin(3.0 * x + 1.0) * np.cos(2.0 * y - x)
 
 
-BASIS = (
-    100 * np.finfo(float).eps
-)  #: error of a basis that is the inverse of a matrix, times coordinates far from the origin
+#: error of a basis that is the inverse of a matrix, times coordinates far from the origin
+BASIS = 100 * np.finfo(float).eps
 
 
 # ------------------------------------------------------------------------------------------------------------------ tests

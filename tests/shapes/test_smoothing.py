@@ -16,9 +16,8 @@ from fmbs_skfem.shapes.table import check_table
 
 OPEN = np.array([0.0, 0.0, 1.0, 1.0])
 QUARTERS = np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]) / 4.0
-SIZE = np.where(
-    np.arange(9) % 2, np.sqrt(2.0), 1.0
-)  #: of the nine points of a circle; their weights are 1 / SIZE
+#: of the nine points of a circle; their weights are 1 / SIZE
+SIZE = np.where(np.arange(9) % 2, np.sqrt(2.0), 1.0)
 
 
 def revolved(

@@ -31,9 +31,8 @@ def test_wrong_models_do_not_hide_the_others() -> None:
     shown = figures.inside({"full": first, "wrong": np.array([0.5, 3.9, 4.1])})
     np.testing.assert_array_equal(shown["full"], first)
     np.testing.assert_array_equal(shown["wrong"], [0.5, 3.9, np.nan])
-    errors = np.array(
-        [1e-16, 1e-4, 2e-4, 30.0]
-    )  # [m]; of a motion of 1 m the last is wrong altogether, of one of 1 km it is not
+    # [m]; of a motion of 1 m the last is wrong altogether, of one of 1 km it is not
+    errors = np.array([1e-16, 1e-4, 2e-4, 30.0])
     np.testing.assert_array_equal(figures.readable(errors, 1.0), [np.nan, 1e-4, 2e-4, np.nan])
     np.testing.assert_array_equal(figures.readable(errors, 1e3), [np.nan, 1e-4, 2e-4, 30.0])
 

@@ -91,9 +91,8 @@ def test_files_and_python_keep_si_units(run: tuple[studies.Run, Path]) -> None:
     with (out / "outputs.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
     columns = dict(zip(head, np.array(rows, dtype=float).T, strict=True))
-    np.testing.assert_allclose(
-        columns["w"], found.outputs["w"], rtol=5e-15
-    )  # written with 15 digits
+    # written with 15 digits
+    np.testing.assert_allclose(columns["w"], found.outputs["w"], rtol=5e-15)
     assert columns["w"][0] == pytest.approx(10.0 * math.pi)
     assert columns["t"][-1] == pytest.approx(0.04)
     assert columns["rim_x"][0] == pytest.approx(0.025)

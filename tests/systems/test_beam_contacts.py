@@ -177,9 +177,8 @@ def test_a_bar_rolls(shape: Section, slope: float) -> None:
     """
     section, stiffness, g = shape.of_beam(MADE), 2e4, 9.81
     inertia = (section.mass[1, 1] + section.mass[2, 2]) / (section.mass[0, 0] * section.radius**2)
-    height = (
-        section.radius - 0.5 * section.mass[0, 0] * g * np.cos(slope) / stiffness
-    )  # it has sunk in by its weight
+    # it has sunk in by its weight
+    height = section.radius - 0.5 * section.mass[0, 0] * g * np.cos(slope) / stiffness
     part = beam("b", segment(4, (0.0, 0.0, height), (0.0, 0.5, height)), section)
     floor = ContactPlane(
         "floor",

@@ -53,9 +53,8 @@ SMOOTH: dict[str, Any] = {
     "smoothing": 0.002,
 }
 
-CORNERS = (
-    0.5 * SIDE * np.array(list(product((-1.0, 1.0), repeat=3))) @ TURNED.T
-)  #: of the box from its centre
+#: of the box from its centre
+CORNERS = 0.5 * SIDE * np.array(list(product((-1.0, 1.0), repeat=3))) @ TURNED.T
 FOOT = CORNERS[np.argmin(CORNERS[:, 2])]
 AXES: dict[str, Any] = {"along": tuple(TURNED[:, 0]), "across": tuple(TURNED[:, 1])}
 
@@ -76,12 +75,13 @@ def corner_at(at: Any, up: bool = True, **more: Any) -> ContactBox:
     return ContactBox("c", body="b", sides=(SIDE,) * 3, center=tuple(center), **AXES, **more)
 
 
+#: between points, at a node, on a side, beyond the rim
 PLACES = [
     (0.31, 0.37),
     (0.5, 0.5),
     (0.25, 0.1),
     (1.003, 0.4),
-]  #: between points, at a node, on a side, beyond the rim
+]
 
 
 @pytest.mark.parametrize("off", [0.0, 3e-13, 1e-12, 3e-12, 1e-11, 1e-9])
@@ -169,9 +169,8 @@ def test_forces_have_a_potential(at: tuple[float, float]) -> None:
     system = replace(
         assemble([sheet(), crate(over(at, -0.006))], loads=[carried(stiffness=500.0)]), elastic=()
     )
-    system = replace(
-        system, loads=replace(system.loads, forces=system.loads.forces[1:])
-    )  # without points of the plate
+    # without points of the plate
+    system = replace(system, loads=replace(system.loads, forces=system.loads.forces[1:]))
     x = system.x0 + 1e-3 * np.random.default_rng(2).normal(size=system.size)
     K = compiled.tangent(
         compiled.compile_system(system), x, np.zeros(len(system.constraints.names))

@@ -64,10 +64,11 @@ CASES = [
 
 def test_every_type_is_tested() -> None:
     tested = {type(load) for load in [*every_load(3), *parts.every_load(3)]}
+    # `test_loads_that_follow`, `test_a_torque_is_a_moment`
     elsewhere = {
         loads.NormalEdgeLoad,
         loads.Torque,
-    }  # `test_loads_that_follow`, `test_a_torque_is_a_moment`
+    }
     assert tested | elsewhere == {
         kind for kind in loads.Load.known.values() if kind.__module__ == loads.__name__
     }

@@ -35,9 +35,8 @@ def test_nothing_of_constraints_by_coordinates_is_dense() -> None:
     system = clamped(80, joints.Edge("clamp", "plate", EDGES, slope="z"))
     rows = len(system.constraints.names)
     assert rows > 4 * MANY
-    mechanism.analyse(
-        clamped(2, joints.Edge("clamp", "plate", EDGES, slope="z"))
-    )  # compilation is not counted
+    # compilation is not counted
+    mechanism.analyse(clamped(2, joints.Edge("clamp", "plate", EDGES, slope="z")))
     tracemalloc.start()
     try:
         assert mechanism.redundant(system) == ()

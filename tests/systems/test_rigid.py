@@ -76,9 +76,8 @@ def test_mesh_of_a_disc_with_a_hole() -> None:
     )
     assert_allclose(np.array(flat.places["rim"]), [b, 0.0], atol=1e-14)
     assert flat.outline is not None
-    assert_allclose(
-        np.linalg.norm(flat.outline[:, 1:], axis=1), b, rtol=1e-12
-    )  # the hole has as many nodes
+    # the hole has as many nodes
+    assert_allclose(np.linalg.norm(flat.outline[:, 1:], axis=1), b, rtol=1e-12)
     turned = rigid_from_mesh("disc", mesh, t, 2700.0, rotation=TURN)
     J = TURN @ np.diag([polar / 2 + mass * t**2 / 12] * 2 + [polar]) @ TURN.T
     G = 0.5 * np.trace(J) * np.eye(3) - J

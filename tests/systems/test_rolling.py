@@ -35,12 +35,13 @@ from fmbs_skfem.systems.measures import probes
 
 from ..models import polyline, segment
 
+#: gravity, radius and mass of a ball, stiffness of what it rolls on
 G, R, M, K = (
     9.81,
     0.1,
     1.0,
     1e6,
-)  #: gravity, radius and mass of a ball, stiffness of what it rolls on
+)
 BALL, TABLE = At("ball", "center"), At("table")
 UP = np.array([0.0, 0.0, 1.0])
 LAW: dict[str, Any] = {"stiffness": K, "damping": 500.0, "friction": 0.5, "radius": R, "at": BALL}

@@ -19,12 +19,13 @@ from fmbs_skfem.systems.connections import joints, mechanism, redundancy
 from ..models import segment
 from .test_mechanism import FOUR_BAR, Z, counts, hinge, link, loop
 
+#: a parallelogram with all bars in one line
 FLAT = [
     (0, 0, 0),
     (0.5, 0, 0),
     (1.5, 0, 0),
     (1.0, 0, 0),
-]  #: a parallelogram with all bars in one line
+]
 SIZES = [1e-12, 1e-9, 1e-3, 1e6]
 
 

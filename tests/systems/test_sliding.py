@@ -183,9 +183,8 @@ def test_down_an_incline(dim: int, form: Any) -> None:
     assert_allclose(found["place"], 0.5 + 0.25 * G * motion.times**2, atol=2e-5)
     assert_allclose(found["place_rate"], 0.5 * G * motion.times, atol=2e-4)
     push = np.column_stack([found["R_x"], found["R_y"]])[30:]
-    assert_allclose(
-        push @ (0.5, np.cos(np.pi / 6)), 0.1 * G * np.cos(np.pi / 6), rtol=5e-3
-    )  # the line vibrates
+    # the line vibrates
+    assert_allclose(push @ (0.5, np.cos(np.pi / 6)), 0.1 * G * np.cos(np.pi / 6), rtol=5e-3)
     assert np.abs(push @ (np.cos(np.pi / 6), -0.5)).max() < 1e-5
     assert np.ptp(found["E_balance"]) < 1e-6 * found["E_kinetic"].max()
 

@@ -468,9 +468,8 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
     for system in forms(raw, full, 1e-14, tmp_path / "model.h5"):
         found = outputs(integrate(system, scheme, 0.3, TIGHT))
         for name in expected:
-            part = (
-                2e-2 if name.endswith("_rate") else 4e-3
-            )  # the fastest axial waves are left out of the basis
+            # the fastest axial waves are left out of the basis
+            part = 2e-2 if name.endswith("_rate") else 4e-3
             assert_allclose(
                 found[name],
                 expected[name],

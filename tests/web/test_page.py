@@ -432,9 +432,8 @@ def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path
     assert tab.run("[...fmbs.state.model.step(0)]") == first
     told = "fmbs.state.live.stopped.hidden ? '' : fmbs.state.live.stopped.textContent"
     assert tab.run(told) == ""
-    tab.run(
-        "(fmbs.state.model.status = 3, fmbs.state.live.advance(0.01))"
-    )  # as the step of the model has it
+    # as the step of the model has it
+    tab.run("(fmbs.state.model.status = 3, fmbs.state.live.advance(0.01))")
     assert "stands still" in tab.run(told)
     tab.run("fmbs.state.live.reset()")
     assert tab.run(told) == ""
@@ -474,9 +473,8 @@ def shades_and_loads(tab: Browser, motion: studies.Run, at: float) -> None:
         )
         assert np.abs(shown - wanted).max() <= 1e-3 * np.abs(wanted).max() + 1e-6
         assert "recorded" not in tab.run("document.getElementById('key').textContent")
-    tab.run(
-        "(fmbs.setShade('axial_force'), fmbs.draw())"
-    )  # which no page can tell of a model that runs
+    # which no page can tell of a model that runs
+    tab.run("(fmbs.setShade('axial_force'), fmbs.draw())")
     assert "recorded run alone" in tab.run("document.getElementById('key').textContent")
     force = tab.run(
         "(({ still, places }) => [still, [...places.live]])(fmbs.scene.films[0].marks.find((one) => one.kind === 'force'))"

@@ -60,9 +60,8 @@ BENDS_ALIKE_REMEDY = "a cable has one bending stiffness: take `type: beam`, a ci
 ROUND_OFF = 1e-12  #: entry of a row over the largest that is no part of it
 
 MAKING = Lock()
-Numbers: TypeAlias = Callable[
-    [], tuple[np.ndarray, np.ndarray]
-]  #: table (k, p, b, e) and section (i, p, e) of cells
+#: table (k, p, b, e) and section (i, p, e) of cells
+Numbers: TypeAlias = Callable[[], tuple[np.ndarray, np.ndarray]]
 
 LIMP = "is curved in space, where a cable without torsion bends out of its plane at no cost and only tension holds it"
 STIFF = "take dimension 2 if it moves in its plane, a straight mesh that loads and joints bend, or a shell"
@@ -78,18 +77,14 @@ class Cells:
     """
 
     law: Annotated[Law, Attributes("k=orders i=rows")]
-    table: Annotated[
-        np.ndarray, Reals("k p b e")
-    ]  #: derivatives of the basis that the law reads [1/m, 1/m2]
-    nodes: Annotated[
-        np.ndarray, Indices("b e", end="w", reach="d")
-    ]  #: first component of each basis function in the coordinates
-    dim: Annotated[
-        int, Attributes("d")
-    ]  #: number of components of a function, those of all fields of the law
-    section: Annotated[
-        np.ndarray, Reals("i p e")
-    ]  #: rows of the law, the last one the quadrature weight
+    #: derivatives of the basis that the law reads [1/m, 1/m2]
+    table: Annotated[np.ndarray, Reals("k p b e")]
+    #: first component of each basis function in the coordinates
+    nodes: Annotated[np.ndarray, Indices("b e", end="w", reach="d")]
+    #: number of components of a function, those of all fields of the law
+    dim: Annotated[int, Attributes("d")]
+    #: rows of the law, the last one the quadrature weight
+    section: Annotated[np.ndarray, Reals("i p e")]
     #: coordinates of the cells from the body's, where others
     spread: Annotated[csr_array | None, Reals("w q")] = None
 
@@ -151,27 +146,22 @@ class ShapePoints:
     """
 
     law: Annotated[Law, Attributes("k=vectors i=rows")]
-    table: Annotated[
-        np.ndarray, Reals("k p b")
-    ]  #: derivatives of the shape functions that the law reads [1/m, 1/m2]
-    columns: Annotated[
-        slice, Range("bc", end="q")
-    ]  #: coordinates of the body; of its own, from 0 on, where there is a matrix
+    #: derivatives of the shape functions that the law reads [1/m, 1/m2]
+    table: Annotated[np.ndarray, Reals("k p b")]
+    #: coordinates of the body; of its own, from 0 on, where there is a matrix
+    columns: Annotated[slice, Range("bc", end="q")]
     dim: Annotated[int, Attributes("c")]  #: number of components
-    section: Annotated[
-        np.ndarray, Reals("i 1 p")
-    ]  #: rows of the law, the last one the weight of a point
+    #: rows of the law, the last one the weight of a point
+    section: Annotated[np.ndarray, Reals("i 1 p")]
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
     #: lowest and highest strains of its training, see `parts.bodies.strains`; no columns where it
     #: has none
     trained: Annotated[np.ndarray, Reals("2 *")] = field(default_factory=lambda: np.zeros((2, 0)))
     matrix: csr_array | None = None  #: (b c, n) of the coordinates z in the unknowns
-    offset: np.ndarray = field(
-        default_factory=lambda: np.zeros(0)
-    )  #: (b c,) of the coordinates z, where there is a matrix
-    positions: np.ndarray = field(
-        default_factory=lambda: np.zeros((0, 0))
-    )  #: (p, c) in the reference, where they are known [m]
+    #: (b c,) of the coordinates z, where there is a matrix
+    offset: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    #: (p, c) in the reference, where they are known [m]
+    positions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     #: shapes that it lacks, where it knows some
     missing: Annotated[MissingShapes | None, Inside("k i b c")] = None
     #: (2,) largest errors of axial or membrane strains and of curvatures in its training, over the
@@ -223,15 +213,13 @@ class Body:
     reference: np.ndarray  #: (b, c) coordinates of the reference configuration [m]
     mass: csr_array  #: (b, b) [kg]
     constant: np.ndarray  #: (b,) coordinates of the field 1
-    places: dict[str, Any] = field(
-        default_factory=dict
-    )  #: named points: xi on a line, (cell, xi1, xi2) on a surface
+    #: named points: xi on a line, (cell, xi1, xi2) on a surface
+    places: dict[str, Any] = field(default_factory=dict)
     space: line.BSpline | line.Hermite | Surface | None = None
     cells: Cells | None = None
     radius: float = 0.01  #: drawn radius [m]
-    frames: dict[str, int] = field(
-        default_factory=dict
-    )  #: named rigid frames: first of their functions c, e1, e2 (, e3)
+    #: named rigid frames: first of their functions c, e1, e2 (, e3)
+    frames: dict[str, int] = field(default_factory=dict)
     #: (i, b) functions that `frames` counts, where they are combinations of the body's
     axes: csr_array | None = None
     #: of a reduced body: its elastic energy, in place of that of its cells
@@ -243,9 +231,8 @@ class Body:
     stiffness: csr_array | None = None
     #: (x, b) points of the line that a picture shows of a rigid body, over its functions
     outline: np.ndarray | None = None
-    values: dict[str, Value] = field(
-        default_factory=dict
-    )  #: numbers that scale its energy and mass, see `values`
+    #: numbers that scale its energy and mass, see `values`
+    values: dict[str, Value] = field(default_factory=dict)
     #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
     directors: csr_array | None = None
     profile: Profile | None = None  #: the section along the line of a beam
@@ -601,9 +588,8 @@ def cable_numbers(
         reference.shape[1],
         gradients.reshape(gradients.shape[0], gradients.shape[1], -1),
     )
-    noise = (
-        64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2
-    )  # of rounded positions
+    # of rounded positions
+    noise = 64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2
     kappa[np.abs(kappa) < 1e-9 / weights.sum() + noise] = 0.0
     EA, EI, _ = data(table.points)
     shares = locking.axial_shares(
@@ -628,9 +614,8 @@ def limp(cells: Any, dim: int) -> bool:
     return cells.law.bends and dim == 3 and bool(cells.section[2].any())
 
 
-Place: TypeAlias = (
-    float | tuple[int, float, float] | str
-)  #: xi on a line, (cell, xi1, xi2) on a surface, name of a frame
+#: xi on a line, (cell, xi1, xi2) on a surface, name of a frame
+Place: TypeAlias = float | tuple[int, float, float] | str
 
 
 def locate(body: Body, place: str | float) -> Place:

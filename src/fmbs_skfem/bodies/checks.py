@@ -298,9 +298,8 @@ def check_damping(case: LawCase, random: Generator) -> None:
         * float(np.sum((spin - spin.T) ** 2))
         / 2.0
     )
-    rounding = ROUND * np.sum(
-        np.abs(S * turning), axis=0
-    )  # of the stress without damping, from which little is left
+    # of the stress without damping, from which little is left
+    rounding = ROUND * np.sum(np.abs(S * turning), axis=0)
     excess = (np.sum(still * turning, axis=0) - rounding) / bound - 1.0
     case.require(
         "power of the damping in a rigid rotation over its bound beta EI s^2 omega^2",

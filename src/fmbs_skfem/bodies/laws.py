@@ -29,6 +29,7 @@ from ..core.compiling.jit import jit
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.container import ENUMS, Arrays, encode
 
+#: functions of a law
 KINDS = (
     "energy",
     "stress",
@@ -36,7 +37,7 @@ KINDS = (
     "damped_stress",
     "viscosity",
     "dissipation",
-)  #: functions of a law
+)
 ENERGY, STRESS, MODULUS, VISCOSITY, DISSIPATION, OPTION, DIM = range(7)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 

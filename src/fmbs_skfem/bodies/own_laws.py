@@ -26,9 +26,8 @@ from .laws import Law, find
 if TYPE_CHECKING:
     from .symbolic import LawSymbols
 
-ENERGIES: dict[
-    str, tuple[Any, Any]
-] = {}  #: energies and dissipations of the laws that were defined, by name
+#: energies and dissipations of the laws that were defined, by name
+ENERGIES: dict[str, tuple[Any, Any]] = {}
 
 
 def define(

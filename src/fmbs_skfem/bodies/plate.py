@@ -91,9 +91,8 @@ def plate(
         smoothing.tie_slopes(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
     )
     shape, seams = patches.tie(shape)
-    turned = place(
-        where, shape.reference, dim, None, rotation
-    )  # about the shape's own origin: far from it digits are lost
+    # about the shape's own origin: far from it digits are lost
+    turned = place(where, shape.reference, dim, None, rotation)
     reference = (
         turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
     )

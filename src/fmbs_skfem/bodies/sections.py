@@ -22,9 +22,8 @@ from ..core.values.fields import Density, Length, quantity
 if TYPE_CHECKING:
     from .beams.section_shapes import Outline
 
-Offset: TypeAlias = (
-    Literal["centroid", "shear_centre"] | tuple[float, float] | None
-)  #: where a beam's line passes, (y, z) [m]
+#: where a beam's line passes, (y, z) [m]
+Offset: TypeAlias = Literal["centroid", "shear_centre"] | tuple[float, float] | None
 BEAMS_NEED = "a section whose shape is known, or matrices of stiffness and mass (shape: matrices)"
 Pieces: TypeAlias = tuple[tuple[int, ...], ...]
 DEFINITE = 1e-12  #: least eigenvalue of a matrix with ones in its diagonal
@@ -63,14 +62,12 @@ class BeamSection:
     """
 
     stiffness: np.ndarray  #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
-    mass: (
-        np.ndarray
-    )  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
+    #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
+    mass: np.ndarray
     radius: float = 0.01  #: of the round beam that it is to others, see `section_shapes` [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
-    unit_stresses: np.ndarray = field(
-        default_factory=lambda: np.zeros((3, 6, 0))
-    )  #: (3, 6, n) at all its points, see `profiles`
+    #: (3, 6, n) at all its points, see `profiles`
+    unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))
     material: Material | None = None  #: of a section with a contour
 
     def __post_init__(self) -> None:
@@ -199,9 +196,8 @@ class Circular(Section):
         positive("section", diameter=self.diameter)
 
     def of_cable(self, material: Material | None) -> Given:
-        area = (
-            math.pi / 4 * self.diameter * self.diameter
-        )  # a product of floats becomes infinite, a power of one raises
+        # a product of floats becomes infinite, a power of one raises
+        area = math.pi / 4 * self.diameter * self.diameter
         inertia = area * self.diameter * self.diameter / 16
         return solid(area, inertia, self.diameter / 2, material)
 

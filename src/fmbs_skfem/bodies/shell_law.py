@@ -42,9 +42,8 @@ from .vectors import ALL, AXIAL, Vector, combine, cross, dot
 LINES = 7  #: rows of a section
 ROWS = 15  #: of gradients
 
-Frame = tuple[
-    Vector, Vector, Vector, Vector, Vector
-]  #: r,1 r,2, their duals r^1 r^2, and the unit normal n
+#: r,1 r,2, their duals r^1 r^2, and the unit normal n
+Frame = tuple[Vector, Vector, Vector, Vector, Vector]
 
 
 @inlined

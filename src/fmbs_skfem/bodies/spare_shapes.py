@@ -34,31 +34,25 @@ class MissingShapes:
     orthogonal to S.
     """
 
-    functions: Annotated[
-        np.ndarray, Reals("k g f")
-    ]  #: derivatives of F that the law reads [1/m, 1/m2]
+    #: derivatives of F that the law reads [1/m, 1/m2]
+    functions: Annotated[np.ndarray, Reals("k g f")]
     positions: Annotated[np.ndarray, Reals("g c")]  #: of the points in the reference [m]
-    section: Annotated[
-        np.ndarray, Reals("i 1 g")
-    ]  #: rows of the law, the last one the weight of a point
+    #: rows of the law, the last one the weight of a point
+    section: Annotated[np.ndarray, Reals("i 1 g")]
     mass: Annotated[np.ndarray, Reals("f b")]  #: F^T M S over the mass of the body
     metric: Annotated[np.ndarray, Reals("f f")]  #: F^T W F
     rows: Annotated[np.ndarray, Reals("j f")]  #: positions, slopes and axes at places
     place: Annotated[np.ndarray, Indices("j")]  #: number of the place of every row
-    left_out: Annotated[
-        float, Number(0.0)
-    ]  #: largest root mean square of what S leaves out of a state of the training [m]
+    #: largest root mean square of what S leaves out of a state of the training [m]
+    left_out: Annotated[float, Number(0.0)]
     #: numbers of places with directions on which no moment acted in the training; none where its
     #: record does not say
     unbent: Annotated[np.ndarray, Indices("*")] = field(
         default_factory=lambda: np.zeros(0, dtype=np.int64)
     )
-    over_space: Annotated[np.ndarray, Reals("* *")] = field(
-        default_factory=nothing
-    )  #: (w, t) T as of `body.over_space`
-    inertia: Annotated[np.ndarray, Reals("* *")] = field(
-        default_factory=nothing
-    )  #: (t, t) T^T M T over the mass of the body
-    axes: Annotated[np.ndarray, Reals("* *")] = field(
-        default_factory=nothing
-    )  #: (i, t) T of the functions that frames count
+    #: (w, t) T as of `body.over_space`
+    over_space: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)
+    #: (t, t) T^T M T over the mass of the body
+    inertia: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)
+    #: (i, t) T of the functions that frames count
+    axes: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)

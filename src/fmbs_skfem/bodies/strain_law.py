@@ -301,9 +301,8 @@ CURVATURES = tuple(
 HELD = tuple((((DIRECTOR + i, DIRECTOR + i, 1.0),), 0.25) for i in range(3))
 HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for j, k in CROSS)
 FREE = (*STRETCHES, *CURVATURES)
-FIRST = (
-    len(FREE) * (len(FREE) + 1) // 2 + 1
-)  #: row of the section with the first strain of the reference
+#: row of the section with the first strain of the reference
+FIRST = len(FREE) * (len(FREE) + 1) // 2 + 1
 FUNCTIONS = functions("beam", 8, FREE, HELD)
 
 

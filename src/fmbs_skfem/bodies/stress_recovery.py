@@ -35,9 +35,8 @@ class RecoveredFields:
 
     strain: np.ndarray  #: (3, ...) Green-Lagrange strain of the middle surface [-]
     curvature: np.ndarray  #: (3, ...) change of curvature [1/m]; zero for a membrane
-    stress: (
-        np.ndarray
-    )  #: (3, 3, ...) second Piola-Kirchhoff stress [Pa]: level z = -t/2, 0, t/2, then component
+    #: (3, 3, ...) second Piola-Kirchhoff stress [Pa]: level z = -t/2, 0, t/2, then component
+    stress: np.ndarray
     von_mises: np.ndarray  #: (2, ...) von Mises stress [Pa] on the faces z = -t/2 and t/2
 
 

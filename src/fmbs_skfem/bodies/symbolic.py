@@ -25,9 +25,8 @@ from ..core.storage.records import dataclass
 from .laws import KINDS
 
 Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
-Energy: TypeAlias = Callable[
-    ..., Expression
-]  #: W of vectors and of the numbers of a section but the weight
+#: W of vectors and of the numbers of a section but the weight
+Energy: TypeAlias = Callable[..., Expression]
 Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
 
 HEAD = "(u: Any, v: Any, s: Any, out: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:"
@@ -129,9 +128,8 @@ def results(law: LawSymbols, dim: int, kind: str) -> tuple[list[Expression], lis
     """
     count = law.vectors * dim
     u, v = sympy.symbols(f"u:{count}", real=True), sympy.symbols(f"v:{count}", real=True)
-    *section, w = sympy.symbols(
-        f"s:{len(law.section) + 1}", real=True
-    )  # names of a user could be those of other variables
+    # names of a user could be those of other variables
+    *section, w = sympy.symbols(f"s:{len(law.section) + 1}", real=True)
     beta = sympy.Symbol("beta")
     r, rates = (
         [sympy.Matrix(one[k * dim : (k + 1) * dim]) for k in range(law.vectors)] for one in (u, v)

@@ -24,11 +24,12 @@ from .sections import Material, Section, positive
 if TYPE_CHECKING:
     from .body import Body, ShapePoints
 
+#: of powers, beside rows of sections: M, constant springs, thickness or radius
 MASS, SPRINGS, SIZE = (
     "mass",
     "springs",
     "size",
-)  #: of powers, beside rows of sections: M, constant springs, thickness or radius
+)
 EXACT = 1e-12  #: relative distance from a monomial
 
 
@@ -40,9 +41,8 @@ class Value:
     """
 
     number: float  #: [SI]
-    powers: dict[
-        str, float
-    ]  #: of it in the rows of the section, by name, and in MASS, SPRINGS, SIZE; 0 in what is not there
+    #: of it in the rows of the section, by name, and in MASS, SPRINGS, SIZE; 0 in what is not there
+    powers: dict[str, float]
 
 
 def monomials(

@@ -80,10 +80,11 @@ def part() -> click.Group:
     )
 
 
+#: commands with commands of their own
 GROUPS: dict[str, Callable[[], click.Group]] = {
     "rom": rom,
     "part": part,
-}  #: commands with commands of their own
+}
 #: command -> its study, and the name of its output folder or file where --out gives none
 COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "new": (studies.new, ""),

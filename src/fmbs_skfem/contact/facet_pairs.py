@@ -67,14 +67,12 @@ class FacetContacts:
 
     corners: Annotated[np.ndarray, Indices("h 3", end="i")]  #: vertices of the triangles
     at: Annotated[np.ndarray, Reals("i 2")]  #: places of the vertices in the parents of their cells
-    rows: Annotated[
-        np.ndarray, Indices("f", end="y")
-    ]  #: x, x,1, x,2 of every vertex, then of every point
+    #: x, x,1, x,2 of every vertex, then of every point
+    rows: Annotated[np.ndarray, Indices("f", end="y")]
     radius: Annotated[np.ndarray, Reals("t")]  #: half thickness [m], less what overlaps are kept
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
-    share: Annotated[
-        float, Number()
-    ]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    #: change of speed that a change of force makes in a second, over the one allowed a step
+    share: Annotated[float, Number()]
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
     weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a point
 

@@ -26,10 +26,11 @@ from .shapes import BOX
 # sag changes by less than 1 %
 ACROSS = 2.0  #: points of an edge of a box over the narrowest part of a plate
 # sides about a corner of more than 18 degrees lie across nothing, however short they are
+#: least cosines of angles to the normal of a side: of the way across, of the side on the other end
 STRAIGHT, FACING = (
     0.7,
     0.95,
-)  #: least cosines of angles to the normal of a side: of the way across, of the side on the other end
+)
 
 
 def facets(name: str, draft: Draft, body: str | None, term: ContactForces) -> list[FacetContacts]:

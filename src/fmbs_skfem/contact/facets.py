@@ -25,10 +25,11 @@ LIMIT = 40  #: corrections of a closest point
 # as in `curves`: one more would be less than round-off
 NEAR = 1e-11  #: correction that is the last but one
 SIDE = 1e-13  #: of a coordinate l that is 0
+#: where a closest point is; 1, 2 and 3 are the sides opposite of the vertices
 INSIDE, VERTEX = (
     0,
     4,
-)  #: where a closest point is; 1, 2 and 3 are the sides opposite of the vertices
+)
 ALONG = np.array([[-1.0, 1.0], [0.0, 1.0], [1.0, 0.0]])  #: directions in (u, v) of these sides
 NINE = 9  #: numbers of a vertex, and vectors of a triangle
 

@@ -62,25 +62,20 @@ class ContactForces:
     shape: Annotated[int, Number()]  #: see `contact_shapes`
     sizes: Annotated[np.ndarray, Reals("i")]
     heights: Annotated[np.ndarray, Reals("a b")]
-    placed: Annotated[
-        np.ndarray, Reals("d c")
-    ]  #: origin and axes of the shape where it stands still, (1 + c, c)
-    frame: Annotated[
-        np.ndarray, Indices("f", end="y")
-    ]  #: rows of its origin, and of its axes, where a body carries them
-    rows: Annotated[
-        np.ndarray, Indices("t r", end="y")
-    ]  #: rows of points, then of the axes that carry them
+    #: origin and axes of the shape where it stands still, (1 + c, c)
+    placed: Annotated[np.ndarray, Reals("d c")]
+    #: rows of its origin, and of its axes, where a body carries them
+    frame: Annotated[np.ndarray, Indices("f", end="y")]
+    #: rows of points, then of the axes that carry them
+    rows: Annotated[np.ndarray, Indices("t r", end="y")]
     radius: Annotated[np.ndarray, Reals("t")]  #: [m]
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
-    share: Annotated[
-        float, Number()
-    ]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    #: change of speed that a change of force makes in a second, over the one allowed a step
+    share: Annotated[float, Number()]
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
     weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a point
-    beside: Annotated[
-        np.ndarray, Indices("t n", end="t")
-    ]  #: pairs of points on tangents of the body: one of lines, two of surfaces
+    #: pairs of points on tangents of the body: one of lines, two of surfaces
+    beside: Annotated[np.ndarray, Indices("t n", end="t")]
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -62,27 +62,22 @@ class BeamContacts:
     """Contact of two center lines, a and b pieces long."""
 
     dim: Annotated[int, Number()]
-    along: Annotated[
-        int, Number()
-    ]  #: 1 where every node of A touches, 0 where the closest points do
-    rows: Annotated[
-        np.ndarray, Indices("f", end="y")
-    ]  #: position and slope by xi of every node of A, then of B
+    #: 1 where every node of A touches, 0 where the closest points do
+    along: Annotated[int, Number()]
+    #: position and slope by xi of every node of A, then of B
+    rows: Annotated[np.ndarray, Indices("f", end="y")]
     spans: Annotated[np.ndarray, Reals("a")]  #: lengths in xi
     others: Annotated[np.ndarray, Reals("b")]
     radii: Annotated[np.ndarray, Reals("r")]  #: of A and of B [m]
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
-    share: Annotated[
-        float, Number()
-    ]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    #: change of speed that a change of force makes in a second, over the one allowed a step
+    share: Annotated[float, Number()]
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
-    itself: Annotated[
-        int, Number()
-    ]  #: 0 where B is another beam, 1 where it is the same one, 2 where that is closed
+    #: 0 where B is another beam, 1 where it is the same one, 2 where that is closed
+    itself: Annotated[int, Number()]
     limits: Annotated[np.ndarray, Reals("t 2")]  #: between which q is that a node meets
-    weights: Annotated[
-        np.ndarray, Reals("t")
-    ]  #: factors of the forces of a node where every one touches
+    #: factors of the forces of a node where every one touches
+    weights: Annotated[np.ndarray, Reals("t")]
 
     def __len__(self) -> int:
         return len(self.spans) + 1

@@ -22,14 +22,16 @@ MOST = 101
 SIDE = 2  #: parts into which points divide each side of a plate's cell
 # a gap of FINE of a radius is missed by 3 % of it, of COARSE by 13 %; through one of twice of that
 # all passes
+#: radius of gaps between points over that of what meets them: by default, and that is refused
 FINE, COARSE = (
     0.25,
     0.5,
-)  #: radius of gaps between points over that of what meets them: by default, and that is refused
+)
+#: points up to which gaps are as FINE, and up to which they are not COARSE
 ENOUGH, LIMIT = (
     501,
     5001,
-)  #: points up to which gaps are as FINE, and up to which they are not COARSE
+)
 SAME = 1e-7  #: numbers of points that differ by less are those of one point
 
 
@@ -101,9 +103,8 @@ def find_points(
             read = layout.spread(part, functions)
         else:
             least = half if tapers is None else float(tapers.radius.min())
-            met = (
-                min(round_as) + least
-            )  # edges come in between points of beams no deeper than what is round does
+            # edges come in between points of beams no deeper than what is round does
+            met = min(round_as) + least
             along = line_points(name, part, count, (met, met or round_as[1]))
             read = line_rows(layout, part, along, half > 0.0, rubs)
             shares = line_shares(part, along)
@@ -124,9 +125,8 @@ def line_points(name: str, part: Body, count: int | None, met: tuple[float, floa
     """Parameters (x,) of points along a line, whose gaps are as `enough` has them."""
     breaks = line.breaks(part.space)
     fine, arc = arc_lengths(part)
-    whole = float((np.diff(arc) / np.diff(fine)).max()) * (
-        breaks[-1] - breaks[0]
-    )  # the length if all were as long by xi
+    # the length if all were as long by xi
+    whole = float((np.diff(arc) / np.diff(fine)).max()) * (breaks[-1] - breaks[0])
     given = None if count is None else max(count - 1, 1)
     base = min(2 * len(breaks) - 2, MOST - 1)
     return np.linspace(

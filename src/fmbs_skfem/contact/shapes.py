@@ -28,9 +28,8 @@ from ..core.compiling.jit import jit
 from .law import Scalar
 
 PLANE, SPHERE, CYLINDER, BOX, HEIGHTS = range(5)
-NUMBERS = {
-    dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)
-}  #: how many sizes they have
+#: how many sizes they have
+NUMBERS = {dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)}
 FAR = 1e300  #: distance where a shape has ended [m]
 FEET, HALVES = 20, 10  #: steps to the nearest point of a height field at most, and halves of each
 SINGULAR = 1e-6  #: of the square of a distance: curvature below which a nearest point is none

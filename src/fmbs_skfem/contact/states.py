@@ -49,9 +49,8 @@ class ContactState(Probe, word="contact"):
             )
         read = [row for term in gauge.terms for row in rows_of(term)]
         rows, offset = draft.probes.rows_of(read)
-        first = draft.sensors.add(
-            rows, offset - rows @ draft.layout.shift
-        )  # sensors count from the origin of the scene
+        # sensors count from the origin of the scene
+        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)
         columns = tuple(f"{name}_{part}" for part in PARTS)
         return Output(
             self.word,

@@ -56,9 +56,8 @@ class Beside:
         self.other: LiveRun | None = other
         self.verdict, self.what, self.remedy, self.stride = verdict, what, remedy, stride
         self.seen: list[tuple[Trajectory, Trajectory]] = []
-        self.given: list[
-            dict[str, float]
-        ] = []  #: inputs of the steps since the last one of the other run
+        #: inputs of the steps since the last one of the other run
+        self.given: list[dict[str, float]] = []
         self.every = stride
         self.fed = False
 

@@ -49,9 +49,10 @@ def read_unit(value: object, context: Context) -> str:
 
 
 UNIT = Takes(read_unit, {"type": "string", "description": "a unit such as N m, none for a number"})
+#: SI, or a quantity
 Gain: TypeAlias = Annotated[
     Any, Takes(lambda value, context: quantities.read(value, context.parameters), ANY.schema)
-]  #: SI, or a quantity
+]
 Read: TypeAlias = Annotated[OfState, fields.response("")]
 
 

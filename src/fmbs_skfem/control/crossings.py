@@ -30,11 +30,12 @@ NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitr
 NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
 SMOOTH = 0.9  #: of the change by twice as much, above which a value jumps there: a comparison has no noise (1/2 where it is smooth)
 LEAVING = 1e-14  #: of a value at the other end of a step, beyond which it is not zero there
+#: may come to rest at zero, is at rest there, may be held there by what it locked
 FREE, RESTING, HELD = (
     0,
     1,
     -1,
-)  #: may come to rest at zero, is at rest there, may be held there by what it locked
+)
 
 
 class Crossings:
@@ -46,9 +47,8 @@ class Crossings:
 
     def __init__(self, triggers: Sequence[Trigger], noise: np.ndarray) -> None:
         self.triggers, self.noise = triggers, noise  #: noise (t,): values below it are zero
-        self.sides = np.zeros(
-            len(triggers), np.int64
-        )  #: signs of values; 0 where an event is not on guard
+        #: signs of values; 0 where an event is not on guard
+        self.sides = np.zeros(len(triggers), np.int64)
         self.rests = np.zeros(len(triggers), np.int64)  #: FREE, RESTING or HELD
 
     def signs(self, values: np.ndarray) -> np.ndarray:

@@ -74,9 +74,8 @@ class Feed(SingleSteps):
             for name, one in self.inputs.items()
         }
         self.system = with_inputs(plain, self.given)
-        self.reads_states = bool(
-            calls_of(plain.outputs)
-        )  # forces are found of compiled systems, of which every block has its own
+        # forces are found of compiled systems, of which every block has its own
+        self.reads_states = bool(calls_of(plain.outputs))
         self.samplers = [
             sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)
         ]
@@ -101,14 +100,14 @@ class Feed(SingleSteps):
         ]
         if len(self.columns) < len(reading):
             self.columns = None
-        self.histories = len(reading) < len(
-            plain.signals
-        )  #: whether there are others beside inputs
+        #: whether there are others beside inputs
+        self.histories = len(reading) < len(plain.signals)
         self.next: Mapping[str, float] = {}  #: new values for the next step
+        #: rows of steps that are taken at once
         self.block, self.nowhere = (
             np.zeros((0, 0)),
             np.zeros(0, np.int64),
-        )  #: rows of steps that are taken at once
+        )
 
     def begin(self, run: OpenRun) -> None:
         """Know what reads values for controllers."""
@@ -262,9 +261,8 @@ class Feed(SingleSteps):
         """
         for one in self.samplers:
             told = np.abs(self.record[one.of.name][1 :: one.every])
-            told = told[
-                : int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1
-            ]  # what has no more room to grow stays
+            # what has no more room to grow stays
+            told = told[: int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1]
             if len(told) < 4 * FEW:
                 continue
             most = [float(part.max()) for part in np.array_split(told, 4)]
@@ -305,9 +303,8 @@ class Feed(SingleSteps):
         """
         if not (told := self.growing()):
             return ""
-        motion = (
-            trajectory(run) if run.steps else motion_of(run, run.time)
-        )  # a live run stores none
+        # a live run stores none
+        motion = trajectory(run) if run.steps else motion_of(run, run.time)
         energy = survey_of(motion)[0][:, :2].sum(axis=1)
         rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
         return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"

@@ -120,9 +120,8 @@ class LiveRun:
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
         self.turns = self.counter()
-        self.held: Mapping[
-            str, np.ndarray
-        ] = {}  #: of the state that was put back last, for meters that are made later
+        #: of the state that was put back last, for meters that are made later
+        self.held: Mapping[str, np.ndarray] = {}
         self.beside: list[Beside] = []  #: runs that say how good this one is
 
     @property

@@ -79,9 +79,8 @@ class EventObserver(Observer):
         self.locks = {one.joint: one for one in system.locks}
         self.parks = {one.parks: one.joint for one in system.locks if one.parks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
-        self.closed = ~rows_of_locks(
-            system
-        )  #: rows that are to hold, whether or not others make them hold already
+        #: rows that are to hold, whether or not others make them hold already
+        self.closed = ~rows_of_locks(system)
         #: of values, and of the margins of those that are conditions behind them
         self.margins = [
             k for k, one in enumerate(self.triggers) if one.margin is not None and one.margin >= 0
@@ -90,9 +89,8 @@ class EventObserver(Observer):
             int(self.triggers[k].margin or 0) for k in self.margins
         ]
         self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
-        self.jumps = np.zeros(
-            len(self.triggers), dtype=bool
-        )  #: which values jumped where they happened last
+        #: which values jumped where they happened last
+        self.jumps = np.zeros(len(self.triggers), dtype=bool)
         self.lately = set[int]()  #: events that have happened in the present step
         self.idle = set[str]()  #: remarks on what changes nothing, each made once
         self.trail = (

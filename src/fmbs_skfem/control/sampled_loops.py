@@ -137,7 +137,6 @@ def gain(run: OpenRun, one: Controlled, T: float) -> float:
         kept = compiled.accepted(model, x + by * dx, v + by / T * dx)
         return float(law(T, kept[reads].tolist(), list(memory)))
 
-    law(
-        0.0, compiled.accepted(model, x, v)[reads].tolist(), memory
-    )  # which remembers its last error
+    # which remembers its last error
+    law(0.0, compiled.accepted(model, x, v)[reads].tolist(), memory)
     return (answer(part) - answer(-part)) / (2.0 * part)

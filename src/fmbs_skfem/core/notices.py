@@ -11,9 +11,8 @@ from typing import Any, TypeAlias
 
 from .storage.records import dataclass
 
-Progress: TypeAlias = Callable[
-    [float], None
-]  #: is called with the finished part of some work, 0 to 1
+#: is called with the finished part of some work, 0 to 1
+Progress: TypeAlias = Callable[[float], None]
 
 
 @dataclass(frozen=True)

@@ -53,9 +53,8 @@ class Processes(Executor):
         self._max_workers = count  # as those of concurrent.futures call it
         self.threads = ThreadPoolExecutor(count)  # one a process: it waits for the answers
         self.consent = consents.current()  # of this call: threads have none
-        self.running: dict[
-            int, tuple[SpawnProcess, Any]
-        ] = {}  #: by thread, each with the end of its line
+        #: by thread, each with the end of its line
+        self.running: dict[int, tuple[SpawnProcess, Any]] = {}
         self.lock = threading.Lock()
         self.closed = False
 
@@ -210,9 +209,8 @@ def answer(sent: bytes) -> bytes:
         error.add_note(text)
         with contextlib.suppress(Exception):
             found = dumps((None, error))
-            pickle.loads(
-                found
-            )  # errors that want more than a message are written, but cannot be read
+            # errors that want more than a message are written, but cannot be read
+            pickle.loads(found)
             if isinstance(error, Exception):
                 return found
         return dumps((None, RuntimeError(text)))

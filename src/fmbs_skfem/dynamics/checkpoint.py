@@ -24,6 +24,7 @@ from .compiled_step.large import Large
 from .compiled_step.step import Method, Step
 from .trajectory import Trace
 
+#: what `solve` reads, by the kind of the factors
 FACTORS = {
     0: (),
     1: ("W", "schur", "schur_pivots", "spread", "J"),
@@ -52,7 +53,8 @@ FACTORS = {
         "secants",
     ),
     5: ("W", "ends", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
-}  #: what `solve` reads, by the kind of the factors
+}
+#: of `step.Rotations`
 ROTATED = (
     "start",
     "turns",
@@ -63,7 +65,8 @@ ROTATED = (
     "pivots",
     "lives",
     "on",
-)  #: of `step.Rotations`
+)
+#: arrays of a model that differ from process to process
 ADDRESSES = (
     "elastic",
     "lift",
@@ -71,7 +74,7 @@ ADDRESSES = (
     "forces",
     "calls",
     "act",
-)  #: arrays of a model that differ from process to process
+)
 PLACES = ("kept", "turned", "gram")  #: in a space, and what follows from other numbers
 LOW = "terms of low rank"  #: in the factors
 INSTANTS = 65  #: at which the signals of two models are compared

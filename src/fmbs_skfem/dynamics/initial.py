@@ -44,10 +44,11 @@ from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
 # first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for
 # longer ways: accelerations of a heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE,
 # third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
+#: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
 DRIFT, CURVATURE = (
     1e-3,
     0.25,
-)  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
+)
 # each leaves the friction coefficient squared or less of what is left, where mass and curvature are
 # ordinary
 REACTIONS = 4  #: corrections of what depends on the forces of joints, such as friction in them
@@ -59,18 +60,16 @@ SHARED = 2000
 # double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave
 # 2.6e-10 without secants, 7 with half as many 1.1e-10, 6 with twice 1.5e-10
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
-RATE = np.array(
-    [-25.0, 48.0, -36.0, 16.0, -3.0]
-)  #: first derivative at the first instant, times 12 d
+#: first derivative at the first instant, times 12 d
+RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
 BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 
 
 Found = TypeVar("Found")
 Solver = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
-Inverter = Callable[
-    [Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None
-]  #: (M, J) -> b -> z
+#: (M, J) -> b -> z
+Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]
 
 
 class Instant(NamedTuple):
@@ -190,9 +189,8 @@ def closed(system: System, phi: np.ndarray, J: Array) -> None:
     """Refuse an initial state that the joints do not hold in: phi (m,) over what large changes make
     of it, by J (m, n).
     """
-    large = np.sqrt(
-        (J * J) @ scale_of(system) ** 2
-    )  # of axes and angles 1, whatever the size of the system
+    # of axes and angles 1, whatever the size of the system
+    large = np.sqrt((J * J) @ scale_of(system) ** 2)
     wrong = np.flatnonzero(np.abs(phi) > 1e-6 * np.maximum(large, system.scale))
     if len(wrong):
         worst = tuple(
@@ -633,9 +631,8 @@ def first_step(
     space = compilation.space(model)
     state = first_state(model, start, method.c, memory)
     space.gradients[evaluation.ACCEPTED] = state.gradients
-    state = state._replace(
-        gradients=space.gradients[evaluation.ACCEPTED]
-    )  # one memory, so that a step copies them once
+    # one memory, so that a step copies them once
+    state = state._replace(gradients=space.gradients[evaluation.ACCEPTED])
     return Step(
         space,
         model.arrays,

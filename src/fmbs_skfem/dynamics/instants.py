@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from .scheme import GeneralizedAlpha
 
 SAME = 1e-6  #: of a step, within which an instant is the end of one
-AROUND = np.arange(
-    -2, 4
-)  #: steps that are stored around the one before an instant: cubics at ends of smooth pieces need these
+#: steps that are stored around the one before an instant: cubics at ends of smooth pieces need
+#: these
+AROUND = np.arange(-2, 4)
 
 
 class Instants(Observer):
@@ -55,9 +55,8 @@ class Instants(Observer):
     def __init__(self, times: np.ndarray, scheme: GeneralizedAlpha, duration: float) -> None:
         self.times, last = times, steps_in(scheme, duration)
         before = np.floor(times / scheme.step + SAME).astype(np.int64)
-        self.steps = np.unique(
-            np.clip(np.append(before[:, None] + AROUND, [0, last]), 0, last)
-        )  #: which it reads
+        #: which it reads
+        self.steps = np.unique(np.clip(np.append(before[:, None] + AROUND, [0, last]), 0, last))
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
         end = float(motion.times[-1])
@@ -66,9 +65,8 @@ class Instants(Observer):
             one.time for one in run.happened
         ]
         forces = run.model.arrays.forces
-        given = run.source is not None and not isinstance(
-            run.source, SingleSteps
-        )  # by controllers, which hold what they give
+        # by controllers, which hold what they give
+        given = run.source is not None and not isinstance(run.source, SingleSteps)
         rough = given or len(forces.judged) > 0 or not forces.smooth
         return at(
             motion,
@@ -107,9 +105,8 @@ def at(
         np.searchsorted(cuts, first + near, "right"),
         np.searchsorted(cuts, last + near, "right"),
     )
-    start = np.searchsorted(
-        cuts, near, "right"
-    )  # loads that jump at the start do so behind the first state
+    # loads that jump at the start do so behind the first state
+    start = np.searchsorted(cuts, near, "right")
     low[0] = 0 if start else low[0]
     cut = high > low
     whole = ~cut & (np.diff(steps) == 1)

@@ -52,9 +52,8 @@ REASONS = {
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
 # what `judge` measures again counts steps of the run: a stop between two of these would shift it
-WHOLE = (
-    stepping.REMEASURE
-)  #: steps are taken in multiples of this number, so that a stop between them changes nothing
+#: steps are taken in multiples of this number, so that a stop between them changes nothing
+WHOLE = stepping.REMEASURE
 PACE = 0.2  #: time between two looks at a run that is watched [s]
 
 
@@ -243,9 +242,8 @@ def keeps_few(
     """How many states a run keeps of those stored, 0 for all: as it began, where it goes on."""
     if resume is not None and resume.checkpoint.kept:
         return min(states or FEW, stored) if resume.rows.trace is not None else 0
-    trained = bool(system.components) and bool(
-        loose_rows(system.constraints).any()
-    )  # whose reactions the last state tells
+    # whose reactions the last state tells
+    trained = bool(system.components) and bool(loose_rows(system.constraints).any())
     asked = (
         states is None or states >= stored or trained or any(one.reads_states for one in observers)
     )

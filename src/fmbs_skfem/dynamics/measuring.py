@@ -45,9 +45,8 @@ class Meter:
     def columns(self, now: Trajectory) -> dict[str, float]:
         """Columns of outputs of one instant."""
         if self.seen is None:
-            alone = replace(
-                now, work=None, events=()
-            )  # what was done before is as little known as the potential at the start
+            # what was done before is as little known as the potential at the start
+            alone = replace(now, work=None, events=())
             found = {name: float(column[0]) for name, column in outputs(alone, self.names).items()}
         else:
             before, values = self.seen

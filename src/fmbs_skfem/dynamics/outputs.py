@@ -234,9 +234,8 @@ def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     found = balance_of(trajectory)
     change = found.balance - found.balance[0]
     doubt = float(found.doubt.max())
-    scale = max(
-        size_of(found.stored), float(np.abs(found.work).max())
-    )  # what damping takes as it comes is stored nowhere
+    # what damping takes as it comes is stored nowhere
+    scale = max(size_of(found.stored), float(np.abs(found.work).max()))
     drift = float(np.abs(change).max())
     if len(change) < FEW or scale <= found.rest:
         return EnergyErrors(drift, 0.0, 0.0)

@@ -36,9 +36,8 @@ class Rest(NamedTuple):
 
     x: np.ndarray  #: (n,)
     v: np.ndarray  #: (n,)
-    memory: (
-        np.ndarray | None
-    )  #: (l,) what forces keep, such as turns of springs; None for what they start with
+    #: (l,) what forces keep, such as turns of springs; None for what they start with
+    memory: np.ndarray | None
 
 
 def in_equilibrium(system: System, newton: Newton, progress: Progress | None = None) -> Rest:

@@ -32,10 +32,11 @@ from .trajectory import COLUMNS, Happening, Statistics, Trajectory
 
 Found = TypeVar("Found", bound=Observer)
 EQUAL = 1e-9  #: of a step, within which instants are one
+#: in checkpoints: when an observer has stopped the run [s], and its name in bytes
 STOPPED, BY = (
     "stopped",
     "stopped by",
-)  #: in checkpoints: when an observer has stopped the run [s], and its name in bytes
+)
 
 
 @dataclass
@@ -59,17 +60,14 @@ class OpenRun:
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
     happened: list[Happening] = field(default_factory=list)
     stopped: Happening | None = None  #: by an observer
-    meters: dict[tuple[str, ...], Meter] = field(
-        default_factory=dict
-    )  #: by the outputs that they read
+    #: by the outputs that they read
+    meters: dict[tuple[str, ...], Meter] = field(default_factory=dict)
     tracer: Tracer | None = None  #: of a run that keeps few of its states
     base: int = 0  #: number of the stored state in the first row of the arrays: those before were read, and have gone
-    resumed: Mapping[str, np.ndarray] = field(
-        default_factory=dict
-    )  #: arrays of the checkpoint that it goes on from
-    facts: dict[str, str] = field(
-        default_factory=dict
-    )  #: of model and method, found when they are needed
+    #: arrays of the checkpoint that it goes on from
+    resumed: Mapping[str, np.ndarray] = field(default_factory=dict)
+    #: of model and method, found when they are needed
+    facts: dict[str, str] = field(default_factory=dict)
 
     @cached_property
     def close(self) -> list[Observer]:

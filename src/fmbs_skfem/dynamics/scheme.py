@@ -31,19 +31,21 @@ SHARP = 0.03  #: part of the method's own error in q'' that the iteration may le
 # ms): half 2000 and 269, twice 2182 and 211, in equal time. LAZY, 255 and 33 in 30 modes (50 steps
 # of 4 ms): half 211 and 45, twice 305 and 19; a crank-slider of full size has one factorisation
 # with any
+#: contractions above which new factors pay, where they cost little and much
 BRISK, LAZY = (
     0.005,
     0.05,
-)  #: contractions above which new factors pay, where they cost little and much
+)
 # below it a sharper iteration is bought: steps of a double pendulum take 16 us with BRISK and 12 us
 # with LAZY in 12 unknowns, 37 and 27 in 24, 70 and 45 in 40
 FEW = 24  #: unknowns of reduced models whose factors cost little
 # 2e-12 leaves 2.9e-8 of the motion of a reduced double pendulum over 3 s; half of it 1.3e-8, 50
 # times of it 7e-7. Positions then are within 1 % of the error of the step in all verification cases
+#: default tolerances: errors of steps add up, those of equilibria do not
 DYNAMIC, STATIC = (
     2e-12,
     1e-10,
-)  #: default tolerances: errors of steps add up, those of equilibria do not
+)
 # the spectral radius of guess, iteration and step is 1 + 6e-6 at most with it, 1 + 1e-4 with twice
 # and 1.02 with three times of it, for rho_inf from 0 to 0.95; with four times of it single spin-ups
 # (8 cells, 4500 to 4800 steps) err by 2e-7 to 8e-6 m for 1e-11

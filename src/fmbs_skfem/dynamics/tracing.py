@@ -162,9 +162,8 @@ class Tracer:
         self, model: Compiled, block: Trajectory, first: int, rise: Rise, last: bool = False
     ) -> Trajectory:
         """A block with what was read of it and few of its states."""
-        read = replace(
-            block, trace=self.trace(model, block), work=np.array(block.work)
-        )  # of the arrays of the run
+        # of the arrays of the run
+        read = replace(block, trace=self.trace(model, block), work=np.array(block.work))
         rise.find(read, first, self.end)
         wanted = [
             *self.chosen,

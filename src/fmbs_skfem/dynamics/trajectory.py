@@ -17,13 +17,14 @@ OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is dou
 ONE_STEP = 6  #: failures of a single step that is divided by 64
 COLUMNS = ("times", "x", "v", "a", "multipliers")  #: of a motion, a row a state
 STORED = ("memory", "work", "negative")  #: columns that not every motion has
+#: those with a row for every state that is kept
 OF_STATES = (
     "x",
     "v",
     "a",
     "multipliers",
     "memory",
-)  #: those with a row for every state that is kept
+)
 
 
 @dataclass(frozen=True)

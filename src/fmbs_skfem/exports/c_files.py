@@ -140,9 +140,8 @@ class CModel:
     source: str
     step: float  #: [s]
     duration: float  #: of the motion that it was made for [s]
-    parameters: Mapping[
-        str, tuple[str, float, float, float]
-    ]  #: unit, least, largest and nominal value by name
+    #: unit, least, largest and nominal value by name
+    parameters: Mapping[str, tuple[str, float, float, float]]
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs

@@ -34,10 +34,11 @@ CATEGORIES = {
     "logStatusError": "Calls that are not allowed",
     "logSteps": "Communication steps that are not the step of the model",
 }
+#: units in which people read numbers of these, where they have typed no other one
 USUAL = {
     "rad": "deg",
     "rad/s": "rpm",
-}  #: units in which people read numbers of these, where they have typed no other one
+}
 FIRST = (1980, 1, 1, 0, 0, 0)  #: time of files in the archive: the same model gives the same bytes
 
 

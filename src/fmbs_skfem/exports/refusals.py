@@ -78,9 +78,8 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
         yield from (Refusal(origin.subject, problem) for problem in wrong if problem is not None)
     maker = {k: origin.subject for origin in known for k in origin.signals}
     driven = {k for _, k in driving(system.constraints)}
-    of_time: dict[
-        str, Problem
-    ] = {}  # once where a joint makes several of one, as the cosine and the sine of an angle
+    # once where a joint makes several of one, as the cosine and the sine of an angle
+    of_time: dict[str, Problem] = {}
     for k, signal in enumerate(system.signals):
         if (problem := signals.refuse(signal, k in driven)) is not None:
             of_time.setdefault(maker.get(k, f"function of time {k}"), problem)

@@ -30,9 +30,8 @@ class TermPlace(NamedTuple):
     beta: float  #: stiffness-proportional damping time [s]
     lift: Affine
     place: Any  #: (first unknown) -> (first entry in W, size of its block)
-    leaf: tuple[
-        str | int, ...
-    ]  #: of the elastic part in the case; empty where its storage is none of it
+    #: of the elastic part in the case; empty where its storage is none of it
+    leaf: tuple[str | int, ...]
     varied: bool  #: whether parameters change the damping time
 
 

@@ -27,10 +27,11 @@ from numpy.typing import ArrayLike
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 
+#: a fitted slope beyond these is cut: it comes from scatter, not from the indicator
 SLOPES = (
     0.5,
     1.5,
-)  #: a fitted slope beyond these is cut: it comes from scatter, not from the indicator
+)
 SLOPE = 0.25  #: standard deviation of a slope that is not fitted
 SPAN = 1.0  #: least range of log10 I over which a slope is fitted [decades]
 #: scatter of log10 e about the line that is expected before any pair is seen [decades]

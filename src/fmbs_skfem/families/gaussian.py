@@ -30,13 +30,14 @@ Array = NDArray[np.float64]
 
 LENGTHS = (0.1, 20.0)  #: bounds of the correlation lengths, in sides of the box
 AMPLITUDE = (1e-2, 1e2)  #: bounds of a^2
+#: added to the diagonal, the next where the last leaves it indefinite
 ALPHAS = (
     1e-8,
     1e-7,
     1e-6,
     1e-5,
     1e-4,
-)  #: added to the diagonal, the next where the last leaves it indefinite
+)
 RESTARTS = 2  #: of the search for the greatest likelihood
 FEW = 3  #: samples a parameter, up to which all parameters share one length: fewer tell lengths badly, and the mean too surely
 
@@ -135,9 +136,8 @@ def likeliest(
     for alpha in ALPHAS:
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter(
-                    "ignore"
-                )  # of bounds that are reached, which is where a parameter has no influence
+                # of bounds that are reached, which is where a parameter has no influence
+                warnings.simplefilter("ignore")
                 found = (
                     GaussianProcessRegressor(kernel, alpha=alpha, random_state=seed, **search)
                     .fit(points, values)

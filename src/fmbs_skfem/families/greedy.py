@@ -48,12 +48,13 @@ T = TypeVar("T")
 WORTH = 0.01  #: smallest expected gain for which Kriging adds a sample [decades]
 ABOVE_FLOOR = 3.0  #: indicators up to this times those at full runs are truncation, whose floor itself follows the loads
 ENDING = (NoRoom, NoModel)  #: what ends the loop, whatever raises it
+#: what a run that fails raises
 FAILURES = (
     FmbsError,
     RuntimeError,
     ArithmeticError,
     np.linalg.LinAlgError,
-)  #: what a run that fails raises
+)
 
 
 @dataclass(frozen=True)
@@ -109,9 +110,8 @@ class Iteration:
     mean: Array  #: (c,) surrogate's mean of log10 I at the candidates, apart from its dips at full runs
     std: Array  #: (c,) standard deviation of a further sample from it
     next: int | None  #: candidate of the next full run; None where the loop ends
-    failed: tuple[
-        tuple[int, str], ...
-    ] = ()  #: all candidates known to have no full run, with the reason
+    #: all candidates known to have no full run, with the reason
+    failed: tuple[tuple[int, str], ...] = ()
 
     @property
     def found(self) -> dict[int, float]:
@@ -174,19 +174,15 @@ class GreedyProblem:
     samples: tuple[int, ...]  #: candidates that are evaluated first in every iteration
     first: int  #: candidate of the first full run
     options: Options = Options()
-    keep: Callable[[Iteration], object] = lambda iteration: (
-        None
-    )  #: is given every complete iteration
-    truncates: Callable[[], bool] = lambda: (
-        True
-    )  #: whether the present basis leaves out anything of its full runs
+    #: is given every complete iteration
+    keep: Callable[[Iteration], object] = lambda iteration: None
+    #: whether the present basis leaves out anything of its full runs
+    truncates: Callable[[], bool] = lambda: True
     name: Callable[[int], str] = "candidate {}".format  #: what a candidate is called
-    enough: Callable[[float], bool] = lambda largest: (
-        False
-    )  #: ends the loop at a largest indicator, as the tolerance does
-    pays: Callable[[], bool] = lambda: (
-        True
-    )  #: whether the present basis is smaller than what it stands for
+    #: ends the loop at a largest indicator, as the tolerance does
+    enough: Callable[[float], bool] = lambda largest: False
+    #: whether the present basis is smaller than what it stands for
+    pays: Callable[[], bool] = lambda: True
 
     def __post_init__(self) -> None:
         where = "greedy.GreedyProblem"
@@ -315,9 +311,8 @@ def _iteration(
         found[choices[best]] = _indicator(problem, choices[best])
         surrogate = _surrogate(problem, found, closed)
     if history and not _unstable(found, closed) and max(found, key=lambda k: found[k]) not in used:
-        found |= {
-            k: _indicator(problem, k) for k in used if k not in found
-        }  # the floor: what more full runs can reach
+        # the floor: what more full runs can reach
+        found |= {k: _indicator(problem, k) for k in used if k not in found}
     (mean, _) = kriging.predict(surrogate, problem.candidates)
     std = kriging.deviation(surrogate, problem.candidates)
     return Iteration(

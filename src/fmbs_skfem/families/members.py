@@ -75,12 +75,10 @@ class MemberResult:
     times: np.ndarray  #: (s,) [s]
     columns: dict[str, np.ndarray]  #: output -> (s,)
     units: dict[str, str] = field(default_factory=dict)  #: output -> SI unit, where it is known
-    numbers: dict[str, float] = field(
-        default_factory=dict
-    )  #: further results, such as the predicted error
-    extremes: dict[str, np.ndarray] = field(
-        default_factory=dict
-    )  #: output -> smallest and largest value (2,) of all steps
+    #: further results, such as the predicted error
+    numbers: dict[str, float] = field(default_factory=dict)
+    #: output -> smallest and largest value (2,) of all steps
+    extremes: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,8 @@ LISTED = 10  #: members that a notice lists
 NUMBER = re.compile(r"(?<![\w'])-?\d+(\.\d*)?(e[-+]?\d+)?")  #: in a notice; not in names
 
 Keep: TypeAlias = Callable[[Record], object]
-Heard: TypeAlias = dict[
-    str, tuple[str, list[int]]
-]  #: notices without their numbers: the first, and members with other numbers
+#: notices without their numbers: the first, and members with other numbers
+Heard: TypeAlias = dict[str, tuple[str, list[int]]]
 
 
 @dataclass(frozen=True)
@@ -149,9 +148,8 @@ class Desk:
     options: SweepOptions
     queue: deque[Member]
     keep: Keep
-    back: deque[Batch] = field(
-        default_factory=deque
-    )  #: members of lost batches, one by one, and batches that were given back
+    #: members of lost batches, one by one, and batches that were given back
+    back: deque[Batch] = field(default_factory=deque)
     busy: dict[Future[Any], Batch] = field(default_factory=dict)
     done: SimpleQueue[Future[Any]] = field(default_factory=SimpleQueue)
     settled: list[Record] = field(default_factory=list)  #: without results

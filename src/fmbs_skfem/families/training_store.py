@@ -50,9 +50,8 @@ TITLE, RUN, MODEL, NOTES = "training", "run-", "model-", "notes-"
 INDICATORS, ITERATION, CHECK = "indicators-", "iteration-", "check-"
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
-PARTS = (
-    0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0
-)  #: of a duration, the same, in no rhythm that a function may have
+#: of a duration, the same, in no rhythm that a function may have
+PARTS = 0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0
 
 
 @dataclass(frozen=True)

@@ -69,13 +69,11 @@ class TrainingState:
     pairs: list[Pair] = field(default_factory=list)
     choice: BudgetChoice | None = None
     indicators: dict[int, float] = field(default_factory=dict)  #: of the present model by candidate
-    motions: dict[int, Trajectory] = field(
-        default_factory=dict
-    )  #: of the present model by candidate
+    #: of the present model by candidate
+    motions: dict[int, Trajectory] = field(default_factory=dict)
     checks: dict[int, FullRun] = field(default_factory=dict)  #: by candidate
-    present: list[Pair] = field(
-        default_factory=list
-    )  #: of the present model: one for its full runs, one at every check
+    #: of the present model: one for its full runs, one at every check
+    present: list[Pair] = field(default_factory=list)
     lowered: int = 0
     discarded: int = 0
     stale: bool = False  #: whether the last model has to be made again

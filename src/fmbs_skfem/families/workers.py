@@ -29,10 +29,11 @@ class Workers:
 
     executor: Executor
     count: Callable[[], int]  #: how many there are at this moment
+    #: errors of a call whose worker ended
     losses: tuple[type[Exception], ...] = (
         BrokenExecutor,
         CancelledError,
-    )  #: errors of a call whose worker ended
+    )
 
 
 @contextlib.contextmanager

@@ -100,9 +100,8 @@ class _Level:
     """What stands outside of parts, in a part, or in an instance."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
-    elements: dict[int, tuple[str, str, list[int]]] = field(
-        default_factory=dict
-    )  #: type, kind of cell, nodes
+    #: type, kind of cell, nodes
+    elements: dict[int, tuple[str, str, list[int]]] = field(default_factory=dict)
     skipped: set[int] = field(default_factory=set)  #: elements of other types
     sets: list[_Members] = field(default_factory=list)
 
@@ -134,9 +133,8 @@ class _Placed:
     skipped: set[int]
     sets: dict[tuple[str, str], Ints] = field(default_factory=dict)
     names: dict[tuple[str, str], str] = field(default_factory=dict)  #: as they are spelt first
-    numbers: dict[str, Ints] = field(
-        default_factory=dict
-    )  #: of nodes and elements, made once for all ranges
+    #: of nodes and elements, made once for all ranges
+    numbers: dict[str, Ints] = field(default_factory=dict)
 
     def labels(self, kind: str) -> Ints:
         if kind not in self.numbers:
@@ -171,9 +169,8 @@ class _Reader:
     top: _Level = field(default_factory=_Level)
     parts: dict[str, _Level] = field(default_factory=dict)
     instances: dict[str, _Instance] = field(default_factory=dict)
-    spelt: dict[str, str] = field(
-        default_factory=dict
-    )  #: upper name of an instance -> as it is written
+    #: upper name of an instance -> as it is written
+    spelt: dict[str, str] = field(default_factory=dict)
     other_types: Counter[str] = field(default_factory=Counter)
     assembly: bool = False
     whole: _Whole = field(default_factory=_Whole)
@@ -287,9 +284,8 @@ class _Reader:
             )
         u = (b - a) / np.linalg.norm(b - a)
         cross = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
-        turn = (
-            np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-        )  # Rodrigues
+        # Rodrigues
+        turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
         return lambda x: (x + t - a) @ turn.T + a
 
     def _nodes(self, card: _Card, level: _Level) -> None:

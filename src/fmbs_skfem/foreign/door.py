@@ -21,9 +21,8 @@ from ..core import errors
 from ..core.notices import notify
 
 TIME_LIMIT = 300.0  #: for one file [s]
-MEMORY_LIMIT = (
-    4 * 2**30
-)  #: of address space of the child [bytes]; Abaqus text of a million nodes takes 1.3 GiB
+#: of address space of the child [bytes]; Abaqus text of a million nodes takes 1.3 GiB
+MEMORY_LIMIT = 4 * 2**30
 BAD_INPUT, MISSING = 3, 7  #: exit codes of the child whose last line is the whole message
 
 _START = "import sys; sys.path.append(sys.argv[1]); from fmbs_skfem.foreign import child; child.main(*sys.argv[2:])"

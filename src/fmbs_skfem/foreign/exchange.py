@@ -30,9 +30,8 @@ class Mesh:
     cells: dict[str, Ints]  #: kind -> (e,b) rows of `points`
     cell_numbers: dict[str, Ints]  #: kind -> (e,) cell numbers of the file
     point_groups: Groups = field(default_factory=dict)  #: name -> (i,) rows of `points`
-    cell_groups: dict[str, Groups] = field(
-        default_factory=dict
-    )  #: kind -> name -> (i,) rows of its cells
+    #: kind -> name -> (i,) rows of its cells
+    cell_groups: dict[str, Groups] = field(default_factory=dict)
 
 
 def save(mesh: Mesh, path: Path) -> None:

@@ -108,9 +108,8 @@ def _fill_structured(file: _VtkFile, content: _VtkContent, dataset: str) -> None
     if content.points is None or len(content.points) != count:
         found = 0 if content.points is None else len(content.points)
         file.refuse(f"{count} points as DIMENSIONS says", f"{found}")
-    corners = np.arange(count).reshape(n[::-1])[
-        None
-    ]  # (b, z, y, x): corners of a cell, then where it is
+    # (b, z, y, x): corners of a cell, then where it is
+    corners = np.arange(count).reshape(n[::-1])[None]
     for axis in (3, 2, 1):
         if corners.shape[axis] > 1:
             low, high = np.moveaxis(corners, axis, 0)[:-1], np.moveaxis(corners, axis, 0)[1:]
@@ -126,18 +125,15 @@ def _fill_structured(file: _VtkFile, content: _VtkContent, dataset: str) -> None
 @dataclass(eq=False)
 class _VtkContent:
     points: Floats | None = None
-    cells: list[tuple[int, Ints, Ints]] = field(
-        default_factory=list
-    )  #: code, or 0: see `types`; offsets (e+1,); nodes
+    #: code, or 0: see `types`; offsets (e+1,); nodes
+    cells: list[tuple[int, Ints, Ints]] = field(default_factory=list)
     types: Ints | None = None
-    dimensions: list[int] = field(
-        default_factory=lambda: [0, 0, 0]
-    )  #: nx, ny, nz of a structured grid
+    #: nx, ny, nz of a structured grid
+    dimensions: list[int] = field(default_factory=lambda: [0, 0, 0])
     origin: Floats = field(default_factory=lambda: np.zeros(3))
     spacing: Floats = field(default_factory=lambda: np.ones(3))
-    axes: list[Floats] = field(
-        default_factory=lambda: [np.zeros(0)] * 3
-    )  #: coordinates of a rectilinear grid
+    #: coordinates of a rectilinear grid
+    axes: list[Floats] = field(default_factory=lambda: [np.zeros(0)] * 3)
     data: dict[str, dict[str, Any]] = field(
         default_factory=lambda: {"POINT_DATA": {}, "CELL_DATA": {}, "": {}}
     )

@@ -18,10 +18,11 @@ from ..results.frames import Array
 
 AFFINE = 12  #: numbers of an affine motion: three rows of a shift and a matrix
 MOST = 64  #: modes of a body, which the page keeps as numbers of its programs
+#: in the modes of a field, and the fewest modes that it may have where there are many points
 NUMBERS, FEWEST = (
     250_000,
     8,
-)  #: in the modes of a field, and the fewest modes that it may have where there are many points
+)
 #: instants whose correlation is decomposed; all instants are told by the modes found
 SNAPSHOTS = 160
 ROUNDS = 4  #: each leaves about a thousandth of the one before, as half floats have eleven digits

@@ -24,9 +24,8 @@ def surround(
     """
     lower = points.min(axis=0)
     upper = points.max(axis=0)
-    extent = max(
-        float((upper - lower).max()), 1e-6 * float(np.abs(points).max())
-    )  # coinciding points still get a box
+    # coinciding points still get a box
+    extent = max(float((upper - lower).max()), 1e-6 * float(np.abs(points).max()))
     unit, size = display.find("m", float(np.abs(points).max()))
     step = round_length((extent / size if extent > 1e-12 else 1.0) / CELLS) * size
     low = np.floor(lower / step + 1e-6)

@@ -32,10 +32,11 @@ from ..systems.system import Elastic, System
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
 LOOK = 50  #: stored states between two looks at a run: the clock decides nothing, so that every run shows the same warnings
+#: of lines, of surfaces
 KINDS = (
     ("axial strain", "curvature [1/m]"),
     ("smallest strain", "largest strain"),
-)  #: of lines, of surfaces
+)
 OF_BEAMS = (*KINDS[0], "torsion [1/m]")
 SHOWN = 3  #: names that a message lists
 REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
@@ -54,9 +55,8 @@ class Departure:
     value: float
     trained: tuple[float, float]
     time: float  #: of the first state outside [s]
-    place: tuple[
-        float, ...
-    ] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
+    #: where the value is, in the reference [m]; nothing in files that do not know it
+    place: tuple[float, ...] = ()
 
     @property
     def excess(self) -> float:

@@ -57,10 +57,11 @@ STEPS = 1500
 PERIOD = 60.0  #: usual steps, in all and in a period of the last frequency or a turn: shapes are wanted, not paths
 FINER = 4  #: factor by which they are more where the motion fails with these
 WITHIN = 0.1  #: part of a strain that is asked for, by which that of a training may differ
+#: strain that is tried for, over the one asked for, and the least part of the states that is inside
 AIM, LEAST = (
     1.2,
     0.5,
-)  #: strain that is tried for, over the one asked for, and the least part of the states that is inside
+)
 TRIALS = 8
 #: motions that are tried, at most; steps that are given are longer by this factor at first
 COARSE = 4.0

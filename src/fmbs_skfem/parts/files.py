@@ -433,9 +433,8 @@ def check(body: Body) -> None:
             Reals(axes).check(value, f"body.{name}", sizes)
     apart = np.ptp(body.shape_reference, axis=0).max() > 0.0
     require(bool(apart), "body.spread", "shape functions over a body of some size", "others")
-    sizes_of_mass = np.linalg.eigvalsh(
-        as_dense(body.mass)
-    )  # stretches of rims have none, but for round-off
+    # stretches of rims have none, but for round-off
+    sizes_of_mass = np.linalg.eigvalsh(as_dense(body.mass))
     positive = sizes_of_mass[-1] > 0.0 and sizes_of_mass[0] >= -ranks.NOISE * sizes_of_mass[-1]
     require(bool(positive), "body.mass", "a positive definite matrix", "another one")
     require(

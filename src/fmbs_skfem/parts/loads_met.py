@@ -21,10 +21,12 @@ from . import departures
 
 MOST = 2000  #: states that are read, at most
 SLOWER = 0.7  #: part of the last frequency that a sweep of a training reaches at least, see `parts.excitation`
+#: [m/s2], and pull of a turn over the weight, beyond what trainings by weight meet, from which they
+#: turn
 GRAVITY, FAST = (
     9.81,
     10.0,
-)  #: [m/s2], and pull of a turn over the weight, beyond what trainings by weight meet, from which they turn
+)
 
 
 def find(motion: Trajectory) -> str:

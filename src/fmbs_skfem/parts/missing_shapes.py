@@ -23,10 +23,12 @@ from ..systems.terms import shape_points
 from . import bodies as parts
 from . import structural_shapes
 
+#: least number of functions T of either kind, and of how many of S there is one where these are
+#: more
 LEAST, PART = (
     6,
     6,
-)  #: least number of functions T of either kind, and of how many of S there is one where these are more
+)
 MOST = 2_000_000  #: numbers in the tables of a part, up to which it has them
 BENT = 1e-4  #: least part of the structural shapes that counts as left out
 ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much

@@ -69,9 +69,8 @@ def turned_places(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -
     left = left[np.linalg.norm(across, axis=1) > ELSEWHERE * np.linalg.norm(left, axis=1)]
     found = set[int]()
     places = np.unique(missing.place)
-    moved = places[
-        np.argsort(np.isin(places, missing.unbent), kind="stable")
-    ]  # points of a rim move with its frame: that first
+    # points of a rim move with its frame: that first
+    moved = places[np.argsort(np.isin(places, missing.unbent), kind="stable")]
     for place in moved:
         rows = missing.rows[missing.place == place][:, :b]
         weights = np.linalg.lstsq(rows.T, left.T, rcond=None)[0].T

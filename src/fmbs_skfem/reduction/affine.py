@@ -70,9 +70,8 @@ class Varying:
     order: Order
     positions: Annotated[np.ndarray, Indices("n")]  #: in the order of the memory
     values: Annotated[np.ndarray, Reals("q n")]  #: at some nodes of the grid
-    mixture: Annotated[
-        np.ndarray, Reals("t q")
-    ]  #: the values at all nodes, of which the last parameter changes first, are mixture @ values
+    #: the values at all nodes, of which the last parameter changes first, are mixture @ values
+    mixture: Annotated[np.ndarray, Reals("t q")]
 
 
 @storable

@@ -30,10 +30,11 @@ from ..systems import finer_systems
 from ..systems.system import System
 from ..systems.terms import quartic
 
+#: fields that are no leaves
 APART: dict[type, tuple[str, ...]] = {
     Expression: ("text",),
     System: ("metric", "weight", "scale"),
-}  #: fields that are no leaves
+}
 STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
 ROUND = 1e-9  #: relative difference of times that is round-off
 Place: TypeAlias = tuple[str | int, ...]
@@ -57,9 +58,8 @@ class Case:
     newton: Newton = field(default_factory=Newton)
 
 
-Family: TypeAlias = Callable[
-    [Mapping[str, float]], Case
-]  #: the case of a value for every parameter
+#: the case of a value for every parameter
+Family: TypeAlias = Callable[[Mapping[str, float]], Case]
 
 
 def run(

@@ -26,15 +26,15 @@ from . import cases
 from . import parameters as boxes
 from .cases import Case, Family, Leaf, Leaves, Place
 
-ROUND = (
-    32 * np.finfo(float).eps
-)  #: round-off of a sampled number, relative to the largest in its row
+#: round-off of a sampled number, relative to the largest in its row
+ROUND = 32 * np.finfo(float).eps
+#: changes of the parameters that measure noise [units of round-off of the range]
 NEIGHBOURS = (
     -7,
     -3,
     4,
     9,
-)  #: changes of the parameters that measure noise [units of round-off of the range]
+)
 SURE = 8.0  #: noise over the largest difference seen
 NOISY = 1e-9  #: a difference above this, relative to the largest number, is no round-off
 OFFSET = "offset"  #: of affine maps of the unknowns

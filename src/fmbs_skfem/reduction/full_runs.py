@@ -107,9 +107,8 @@ class FullRun:
     times: np.ndarray  #: (s,) [s]
     factors: dict[str, Factor]
     cpu_s: float
-    outputs: Mapping[str, np.ndarray] = field(
-        default_factory=dict
-    )  #: columns (s,); none where they were not kept
+    #: columns (s,); none where they were not kept
+    outputs: Mapping[str, np.ndarray] = field(default_factory=dict)
     #: (s, q) the snapshots, in place of factors, of a task without parameters
     q: np.ndarray | None = None
     unresolved: bool = False  #: its time step is too large for the motion
@@ -366,9 +365,8 @@ def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) ->
     case = task.family(values)
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
     pairs = round(case.duration / case.scheme.step) // 2
-    stored = (
-        np.abs(mine * case.scheme.step - run.times) <= 1e-9 * run.times[-1]
-    )  # not where an event has stopped the run
+    # not where an event has stopped the run
+    stored = np.abs(mine * case.scheme.step - run.times) <= 1e-9 * run.times[-1]
     even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs) & stored)
     doubled = cases.with_step(
         task.driven(replace(case, system=task.form(case.system))), 2.0 * case.scheme.step

@@ -72,14 +72,12 @@ class ReducedModel:
     modes: Mapping[str, int]  #: by component
     selections: tuple[Selection, ...] = ()
     training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
-    bases: Bases = field(
-        default_factory=dict
-    )  #: about the initial state; empty where the model was read from a file
+    #: about the initial state; empty where the model was read from a file
+    bases: Bases = field(default_factory=dict)
     components: Components = field(default_factory=dict)  #: their bodies; the same
     obstacle: str = ""  #: why the cases are no polynomials of the parameters
-    left_out: Mapping[str, str] = field(
-        default_factory=dict
-    )  #: constraint rows, and what leaving them out does
+    #: constraint rows, and what leaving them out does
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def parametric(self) -> ParametricCase:
@@ -115,9 +113,8 @@ class TrainedReduction:
     #: (r,) from x0 to the start of the first run, where runs start in their equilibrium
     rest: np.ndarray | None = None
     training_s: float = 0.0  #: CPU time [s]
-    left_out: Mapping[str, str] = field(
-        default_factory=dict
-    )  #: constraint rows, and what leaving them out does
+    #: constraint rows, and what leaving them out does
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 def with_polynomials(task: TrainingTask) -> TrainingTask:

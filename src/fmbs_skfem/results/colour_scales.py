@@ -34,9 +34,8 @@ LABELS = {
 }
 STRESSES = frozenset(name for name, label in LABELS.items() if "[Pa]" in label)
 SILENT = ", round-off"  #: said of what is drawn as zero
-DIGITS = 8.0 * float(
-    np.finfo(np.float64).eps
-)  #: round-off of a position, relative to the largest coordinate
+#: round-off of a position, relative to the largest coordinate
+DIGITS = 8.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)

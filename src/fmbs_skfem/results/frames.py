@@ -45,9 +45,8 @@ class Shown:
     fields: Mapping[str, Array]  #: name -> (s,x) or (s,x,3), SI units
     size: Annotated[Array, Reals("x")]  #: radius of a line or its skin, thickness of a surface [m]
     reference: Annotated[Array, Reals("x 3")]  #: undeformed positions [m]
-    cells: Annotated[
-        Indices, validation.Indices("f i", end="x")
-    ]  #: numbers of the two points of a segment, or the four of a facet
+    #: numbers of the two points of a segment, or the four of a facet
+    cells: Annotated[Indices, validation.Indices("f i", end="x")]
 
     sections: tuple[int, int] = (0, 0)  #: of a skin: how many, and the points of each
 
@@ -103,9 +102,8 @@ class Frames:
 
     times: Array  #: (s,) [s]; load factors may turn
     bodies: Mapping[str, Shown]
-    marks: Mapping[str, Mark] = field(
-        default_factory=dict
-    )  #: joints, loads, gravity, axes of joints
+    #: joints, loads, gravity, axes of joints
+    marks: Mapping[str, Mark] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times)

@@ -25,10 +25,11 @@ from .pictures import PictureOptions
 REACH = 0.12
 PHASES = 24  #: instants of a period in an animation, at most
 RATE = 12.0  #: of them a second
+#: fields of pictures, over the largest displacement of all points
 SHAPE, DEFLECTION = (
     "mode shape",
     "normal deflection",
-)  #: fields of pictures, over the largest displacement of all points
+)
 TANGENTS = ("axis_1", "axis_2")  #: fields of surfaces, whose cross product is along the normal
 
 

@@ -60,12 +60,10 @@ class Panel:
 
     label: str
     curves: Mapping[str, Array]
-    bands: Mapping[str, float] = field(
-        default_factory=dict
-    )  #: errors of some of them, drawn as a band on both sides
-    columns: Mapping[str, str] = field(
-        default_factory=dict
-    )  #: columns of outputs that they are, where their names are others
+    #: errors of some of them, drawn as a band on both sides
+    bands: Mapping[str, float] = field(default_factory=dict)
+    #: columns of outputs that they are, where their names are others
+    columns: Mapping[str, str] = field(default_factory=dict)
 
     def read_in(self, display: DisplayUnits) -> Panel:
         """The same in the unit in which people read it."""
@@ -372,9 +370,8 @@ def speed_error(
     charts.rule(axes, which="major")
     if failed := len(points) - len(finished):
         axes.plot([], [], ls="", label=f"({failed} failed, not shown)")
-    figure.legend(
-        loc="outside right center", frameon=False, fontsize=9
-    )  # higher it would meet a long title
+    # higher it would meet a long title
+    figure.legend(loc="outside right center", frameon=False, fontsize=9)
     return figure
 
 
@@ -471,9 +468,8 @@ def save(figure: Figure, path: Path | str) -> Path:
     target.parent.mkdir(parents=True, exist_ok=True)
     canvas: Any = figure.canvas
     if target.suffix.lower() == ".png" and hasattr(canvas, "print_png"):
-        canvas.print_png(
-            target, pil_kwargs={"compress_level": 3}
-        )  # half the time of the usual 6, files 1.1 times as large
+        # half the time of the usual 6, files 1.1 times as large
+        canvas.print_png(target, pil_kwargs={"compress_level": 3})
     else:
         figure.savefig(target)
     return target

@@ -95,9 +95,8 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
         output = system.outputs[name]
         size = np.linalg.norm([values[column] for column in output.columns[:3]], axis=0)
         if np.isfinite(size).all() and size.max() > 0.0:
-            place = (
-                np.asarray(output.place) + system.origin
-            )  # from which it counts, as coordinates do
+            # from which it counts, as coordinates do
+            place = np.asarray(output.place) + system.origin
             surface, reference = of_body(
                 trajectory, int(size.argmax()), output.body, place.tolist()
             )

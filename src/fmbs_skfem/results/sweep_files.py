@@ -58,9 +58,8 @@ class Sweep:
     columns: dict[str, np.ndarray]  #: output -> (k, s)
     units: dict[str, str]  #: output -> SI unit, where it is known
     numbers: dict[str, np.ndarray]  #: further results -> (k,)
-    ends: dict[str, np.ndarray] = field(
-        default_factory=dict
-    )  #: output -> smallest and largest value (k, 2), where known apart
+    #: output -> smallest and largest value (k, 2), where known apart
+    ends: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def store_of(folder: Path) -> Store:

@@ -34,11 +34,12 @@ MOST_SIDES = 6  #: parameters and outputs in a matrix, unless the outputs are na
 GRID = 61  #: points of a curve, and along a side of a surface
 MARKS = 14  #: area of the marks of a response [point^2]: on half of it a triangle looks like a disc
 BINS = 24  #: of the histograms in the matrix
+#: low, high, name, alpha
 BANDS = (
     (0.0, 1.0, "all", 0.14),
     (0.05, 0.95, "5 to 95 %", 0.26),
     (0.25, 0.75, "25 to 75 %", 0.42),
-)  #: low, high, name, alpha
+)
 KINDS = {
     "max": (palette.VERMILLION, "^"),
     "final": (palette.BLACK, "o"),

@@ -119,9 +119,8 @@ def closed(profile: Profile, places: int) -> SweptMesh:
         for one in (np.arange(count)[loop] for loop in profile.loops)
     ]
     side = np.concatenate(around)
-    first = np.concatenate(
-        [side, count + side[:, ::-1]], axis=1
-    )  # of the first and the second place
+    # of the first and the second place
+    first = np.concatenate([side, count + side[:, ::-1]], axis=1)
     quads = (first[None] + count * np.arange(places - 1)[:, None, None]).reshape(-1, 4)
     ends, triangles = cap(profile.points[0].tobytes(), profile.first.tobytes(), count)
     facets = np.column_stack([triangles, triangles[:, -1]])

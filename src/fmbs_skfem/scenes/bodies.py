@@ -63,6 +63,7 @@ LeadingModes = Annotated[
     whole(1, 1000),
     "number of shape functions, rigid motions included, in place of a tolerance",
 ]
+#: numbers that a part takes, see `bodies.values`
 SCALES = (
     "young_modulus",
     "density",
@@ -70,7 +71,7 @@ SCALES = (
     "width",
     "height",
     "thickness",
-)  #: numbers that a part takes, see `bodies.values`
+)
 
 
 def read_law(value: object, context: Context) -> str:
@@ -91,9 +92,8 @@ class SceneBody(Declared, ABC):
     #: whether it may be a plate or shell, with edges, faces and stresses
     has_surface: ClassVar[bool] = False
     divisible: ClassVar[bool] = False  #: whether it can be made of other numbers of cells
-    shows: ClassVar[
-        tuple[str, ...]
-    ] = ()  #: fields that colour it in pictures, beside those of all bodies
+    #: fields that colour it in pictures, beside those of all bodies
+    shows: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:

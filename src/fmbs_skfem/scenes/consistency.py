@@ -130,9 +130,8 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
     """
     for name, body in scene.bodies.items():
         yield from ((("bodies", name, key), text) for key, text in body.idle())
-    named = [
-        value for value in vars(scene.analysis).values() if isinstance(value, str)
-    ]  # by analyses that read outputs themselves
+    # by analyses that read outputs themselves
+    named = [value for value in vars(scene.analysis).values() if isinstance(value, str)]
     idle = (
         [] if scene.analysis.has_outputs else [name for name in scene.outputs if name not in named]
     )

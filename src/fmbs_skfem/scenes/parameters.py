@@ -61,10 +61,11 @@ class Ranged:
 
 
 RANGED = inline(Ranged)
+#: JSON schema of a parameter
 SCHEMA: Schema = {
     "anyOf": [*_QUANTITY["anyOf"], RANGED.schema],
     "description": "a quantity, or {value: ..., range: [low, high], scale: linear or log}",
-}  #: JSON schema of a parameter
+}
 
 
 class ParameterValues(dict[str, Quantity]):

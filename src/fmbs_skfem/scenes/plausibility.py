@@ -37,17 +37,19 @@ PLATE_THIN = (5.0, 1e5)  #: sqrt(area) / thickness
 LOCKING = 1e4  #: EA h^2 / EI of quadratic cells of lines
 STRAIN, SAG = 0.01, 1e4  #: under the own weight; sag over length
 WEIGHT = 500.0  #: largest plausible gravity [m/s2]
+#: of cells: largest, smallest [deg], smallest, largest
 ASPECT, ANGLE, JACOBIAN, SIZES = (
     20.0,
     15.0,
     0.1,
     1e3,
-)  #: of cells: largest, smallest [deg], smallest, largest
+)
 RATIO = 1e4  #: of the largest body over the smallest
+#: size [m], also over the thickness, from which a file without a unit may be one in mm
 LARGE, THINNEST = (
     50.0,
     5e3,
-)  #: size [m], also over the thickness, from which a file without a unit may be one in mm
+)
 TONNES = 1e12  #: 1 t/mm3 in kg/m3
 USUAL = (300.0, 1.5e4)  #: wave speeds of most solids [m/s]
 SLIPS = {  #: what may have been meant, and the factor it puts on E / rho

@@ -194,12 +194,12 @@ class Scene:
     parameter_units: dict[str, str] = field(default_factory=dict, metadata=HIDDEN)  #: SI units
     changed: dict[str, float | str] = field(default_factory=dict, metadata=HIDDEN)
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
-    repair: bool = field(
-        default=False, metadata=HIDDEN
-    )  #: whether nodes of meshes that are at one place are merged
+    #: whether nodes of meshes that are at one place are merged
+    repair: bool = field(default=False, metadata=HIDDEN)
+    #: for other values
     read: Callable[[Changes], Scene] | None = field(
         default=None, metadata=HIDDEN, repr=False, compare=False
-    )  #: for other values
+    )
     #: what was found for an accuracy, as `chosen` takes it
     choice: tuple[Any, ...] | None = field(default=None, metadata=HIDDEN)
 

@@ -40,12 +40,10 @@ def set_order(surface: Surface, order: int | None) -> Surface:
 class PlateInterpolation:
     """How plates of meshes are interpolated."""
 
-    corners: tuple[
-        int, ...
-    ]  #: of its cells; a mesh of quads and triangles is split into the first kind
-    make: Callable[
-        [PlateMesh, list[str] | None], Surface
-    ]  #: of a mesh, and the names of edges that are arcs, None to find them
+    #: of its cells; a mesh of quads and triangles is split into the first kind
+    corners: tuple[int, ...]
+    #: of a mesh, and the names of edges that are arcs, None to find them
+    make: Callable[[PlateMesh, list[str] | None], Surface]
     arcs: bool  #: whether it has curved sides
 
 

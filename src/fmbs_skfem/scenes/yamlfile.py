@@ -45,9 +45,8 @@ NODES = 100_000  #: most values, aliases counted as expanded
 Oddity: TypeAlias = tuple[Keys, str]  #: path of keys, and what is odd about what stands there
 Scalar: TypeAlias = str | int | float | bool | None
 _LONG = re.compile(rf"(?:^|\r)([^\r\n]{{{WIDTH + 1},}})", re.MULTILINE)
-_DEEP = re.compile(
-    rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}"
-)  #: brackets that the parser would look through again and again
+#: brackets that the parser would look through again and again
+_DEEP = re.compile(rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}")
 #: what XML 1.0 has no place for, and DEL to 9f
 _CONTROL = re.compile(r"[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PARTS = re.compile(r"expected (.+), but (?:found|got) (.+)", re.DOTALL)  #: what the parser says

@@ -45,9 +45,8 @@ ROUNDED = 3.0  #: distance from a circle through rounded nodes, in halves of a u
 #: width of a set of nodes, relative to its length, below which it is a straight line [-]
 STRAIGHT = 1e-9
 WIDEST = 5.0 / 6.0 * np.pi  #: largest angle of one edge on a circle [rad]
-ROUND = (
-    5.0 / 18.0 * np.pi
-)  #: largest angle of one edge on a circle that is found without being named [rad]
+#: largest angle of one edge on a circle that is found without being named [rad]
+ROUND = 5.0 / 18.0 * np.pi
 BLUNT = 0.1  #: sine of the angle between edges on arcs at a corner, 174 degrees, below which they stay straight [-]
 FLAT = 1e-9  #: sine of the smallest angle between the two tangents at a vertex [-]
 BLOCK = 4096  #: points evaluated together

@@ -32,9 +32,8 @@ STRAIGHT = 1e-12
 #: Angle between neighbouring chords above which a notice says that the spline rounds a corner
 #: [degrees].
 CORNER = 60.0
-BEND = (
-    np.pi / 3
-)  #: [rad], which a cell of a coarse mesh turns by at most: a cubic on an arc of it is shorter by 2e-3
+#: [rad], which a cell of a coarse mesh turns by at most: a cubic on an arc of it is shorter by 2e-3
+BEND = np.pi / 3
 ALMOST = 0.05  #: cells that a turn may miss for a bend a little larger
 
 
@@ -156,9 +155,9 @@ class Line:
     breaks: Floats  #: (n,) parameters of the points
     curve: Curve
     names: dict[str, float]  #: parameters of the named points
-    arcs: (
-        Floats | None
-    )  #: (2, x) parameters close to one another and the arc lengths [m] to them; None of a straight one
+    #: (2, x) parameters close to one another and the arc lengths [m] to them; None of a straight
+    #: one
+    arcs: Floats | None
 
     @property
     def inner(self) -> list[float]:

@@ -35,10 +35,12 @@ from .table import Floats, Ints
 
 CREASE = 50.0  #: angle between neighbouring facets [deg] beyond which nothing smooth is meant, as of edges on arcs
 SHARP = 50.0  #: turn of the border at a node [deg] beyond which it is a corner, as of edges on arcs
+#: turn [deg], and times those of its neighbours, beyond which it is a corner too: smooth ones
+#: change slowly
 BREAK = (
     10.0,
     3.0,
-)  #: turn [deg], and times those of its neighbours, beyond which it is a corner too: smooth ones change slowly
+)
 AROUND = 1.6  #: nodes of a fit, in terms of the polynomial
 RINGS = 4  #: sides between a node and the farthest of its fit
 FACING = 0.5  #: cosine between normals of a node and of one in its fit: height over the plane is no function far beyond
@@ -329,9 +331,8 @@ def _check_creases(mesh: PlateMesh, cells: Ints) -> None:
     )
     at_nodes = np.zeros(len(points))
     np.maximum.at(at_nodes, sides[one], turn[:, None])
-    beside = [
-        at_nodes[cells[side // 3, (side % 3 + 2) % 3]] for side in (one, two)
-    ]  # of the vertices across from the side
+    # of the vertices across from the side
+    beside = [at_nodes[cells[side // 3, (side % 3 + 2) % 3]] for side in (one, two)]
     kink = (turn > BREAK[0]) & (turn > BREAK[1] * np.maximum(*beside))
     for found in (turn > CREASE, kink):
         if found.any():

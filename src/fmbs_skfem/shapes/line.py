@@ -167,9 +167,8 @@ def _uniform(ends: bytes, degree: int, continuity: int) -> BSpline:
     return BSpline(degree, np.repeat(breaks, times))
 
 
-shared = functools.lru_cache(maxsize=64)(
-    _uniform
-)  # bodies over equal cells have one space, and what it keeps
+# bodies over equal cells have one space, and what it keeps
+shared = functools.lru_cache(maxsize=64)(_uniform)
 
 
 def _check_degree(where: str, degree: int) -> None:

@@ -66,9 +66,8 @@ def reduced_weights(space: line.BSpline, table: BasisTable) -> Floats:
     whole[[0, -1]] = True
     found = _weights(space, table, whole)
     while (wrong := ((found != 0.0) & (found < SMALL * length)).any(axis=1)).any():
-        whole = (
-            np.convolve(whole | wrong, [True, True, True])[1:-1] > 0
-        )  # one cell more a round: it ends with the Gauss rule
+        # one cell more a round: it ends with the Gauss rule
+        whole = np.convolve(whole | wrong, [True, True, True])[1:-1] > 0
         found = _weights(space, table, whole)
     return found
 

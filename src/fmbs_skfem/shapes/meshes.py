@@ -34,10 +34,12 @@ from .msh import Floats, Ints, MshCells, Raw
 from .repair import merge_points
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
+#: decimal digits of coordinates that are rounded: fewer are meant as they are, more err by less
+#: than matters
 FEWEST, MOST = (
     5,
     11,
-)  #: decimal digits of coordinates that are rounded: fewer are meant as they are, more err by less than matters
+)
 WHOLE = 1e-3  #: distance from a whole number of MOST digits that is round-off, 1e-5 of it
 NOTHING = 1e-12  #: coordinate, over the largest, that is zero with some round-off
 

@@ -29,12 +29,13 @@ from .surface import DERIVATIVES, ORDERS, Parent, Surface
 from .table import Floats, Ints
 
 SAME = 1e-9  #: relative difference up to which knots and weights are the same
+#: in the order of the sides of the parent square
 SIDES = (
     "xi2_min",
     "xi1_max",
     "xi2_max",
     "xi1_min",
-)  #: in the order of the sides of the parent square
+)
 
 
 @storable
@@ -94,9 +95,8 @@ class Patch(line.Keeping):
         return first, second
 
 
-Ties: TypeAlias = tuple[
-    dict[int, float], ...
-]  #: of both directions: function k -> share t in c_k = t c_k-1 + (1 - t) c_k+1
+#: of both directions: function k -> share t in c_k = t c_k-1 + (1 - t) c_k+1
+Ties: TypeAlias = tuple[dict[int, float], ...]
 
 
 @storable
@@ -105,17 +105,15 @@ class Nurbs:
     """The interpolation of a surface of NURBS patches."""
 
     patches: dict[str, Patch]
-    numbers: dict[
-        str, Ints
-    ]  #: (n1, n2) functions of each patch; patches share those of a common edge; -1 where they are tied
+    #: (n1, n2) functions of each patch; patches share those of a common edge; -1 where they are
+    #: tied
+    numbers: dict[str, Ints]
     joined: tuple[tuple[str, str], ...] = ()  #: pairs of edges that share their functions
     join: bool | None = None  #: whether edges were asked to do so; None: by default
-    ties: dict[str, Ties] = field(
-        default_factory=dict
-    )  #: functions of patches that follow from their neighbours, see `smoothing`
-    seams: tuple[
-        tuple[str, str], ...
-    ] = ()  #: pairs of edges that lie on one another with functions of their own, see `seams`
+    #: functions of patches that follow from their neighbours, see `smoothing`
+    ties: dict[str, Ties] = field(default_factory=dict)
+    #: pairs of edges that lie on one another with functions of their own, see `seams`
+    seams: tuple[tuple[str, str], ...] = ()
 
 
 def full_name(patch: str, name: str) -> str:

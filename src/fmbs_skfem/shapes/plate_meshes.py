@@ -39,9 +39,8 @@ class PlateMesh:
     points: Floats  #: (n,3) [m]
     cells: Ints  #: (e,4) or (e,3) node ids, counter-clockwise seen from above
     point_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) node ids
-    edge_groups: dict[str, Ints] = field(
-        default_factory=dict
-    )  #: name -> (i,2) node pairs, border ones along their cell
+    #: name -> (i,2) node pairs, border ones along their cell
+    edge_groups: dict[str, Ints] = field(default_factory=dict)
     face_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) cell ids
     path: Path | None = None  #: the file it was read from
     #: half a unit of the last digit of the file's coordinates [m], see `meshes.resolution`

@@ -37,12 +37,13 @@ SMOOTH = 1e-5  #: largest sum of outward unit normals at a seam; closing a gap o
 GRID = 16  #: points of a cell's side from which the nearest point is looked for
 SHORT = 0.2  #: of a cell: a shorter piece at the end of a seam has no knot of its own
 STEPS = 8  #: of Gauss and Newton, which double the digits
+#: direction that a side keeps fixed, and its value there, by number of the side
 FIXED = (
     (1, 0.0),
     (0, 1.0),
     (1, 1.0),
     (0, 0.0),
-)  #: direction that a side keeps fixed, and its value there, by number of the side
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,9 +282,8 @@ def _without_ends(mu: Floats, spline: line.BSpline, held: int) -> Floats:
     lines the next ones take over.
     """
     kept = mu[:, held : spline.count - held].copy()
-    at = np.array(
-        [spline.knots[k + 1 : k + 1 + spline.degree].mean() for k in range(spline.count)]
-    )  # coefficients of t
+    # coefficients of t
+    at = np.array([spline.knots[k + 1 : k + 1 + spline.degree].mean() for k in range(spline.count)])
     for end, first, second in (
         (range(held), held, held + 1),
         (range(-held, 0), -held - 1, -held - 2),

@@ -27,9 +27,8 @@ from . import table
 from .table import BasisTable, Floats, Ints
 
 DERIVATIVES = 6
-ORDERS = np.array(
-    [(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)]
-)  #: of the derivatives k in xi1 and xi2
+#: of the derivatives k in xi1 and xi2
+ORDERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)])
 BLOCK = 2048  #: cells that are tabulated together
 
 
@@ -58,9 +57,8 @@ class Surface:
     reference: Floats  #: (n, 2 or 3) coordinates of the reference shape [m]
     unit: Floats  #: (n,) coordinates of the field 1
     order: int  #: Gauss points a direction that integrate the strain energy
-    points: dict[str, tuple[int, float, float]] = field(
-        default_factory=dict
-    )  #: named points: cell, xi1, xi2
+    #: named points: cell, xi1, xi2
+    points: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     edges: dict[str, Ints] = field(default_factory=dict)  #: named edges: (i, 2) cell and side
     faces: dict[str, Ints] = field(default_factory=dict)  #: named faces: (i,) cells
     resolution: float = 0.0  #: half a unit of the last digit of the file's coordinates [m], 0 where they have all digits
@@ -174,9 +172,8 @@ def along(surface: Surface, first: Floats, second: Floats, side: Ints) -> Floats
     where its tangents are (x, 2).
     """
     corners = VERTICES[surface.parent]
-    counted = np.sign(
-        np.linalg.det(np.stack([first, second], axis=1))
-    )  # a cell may be numbered clockwise
+    # a cell may be numbered clockwise
+    counted = np.sign(np.linalg.det(np.stack([first, second], axis=1)))
     return np.asarray(
         counted[:, None] * (corners[(side + 1) % int(surface.parent)] - corners[side])
     )

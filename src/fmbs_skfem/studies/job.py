@@ -59,9 +59,8 @@ class Listener:
 
     #: what is being done, and the finished part of it, 0 to 1
     progress: Callable[[str, float], None] = ignore
-    tell: Callable[[str], None] = (
-        compilation.log
-    )  #: that it compiles, waits, or what a failed start is due to
+    #: that it compiles, waits, or what a failed start is due to
+    tell: Callable[[str], None] = compilation.log
     notice: Callable[[str], None] | None = None
     begin: Callable[[Job], None] = ignore
     strict: bool = False
@@ -89,9 +88,8 @@ class Job:
     time_limit: float = inf  #: of the integration of a motion [s]
     states: bool = True  #: whether all states of a motion are kept, for `Run.trajectory`
     made: Path | None = None  #: the output folder, once it is there
-    new: list[Path] = field(
-        default_factory=list
-    )  #: the folders that were made for it, the innermost first
+    #: the folders that were made for it, the innermost first
+    new: list[Path] = field(default_factory=list)
     trajectory: Trajectory | None = None  #: the motion, once there is one
     compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
     #: errors that outputs may have, in place of those of the scene

@@ -25,9 +25,8 @@ View: TypeAlias = ReportTable | str
 Show: TypeAlias = Callable[[Report, DisplayUnits], Iterable[View]]
 
 KINDS: dict[str, Show] = {}
-DIGITS = float(
-    np.finfo(np.float64).eps
-)  #: of a value beside the largest of its column, below which it is shown as zero
+#: of a value beside the largest of its column, below which it is shown as zero
+DIGITS = float(np.finfo(np.float64).eps)
 SHORT = 3  #: names of residuals and reactions that a table of a failure lists
 
 

@@ -38,9 +38,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 Amount: TypeAlias = str | float
-Ranges: TypeAlias = Mapping[
-    str, tuple[Amount, Amount] | tuple[Amount, Amount, str]
-]  #: low, high, and "log"
+#: low, high, and "log"
+Ranges: TypeAlias = Mapping[str, tuple[Amount, Amount] | tuple[Amount, Amount, str]]
 
 
 @dataclass(frozen=True)
@@ -63,9 +62,8 @@ class Option:
     least: float | None = None  #: the smallest number that it may be
     most: float | None = None
     above: bool = False  #: `least` itself is none of them
-    choices: (
-        Collection[str] | Callable[[], Collection[str]]
-    ) = ()  #: what it may be; a function where that needs imports
+    #: what it may be; a function where that needs imports
+    choices: Collection[str] | Callable[[], Collection[str]] = ()
     #: of an option that may be given several times: its texts as a value
     read: Callable[[tuple[str, ...]], Any] | None = None
 

@@ -54,9 +54,8 @@ class Members:
     predict: Predictor | None = None  #: error of a member, where a model knows it
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
     scene: Scene | None = None  #: whose full models are swept; none of a saved model
-    trained: tuple[
-        Parameter, ...
-    ] = ()  #: `parameters` with the ranges of the training of a saved model
+    #: `parameters` with the ranges of the training of a saved model
+    trained: tuple[Parameter, ...] = ()
     display: DisplayUnits = SI  #: units in which people read its numbers
 
 

@@ -47,10 +47,11 @@ from .terms.elastic import Lifts, Piece, Setting, Targets, Term
 
 # a start reads seven tables of up to ten instants: half of FEW, or a quarter of INSTANTS, finds
 # them anew at every start
+#: instants whose signals are remembered together, and how many tables of them
 FEW, INSTANTS = (
     10,
     32,
-)  #: instants whose signals are remembered together, and how many tables of them
+)
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
 
 

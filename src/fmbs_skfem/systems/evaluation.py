@@ -103,9 +103,8 @@ class Arrays(NamedTuple):
     norm: Vector  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
 
 
-NOW, ACCEPTED = range(
-    2
-)  #: rows of the gradients of a space: of the last evaluation, and of that of the accepted state
+#: rows of the gradients of a space: of the last evaluation, and of that of the accepted state
+NOW, ACCEPTED = range(2)
 EXACT = -1  #: tangents take the stresses of the state itself, not those of row ACCEPTED in one of the ways of a law
 
 

@@ -192,13 +192,11 @@ Names: TypeAlias = Annotated[tuple[str, ...], NAMED]  #: one or several
 BodyName: TypeAlias = Annotated[str, name_in("bodies", "a name of a body")]
 Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
 OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
-Stressed: TypeAlias = Annotated[
-    At, replace(PLACE, names="stressed")
-]  #: a place of a plate, a shell or a beam with torsion
+#: a place of a plate, a shell or a beam with torsion
+Stressed: TypeAlias = Annotated[At, replace(PLACE, names="stressed")]
 JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
-InSection: TypeAlias = Annotated[
-    tuple[float, float], IN_SECTION
-]  #: y and z in the section of a beam
+#: y and z in the section of a beam
+InSection: TypeAlias = Annotated[tuple[float, float], IN_SECTION]
 Heights: TypeAlias = Annotated[Any, HEIGHTS]  #: heights in a list, or in lists of one length
 Letters: TypeAlias = Annotated[str, LETTERS]  #: components of a vector
 Teeth: TypeAlias = Annotated[tuple[int, int], TEETH]

@@ -86,9 +86,8 @@ class Layout:
     order: np.ndarray  #: (n,) unknown at every place
     width: int  #: half bandwidth
     tree: Tree = NO_TREE  #: of blocks
-    pattern: csr_array = field(
-        default_factory=lambda: csr_array((0, 0))
-    )  #: of blocks, the upper triangle in this order
+    #: of blocks, the upper triangle in this order
+    pattern: csr_array = field(default_factory=lambda: csr_array((0, 0)))
     loose: bool = False  #: whether joints alone determine some unknowns: W may be singular
 
     @cached_property
@@ -196,9 +195,8 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
     if system.size >= WIDE:
         return Layout(Storage.SPARSE, natural, system.size - 1)
     small = system.size <= DENSE
-    full = any(
-        terms.numbers_read(one.gather) > 0.0 for one in system.elastic
-    )  # of which bands are narrow, and plates turn
+    # of which bands are narrow, and plates turn
+    full = any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)
     # with friction W is unsymmetric, which L D L^T is not; plates of full size turn, which factors
     # of `large` can
     whole = full or skew or not parts.storages

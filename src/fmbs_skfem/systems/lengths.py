@@ -25,9 +25,8 @@ LIGHT = 1e-12  #: mass, relative to that of the heaviest coordinate, that counts
 # up to there coordinates lose a digit and a half (log10 30) in differences; twice of it loses 0.3
 # more
 FAR = 30.0  #: distance of a mechanism from the origin of its scene, over its size, from which it counts from a point of its own
-DIGITS = 8.0 * float(
-    np.finfo(np.float64).eps
-)  #: round-off of a position, relative to the largest coordinate
+#: round-off of a position, relative to the largest coordinate
+DIGITS = 8.0 * float(np.finfo(np.float64).eps)
 
 
 def weight(parts: Sequence[Body]) -> float:
@@ -51,9 +50,8 @@ def massless(parts: Sequence[Body], mass: csr_array) -> np.ndarray:
     size = extent(parts)
     dim = parts[0].reference.shape[1]
     moved = [np.where(part.constant > 0.5, 1.0, length_of(part, size)) for part in parts]
-    heavy = (
-        mass.diagonal()[::dim] / np.concatenate(moved) ** 2
-    )  # masses [kg], of axes and slopes as of positions
+    # masses [kg], of axes and slopes as of positions
+    heavy = mass.diagonal()[::dim] / np.concatenate(moved) ** 2
     none = heavy <= LIGHT * heavy.max(initial=0.0)
     found = [np.zeros(0)]
     first = 0

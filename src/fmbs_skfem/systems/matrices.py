@@ -111,9 +111,8 @@ def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
     row, column, _ = entries(pattern)
 
     natural = np.arange(pattern.shape[0])
-    packed = np.ascontiguousarray(
-        reverse_cuthill_mckee(pattern, symmetric_mode=True), np.int64
-    )  # for compiled routines
+    # for compiled routines
+    packed = np.ascontiguousarray(reverse_cuthill_mckee(pattern, symmetric_mode=True), np.int64)
     return (natural, width(natural)) if width(natural) <= width(packed) else (packed, width(packed))
 
 

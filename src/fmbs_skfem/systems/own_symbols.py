@@ -36,9 +36,9 @@ class PlaceSymbols:
 
     position: Any  #: from the origin of the scene [m]
     velocity: Any
-    axes: tuple[
-        Any, ...
-    ] = ()  #: vectors that it carries: axes of a frame, tangents of a surface, slope of a line [and its normal]
+    #: vectors that it carries: axes of a frame, tangents of a surface, slope of a line [and its
+    #: normal]
+    axes: tuple[Any, ...] = ()
     rates: tuple[Any, ...] = ()  #: their rates
 
     def turn(self, moment: Any) -> list[tuple[Any, Any]]:

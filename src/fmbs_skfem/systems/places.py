@@ -148,9 +148,8 @@ class Coordinates:
 
         `place` is as of `bodies.body.locate`, which raises InputError.
         """
-        own = derivative or not isinstance(
-            place, str
-        )  # lengths along a body count from where it stands
+        # lengths along a body count from where it stands
+        own = derivative or not isinstance(place, str)
         known = (place, derivative, part.name if own else "")
         return self.remember(part, known, lambda: probe(part, locate(part, place), derivative))
 
@@ -258,16 +257,13 @@ class TermCollector:
 
     names: list[tuple[str, str]] = field(default_factory=list)
     terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
-    axes: dict[tuple[str, str], np.ndarray] = field(
-        default_factory=dict
-    )  #: (3,) of the rows whose multipliers are moments
-    directions: dict[tuple[str, str], np.ndarray] = field(
-        default_factory=dict
-    )  #: (c,) of those that are forces, in the reference
+    #: (3,) of the rows whose multipliers are moments
+    axes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
+    #: (c,) of those that are forces, in the reference
+    directions: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
     laws: list[LawRows] = field(default_factory=list)
-    resultants: dict[str, Resultant] = field(
-        default_factory=dict
-    )  #: of joints with many rows, by name
+    #: of joints with many rows, by name
+    resultants: dict[str, Resultant] = field(default_factory=dict)
     edges: list[str] = field(default_factory=list)  #: joints that hold edges
 
     def row(
@@ -348,12 +344,10 @@ class Forces:
     """
 
     terms: list[Any] = field(default_factory=list)  #: forces on probe rows, see `forces`
-    cells: list[tuple[str, Body, Cells]] = field(
-        default_factory=list
-    )  #: name, body and cells of what follows a surface
-    field: list[np.ndarray] = field(
-        default_factory=list
-    )  #: accelerations of all bodies (c,) [m/s2]
+    #: name, body and cells of what follows a surface
+    cells: list[tuple[str, Body, Cells]] = field(default_factory=list)
+    #: accelerations of all bodies (c,) [m/s2]
+    field: list[np.ndarray] = field(default_factory=list)
 
     def dead(self, rows: Sequence[int], coefficients: ArrayLike, signal: int = -1) -> None:
         """Forces coefficient s(t) on probe rows [N per unit of the row], s the function of time of
@@ -422,18 +416,15 @@ class Draft:
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
     gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
     pushed: dict[str, range] = field(default_factory=dict)  #: probe rows of loads by name
-    origins: list[Origin] = field(
-        default_factory=list
-    )  #: of forces and signals, by joints and loads
-    outputs: Mapping[str, Any] = field(
-        default_factory=dict
-    )  #: by name, for expressions of the state
+    #: of forces and signals, by joints and loads
+    origins: list[Origin] = field(default_factory=list)
+    #: by name, for expressions of the state
+    outputs: Mapping[str, Any] = field(default_factory=dict)
     inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
     locks: Sequence[Lock] = ()  #: of joints that events lock
     loose: tuple[str, ...] = ()  #: joints that may be let loose in a motion
-    acting: Sequence[
-        tuple[str, At]
-    ] = ()  #: joints and loads, as messages name them, and the places that they act on
+    #: joints and loads, as messages name them, and the places that they act on
+    acting: Sequence[tuple[str, At]] = ()
 
     @contextmanager
     def origin(self, subject: str) -> Iterator[None]:

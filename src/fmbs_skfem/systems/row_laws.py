@@ -39,18 +39,15 @@ class RowLaw:
     rows: int  #: probe rows that it reads
     numbers: int
     histories: int  #: functions of time
-    pairs: tuple[
-        tuple[int, int], ...
-    ]  #: of its rows, in which it has derivatives that the iteration needs
+    #: of its rows, in which it has derivatives that the iteration needs
+    pairs: tuple[tuple[int, int], ...]
     maker: Any = field(default=None, kw_only=True)  #: makes one of one's own of its name
-    actions: tuple[Action, ...] = field(
-        default=(), kw_only=True
-    )  #: of one in symbols, one for each of its routines
+    #: of one in symbols, one for each of its routines
+    actions: tuple[Action, ...] = field(default=(), kw_only=True)
     kind: ClassVar[str]  #: in messages
     loops: ClassVar[str]  #: module with LAWS of this package
-    makers: ClassVar[
-        dict[str, Callable[[str], Any]]
-    ]  #: of laws of one's own, by the first word of their names
+    #: of laws of one's own, by the first word of their names
+    makers: ClassVar[dict[str, Callable[[str], Any]]]
 
     def __init_subclass__(cls) -> None:
         cls.makers = {}
@@ -91,9 +88,8 @@ class Groups:
     law: Annotated[RowLaw, Attributes("r=rows p=numbers h=histories")]
     rows: Annotated[np.ndarray, Indices("t r", end="y")]
     numbers: Annotated[np.ndarray, Reals("t p")]
-    signals: Annotated[
-        np.ndarray, Indices("t h", end="k", low=-1)
-    ]  #: histories, -1 for the constant 1
+    #: histories, -1 for the constant 1
+    signals: Annotated[np.ndarray, Indices("t h", end="k", low=-1)]
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -160,9 +160,8 @@ def act(table: Any, record: Any) -> int:
     return 0
 
 
-AT = {
-    name: 8 * place_of(ActionRecords, name) for name in ("first", "second", "third", "fourth")
-}  #: bytes
+#: bytes
+AT = {name: 8 * place_of(ActionRecords, name) for name in ("first", "second", "third", "fourth")}
 FIRST_AT, SECOND_AT, THIRD_AT, FOURTH_AT = AT.values()
 
 

@@ -71,9 +71,8 @@ class Constraints:
     Every row m has a name, the joint and its coordinate.
     """
 
-    names: Annotated[
-        tuple[tuple[str, str], ...], Attributes("m")
-    ] = ()  #: (joint, coordinate) of every row
+    #: (joint, coordinate) of every row
+    names: Annotated[tuple[tuple[str, str], ...], Attributes("m")] = ()
     row: Annotated[np.ndarray, Indices("t", end="m")] = field(
         default_factory=lambda: np.zeros(0, dtype=np.int64)
     )
@@ -88,12 +87,10 @@ class Constraints:
         default_factory=lambda: np.zeros(0, dtype=np.int64)
     )
     laws: Annotated[tuple[LawRows, ...], Inside("m y k")] = ()
-    loose: tuple[
-        str, ...
-    ] = ()  #: joints that events release or lock: none of their rows is eliminated or follows from others
-    edges: tuple[
-        str, ...
-    ] = ()  #: joints that hold edges: where these meet, rows of one follow from those of others
+    #: joints that events release or lock: none of their rows is eliminated or follows from others
+    loose: tuple[str, ...] = ()
+    #: joints that hold edges: where these meet, rows of one follow from those of others
+    edges: tuple[str, ...] = ()
 
 
 @storable
@@ -213,9 +210,8 @@ class Skin:
     """
 
     name: str
-    samples: Annotated[
-        csr_array, Reals("x+kx b")
-    ]  #: positions, then the vectors of the law in local coordinates
+    #: positions, then the vectors of the law in local coordinates
+    samples: Annotated[csr_array, Reals("x+kx b")]
     columns: Annotated[slice, Range("bc", end="q")]  #: of the body in q
     cells: Annotated[np.ndarray, Indices("f 4", end="x")]  #: quadrilaterals of samples
     thickness: Annotated[np.ndarray, Reals("x")]  #: [m]
@@ -268,28 +264,22 @@ class System:
     outputs: Annotated[dict[str, Output], Inside("c s")]
     lines: Annotated[tuple[LineSamples, ...], Inside("c q")]
     skins: Annotated[tuple[Skin, ...], Inside("c q")]
-    markers: tuple[
-        tuple[str, str, tuple[int, ...]], ...
-    ]  #: joints in pictures: name, kind, sensor rows
+    #: joints in pictures: name, kind, sensor rows
+    markers: tuple[tuple[str, str, tuple[int, ...]], ...]
     coordinates: tuple[tuple[str, int, int], ...]  #: (body, first, last + 1) in q
-    components: tuple[
-        tuple[str, int, int], ...
-    ]  #: (component, first, last + 1) in x; empty for full models
+    #: (component, first, last + 1) in x; empty for full models
+    components: tuple[tuple[str, int, int], ...]
     x0: Annotated[np.ndarray, Reals("n")]
     v0: Annotated[np.ndarray, Reals("n")]
     unit: Annotated[np.ndarray, Reals("u")]  #: (q / c,) coordinates of the field 1 in q
-    metric: Annotated[
-        Matrix, Reals("n n")
-    ]  #: mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
-    weight: Annotated[
-        float, Number(0.0)
-    ]  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
-    scale: Annotated[
-        float, Number(0.0)
-    ]  #: size of the mechanism, to which Newton's tolerance refers [m]
-    origin: Annotated[
-        np.ndarray, Reals("c")
-    ]  #: of q and of fixed points; sensors and pictures count from that of the scene [m]
+    #: mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
+    metric: Annotated[Matrix, Reals("n n")]
+    #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
+    weight: Annotated[float, Number(0.0)]
+    #: size of the mechanism, to which Newton's tolerance refers [m]
+    scale: Annotated[float, Number(0.0)]
+    #: of q and of fixed points; sensors and pictures count from that of the scene [m]
+    origin: Annotated[np.ndarray, Reals("c")]
     locks: Annotated[tuple[Lock, ...], Inside("y k")] = ()
     triggers: tuple[Trigger, ...] = ()
     readings: tuple[Any, ...] = ()  #: what controllers and events read of outputs, see `readings`
@@ -316,10 +306,6 @@ class System:
     def __getstate__(self) -> dict[str, Any]:
         """Copies and pickles are made of the fields alone."""
         return {key: value for key, value in self.__dict__.items() if key != COMPILED}
-
-
-#: in files of version 1 the tolerance refers to the norm of all coordinates, from the origin of the
-#: scene
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:

@@ -52,9 +52,8 @@ FAR = np.radians(55.0)  #: turn in a cell that has an error of SQUARE [rad]
 STIFFER = 20.0  #: error of stiffnesses of what is curved, over that of d_i . d_j, at most
 UPPER = np.triu_indices(6)
 
-Place: TypeAlias = tuple[
-    np.ndarray | None, np.ndarray
-]  #: origin (3,) [m] and rotation (3, 3) of a mesh
+#: origin (3,) [m] and rotation (3, 3) of a mesh
+Place: TypeAlias = tuple[np.ndarray | None, np.ndarray]
 
 
 def beam(
@@ -179,9 +178,8 @@ def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -
     d = d.reshape(-1, 3, 3)
     error = float(np.abs(np.einsum("xic,xjc->xij", d, d) - np.eye(3)).max())
     cells = len(line.breaks(space)) - 1
-    unseen = (
-        turns > 2.0 * FAR * cells
-    )  # whole turns between points where axes are taken would be none
+    # whole turns between points where axes are taken would be none
+    unseen = turns > 2.0 * FAR * cells
     if error > SQUARE or unseen:
         wanted = max(int(np.ceil(cells * (error / SQUARE) ** 0.2)), int(np.ceil(turns / FAR)))
         text = f"its axes turn so far in a cell that they are off by {100.0 * error:.2g} %"

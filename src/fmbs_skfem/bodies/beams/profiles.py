@@ -37,16 +37,13 @@ class Profile:
     """
 
     stations: Annotated[Floats, Reals("k")]  #: parameters xi of the line, ascending
-    stiffness: Annotated[
-        Floats, Reals("k 6 6")
-    ]  #: of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
-    points: Annotated[
-        Floats, Reals("k n 2")
-    ]  #: of all loops in a row, the outer one first, with the material on the left [m]
+    #: of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
+    stiffness: Annotated[Floats, Reals("k 6 6")]
+    #: of all loops in a row, the outer one first, with the material on the left [m]
+    points: Annotated[Floats, Reals("k n 2")]
     first: Annotated[Ints, Indices("l")]  #: first points of the loops
-    unit_stresses: Annotated[
-        Floats, Reals("k 3 6 n")
-    ]  #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
+    #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
+    unit_stresses: Annotated[Floats, Reals("k 3 6 n")]
     young_modulus: float  #: [Pa], 0 without a contour
     poisson_ratio: float
     radius: Annotated[Floats, Reals("k")]  #: of the round line that it is to others [m]

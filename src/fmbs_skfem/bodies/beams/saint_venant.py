@@ -58,9 +58,8 @@ class Solution:
     """Torsion and flexure of one outline."""
 
     over: Integrals
-    loops: tuple[
-        Floats, ...
-    ]  #: (n, 2) outline in the drawing, the outer loop first, with the material on the left [m]
+    #: (n, 2) outline in the drawing, the outer loop first, with the material on the left [m]
+    loops: tuple[Floats, ...]
     twisted: Floats  #: (2, n) grad w + (-z, y) at all points of the outline [m]
     flexed: Floats  #: (2, a, 2, n) grad f_a and grad g_a - h_a there [m2]
     error: float  #: the last change of the integrals, relative
@@ -116,9 +115,8 @@ def _(ring: Ring) -> Solution:
         return sum(c * (outer**k - inner**k) for k, c in powers.items())
 
     energy = math.pi * integral({2: 3 / 4 * n, 4: 3 / 8 * m, 6: -1 / 12})  # 2 int z f_z
-    border = math.pi * integral(
-        {2: 3 / 8 * n, 4: 3 / 8 * m, 6: -1 / 8}
-    )  # int f_z h_z.n along both circles
+    # int f_z h_z.n along both circles
+    border = math.pi * integral({2: 3 / 8 * n, 4: 3 / 8 * m, 6: -1 / 8})
     area = math.pi * integral({2: 1.0})
     second = math.pi * integral({4: 0.25})
     one = np.eye(2)

@@ -59,9 +59,8 @@ class SectionConstants:
     shear_area: (
         Floats  #: (2, 2) F^-1 = kA [m2]: forces G kA (gamma_y, gamma_z) through the shear centre
     )
-    outline: tuple[
-        Floats, ...
-    ]  #: (n, 2) loops, the outer one first, with the material on the left [m]
+    #: (n, 2) loops, the outer one first, with the material on the left [m]
+    outline: tuple[Floats, ...]
     unit_stresses: Floats  #: (3, 6, n) sigma_x, tau_xy, tau_xz of each of S = 1 at all points of the outline [1/m2, 1/m3]
     error: float  #: estimated relative error of J, the shear centre and the shear area
 

@@ -38,9 +38,8 @@ PIECES = 4000  #: of all sides; a mesh of them has some 10^5 quads
 SHRINK = 0.15  #: q; the optimum of one-dimensional theory, 0.17 (Schwab): from 0.15 to 0.2 errors stay of one size
 MISSED = 3e-4  #: energy that the innermost quads may miss, relative to what they hold; their polynomials leave a hundredth of that
 SIDES_DRAWN = 8  #: pairs of pieces of a side as long as the section, in the outline that is drawn
-SMOOTH = math.radians(
-    20.0
-)  #: turn of a corner of a polygon that stands for a curve, of 18 sides or more a circle
+#: turn of a corner of a polygon that stands for a curve, of 18 sides or more a circle
+SMOOTH = math.radians(20.0)
 ROUND_DRAWN = 64  #: points of a circle that is drawn; between them bending stresses exceed theirs by up to 0.1 %
 
 Point = tuple[float, float]
@@ -97,9 +96,8 @@ class Polygon:
     points: Loop
     holes: tuple[Loop, ...] = ()
     shear: Shear = Shear.ENERGY
-    pieces: tuple[
-        tuple[int, ...], ...
-    ] = ()  #: of the sides of `loops` in the contour that is drawn; by default by their lengths
+    #: of the sides of `loops` in the contour that is drawn; by default by their lengths
+    pieces: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         for loop in (self.points, *self.holes):

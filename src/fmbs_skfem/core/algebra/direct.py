@@ -33,13 +33,13 @@ LANES = 16  #: rows of a column of a small front that are updated at once: it ha
 SMALL = 96  #: rows of a front that loops of its own update faster than dense products
 STRIP = 128  #: columns of a front that one dense product updates
 GONE, ABSENT = -1, -2  #: places of unknowns that are not in a front
+#: results of a factorisation: a matrix has an entry outside the pattern it was analysed for
 DONE, OUTSIDE = (
     -1,
     -2,
-)  #: results of a factorisation: a matrix has an entry outside the pattern it was analysed for
-LOST = (
-    8.0 * np.finfo(float).eps
-)  #: a pivot smaller than this times its diagonal entry has no digit left
+)
+#: a pivot smaller than this times its diagonal entry has no digit left
+LOST = 8.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,8 @@ class Factors:
     """L and D of P A P^T = L D L^T."""
 
     tree: Tree
-    lower: (
-        np.ndarray
-    )  #: (entries,) L below its diagonal, supernode after supernode, float64 or float32
+    #: (entries,) L below its diagonal, supernode after supernode, float64 or float32
+    lower: np.ndarray
     pivots: np.ndarray  #: (n,) D, float64
 
 

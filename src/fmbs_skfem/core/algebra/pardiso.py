@@ -24,10 +24,11 @@ from ..errors import MissingFeature, Reason, SolverError, say
 from ..storage.records import dataclass
 
 SYMMETRIC = -2  #: PARDISO's number of real, symmetric, indefinite matrices
+#: PARDISO's parameters that count replaced pivots, and numbers in the factors
 REPLACED, NUMBERS = (
     14,
     18,
-)  #: PARDISO's parameters that count replaced pivots, and numbers in the factors
+)
 
 
 @dataclass(frozen=True)

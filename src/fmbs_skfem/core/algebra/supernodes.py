@@ -241,9 +241,8 @@ def graph(matrix: csr_array) -> tuple[csr_array, np.ndarray]:
         np.array_equal(turned.indptr, pattern.indptr)
         and np.array_equal(turned.indices, pattern.indices)
     ):
-        pattern = (
-            pattern + turned
-        )  # round-off that is zero in one half only is often left out there
+        # round-off that is zero in one half only is often left out there
+        pattern = pattern + turned
     keys = np.random.default_rng(0).integers(np.iinfo(np.int64).max, size=n)
     node, leaders = _merge_equal(pattern.indptr, pattern.indices, keys)
     members = csr_array((np.ones(n, np.int32), node, np.arange(n + 1)), shape=(n, leaders.size))

@@ -53,6 +53,7 @@ Node: TypeAlias = int
 
 CONSTANT, SYMBOL = -1, -2  #: of what is no operation
 
+#: whose derivatives are left out
 JUMPS = frozenset(
     (
         programs.LESS,
@@ -63,10 +64,9 @@ JUMPS = frozenset(
         programs.LOOKUP_SLOPE,
         programs.BEYOND,
     )
-)  #: whose derivatives are left out
-CURVES = frozenset(
-    (LOOKUP, programs.LOOKUP_SLOPE, programs.BEYOND)
-)  #: whose second and third numbers say where the numbers of a curve are
+)
+#: whose second and third numbers say where the numbers of a curve are
+CURVES = frozenset((LOOKUP, programs.LOOKUP_SLOPE, programs.BEYOND))
 
 
 class GraphProgram(NamedTuple):
@@ -76,9 +76,8 @@ class GraphProgram(NamedTuple):
 
     constants: tuple[float, ...]
     symbols: tuple[Any, ...]  #: that are read
-    operations: tuple[
-        tuple[int, int, int, int], ...
-    ]  #: an operation and the places in the room that it reads
+    #: an operation and the places in the room that it reads
+    operations: tuple[tuple[int, int, int, int], ...]
     results: tuple[int, ...]  #: their places in the room
 
 

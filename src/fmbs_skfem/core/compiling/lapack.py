@@ -33,10 +33,11 @@ from fmbs_skfem.core.compiling.jit import deferred, jit
 _ROUTINES = ("dpbtrf", "dpotrf", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
 _PBTRF, _POTRF, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
 
+#: the half of a symmetric band, and A x = b instead of A^T x = b
 _LOWER, _PLAIN = (
     ord("L"),
     ord("N"),
-)  #: the half of a symmetric band, and A x = b instead of A^T x = b
+)
 
 ADDRESSES: np.ndarray  #: of the routines in this process, in the order of `_ROUTINES`
 

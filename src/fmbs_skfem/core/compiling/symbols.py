@@ -336,8 +336,7 @@ def import_text(text: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
-    found = sys.modules[name] = importlib.util.module_from_spec(
-        spec
-    )  # where numba looks for what it has cached
+    # where numba looks for what it has cached
+    found = sys.modules[name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(found)
     return found

@@ -13,11 +13,12 @@ from pathlib import Path
 
 from ..errors import InputError, NoRoom, say
 
+#: errors of a full disk, and of a limit of file sizes
 FULL = (
     errno.ENOSPC,
     errno.EDQUOT,
     errno.EFBIG,
-)  #: errors of a full disk, and of a limit of file sizes
+)
 AGAIN = "make room, then call the same again"
 
 

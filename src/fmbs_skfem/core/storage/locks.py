@@ -17,9 +17,8 @@ from ..notices import notify
 from . import durable, endings
 
 LOCK = "run.lock"
-BYTE = (
-    2**30
-)  #: which is locked on Windows: beyond all text, so that others can read who holds the lock
+#: which is locked on Windows: beyond all text, so that others can read who holds the lock
+BYTE = 2**30
 
 
 def take(file: IO[str], wait: bool = False) -> None:

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
 
 ALWAYS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
+#: what an option of `dataclasses.dataclass` makes
 METHODS = {
     "init": ("__init__",),
     "frozen": ("__setattr__", "__delattr__"),
-}  #: what an option of `dataclasses.dataclass` makes
+}
 DEFAULTS = {"init": True, "repr": True, "eq": True, "frozen": False}
 KNOWN = {*DEFAULTS, "kw_only"}
 LOCK = threading.RLock()

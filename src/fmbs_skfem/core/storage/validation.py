@@ -167,9 +167,8 @@ def conform(kind: Any, value: Any, name: str, plain: bool) -> Any:
     require_of(fits, name, WORDS.get(origin, f"a {origin.__name__}"), value)
     if is_dataclass(value):
         own: type = type(value)
-        there = {
-            key: getattr(value, key) for key in hints_of(own) if hasattr(value, key)
-        }  # some are made when read
+        # some are made when read
+        there = {key: getattr(value, key) for key in hints_of(own) if hasattr(value, key)}
         conform_fields(own, there, name, plain)
     elif parts and issubclass(origin, Mapping):
         return {

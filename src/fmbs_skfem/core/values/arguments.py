@@ -44,9 +44,8 @@ from ..errors import InputError, say
 from .problems import shown
 
 T = TypeVar("T", bound=Callable[..., Any])
-Rule: TypeAlias = Callable[
-    [Any], str
-]  #: says what was expected of a value, and nothing of one that is right
+#: says what was expected of a value, and nothing of one that is right
+Rule: TypeAlias = Callable[[Any], str]
 LIKE_ARRAYS = set(get_args(ArrayLike))
 
 
@@ -220,12 +219,13 @@ RULES: dict[Any, tuple[Callable[[Any], bool], str]] = {
         "a sequence",
     ),
 }
+#: kinds that have the rule of another one
 SAME = {
     dict: Mapping,
     Collection: Iterable,
     tuple: Sequence,
     list: Sequence,
-}  #: kinds that have the rule of another one
+}
 
 
 def require(where: str, value: Any, kind: Any) -> None:

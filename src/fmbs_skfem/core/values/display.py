@@ -29,10 +29,11 @@ from .responses import Names
 from .units import measure, unit_of_text
 from .units import unit as si_unit
 
+#: a typed unit is taken where the largest number is in between, the first one first
 WINDOWS = (
     (1.0, 1000.0),
     (0.1, 10_000.0),
-)  #: a typed unit is taken where the largest number is in between, the first one first
+)
 #: units that have prefixes, with the largest power of ten: nobody reads kiloseconds
 LARGEST = {"m": 3, "s": 0, "N": 9, "Pa": 9, "J": 9, "W": 9, "Hz": 9}
 LEAST = -9  #: the least power of ten; what is smaller is round-off, and stays in the unit itself
@@ -40,9 +41,8 @@ PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 KEY = "display_units"  #: in reports and notes
 ALIKE = ("J", "Hz")  #: units whose dimension has another name: N m is a moment, 1/s a rate
 _HEAD = re.compile(r"(.*) \[([^\[\]]+)\](.*)", re.DOTALL)  #: `NAME [UNIT]`, and what is said behind
-_FIRST = re.compile(
-    rf"({'|'.join(LARGEST)})(?![\w^])(.*)", re.ASCII
-)  #: the part of a unit that takes a prefix; that of m^2 is squared
+#: the part of a unit that takes a prefix; that of m^2 is squared
+_FIRST = re.compile(rf"({'|'.join(LARGEST)})(?![\w^])(.*)", re.ASCII)
 
 
 @dataclass(frozen=True)

@@ -29,12 +29,13 @@ from .responses import OfState, of_state
 Vector: TypeAlias = tuple[float, ...]
 Schema: TypeAlias = dict[str, Any]
 AXES = "xyz"  #: letters of the coordinates
+#: signs in JSON schemas
 BOUNDS = {
     ">": "exclusiveMinimum",
     ">=": "minimum",
     "<": "exclusiveMaximum",
     "<=": "maximum",
-}  #: signs in JSON schemas
+}
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,8 @@ class Takes:
     """What a field takes: `read` makes its value of that of a scene."""
 
     read: Callable[[object, Context], Any]
-    describe: (
-        Schema | Callable[[], Schema]
-    )  #: its schema; a function where that is not the same all the time
+    #: its schema; a function where that is not the same all the time
+    describe: Schema | Callable[[], Schema]
     names: str = ""  #: the section of a scene, or the kind of bodies, one of which it names
     #: angle [rad] that a value of it is, None where that changes with time
     angle: Callable[[Any], float | None] | None = None

@@ -70,9 +70,9 @@ class Held(Input):
 
 
 PAST = 4  #: values through which a smooth input goes
-KEPT = (
-    PAST + 1
-)  #: that are read of steps that are taken one by one: those of its begin are values of the step before
+#: that are read of steps that are taken one by one: those of its begin are values of the step
+#: before
+KEPT = PAST + 1
 
 
 @dataclass(eq=False)

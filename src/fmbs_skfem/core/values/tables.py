@@ -34,9 +34,8 @@ from . import quantities, units
 from .inputs import Source
 from .problems import Problem, shown
 
-TITLE = re.compile(
-    r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL
-)  #: its unit, where it has one, is in the last brackets
+#: its unit, where it has one, is in the last brackets
+TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)
 #: a title that ends with a unit as in `F (kN)`, `F / kN`, `F in kN`, `F_kN`
 UNBRACKETED = re.compile(r".*(?:\(\s*([^()]+?)\s*\)|(?:/|_|\bin\s)\s*(\S+?))\s*", re.DOTALL)
 #: of a spline: third derivative continuous at the points next to them, q'' = 0, or q' = 0;
@@ -196,9 +195,8 @@ def noise(table: Table) -> tuple[float, float]:
         return 0.0, 0.0
     smooth = replace(table, times=table.times[::EIGHTH], values=table.values[::EIGHTH])
     own, other = (2.0 * float(np.abs(one.cubics[:, 1]).max()) for one in (table, smooth))
-    least = (
-        float(np.ptp(y)) / (table.times[-1] - table.times[0]) ** 2
-    )  # beside which round-off is none
+    # beside which round-off is none
+    least = float(np.ptp(y)) / (table.times[-1] - table.times[0]) ** 2
     return (own, other) if own > worth * max(other, least) else (0.0, 0.0)
 
 

@@ -93,6 +93,7 @@ def find_dimension(unit: str) -> Dimension:
 #: of gravity [m/s^2] (BIPM, The International System of Units; NIST Special Publication 811,
 #: appendix B)
 INCH, POUND, STANDARD = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.80665")
+#: power of ten
 _PREFIXES = {
     "": 0,
     "n": -9,
@@ -103,7 +104,7 @@ _PREFIXES = {
     "k": 3,
     "M": 6,
     "G": 9,
-}  #: power of ten
+}
 _SCALED: dict[str, tuple[Fraction | int, Dimension]] = {
     "m": (1, LENGTH), "g": (Fraction(1, 1000), MASS), "s": (1, TIME), "N": (1, FORCE), "Pa": (1, PRESSURE), "J": (1, MOMENT),
     "W": (1, POWER), "Hz": (1, RATE), "rad": (1, ANGLE),
@@ -136,10 +137,11 @@ UNITS: dict[str, tuple[Fraction, Exponents]] = {
 } | _OTHERS  #: scale to SI and exponents
 KNOWN = f"{', '.join(_SCALED)}, these also with {', '.join(filter(str.isascii, filter(None, _PREFIXES)))} before; "
 KNOWN += ", ".join(name for name in _OTHERS if name != "1")  #: all units, for messages
+#: units that count turns, by the sign of their power
 CYCLES = {prefix + "Hz": 1 for prefix in _PREFIXES} | {
     "min": -1,
     "h": -1,
-}  #: units that count turns, by the sign of their power
+}
 
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ°]|1\s*/).*)?\s*",

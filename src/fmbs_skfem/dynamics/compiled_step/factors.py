@@ -27,13 +27,14 @@ from ...systems.terms import corotation
 from .step import Workspace, opened
 from .woodbury import COLUMNS, JOINTS, RHS, rows_of
 
+#: kinds of factors, L D L^T those of blocks
 BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = (
     1,
     2,
     3,
     4,
     5,
-)  #: kinds of factors, L D L^T those of blocks
+)
 ALL, BODIES, REST = 0, 1, 2  #: what `assemble` assembles
 # joints and elastic terms leave 1e-15 at most, what touches with friction between 1e-8 and 1e-4: a
 # hundredth of it decides alike, and what half or twice of it lets through is as small as what the

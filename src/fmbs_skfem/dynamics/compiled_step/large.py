@@ -80,9 +80,8 @@ class Large:
         self.solver: Solver = solver
         self.dim, self.size = system.dim, system.size
         # a rotation of a slaved coordinate would be one of its frame, too
-        self.turns = is_identity(
-            csr_array(system.lift.matrix)
-        )  # unknowns are whole vectors, on which a rotation can act
+        # unknowns are whole vectors, on which a rotation can act
+        self.turns = is_identity(csr_array(system.lift.matrix))
         # found once: which unknowns joints and loads read does not change in a run
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())

@@ -24,11 +24,12 @@ from .large import Large
 from .step import LEAP, LENGTH, NUMBERS, TAKEN, Doors, JobStart, Kept, Levels, Method, State, Step
 from .touching import HALVINGS, TRIALS
 
+#: doors of `stepping` behind which large models keep their factors
 BEHIND = (
     "factorise",
     "solve",
     "settle",
-)  #: doors of `stepping` behind which large models keep their factors
+)
 NONE = np.zeros(0, np.int64)
 
 
@@ -270,6 +271,5 @@ DIVIDE = place_of(Step, "doors") + place_of(Doors, "divide")
 JUDGING, AGAIN, ALLOWED, LOCATING = (
     METHOD + place_of(Method, name) for name in ("judging", "again", "allowed", "locating")
 )
-OF_LENGTH = [
-    (name, METHOD + place_of(Method, name)) for name in ("h", "bh", "gh", "c", "sharp")
-]  #: what differs
+#: what differs
+OF_LENGTH = [(name, METHOD + place_of(Method, name)) for name in ("h", "bh", "gh", "c", "sharp")]

@@ -40,10 +40,11 @@ from .woodbury import JOINTS, rows_of
 # four-bar of 8 cells, four sides and a joint: rotated factors serve 1.1 steps where others serve
 # 0.6 (560 steps), 2.3 where they serve 0.8 (1440 steps), and pay in neither; a double pendulum with
 # two sides is served three to ten times as long, and gains at twice
+#: times as long that rotated factors have to serve as others do, and for each side and joint
 WORTH, EACH = (
     2.0,
     0.2,
-)  #: times as long that rotated factors have to serve as others do, and for each side and joint
+)
 # an arm that is regulated: 7 steps at h = T / 4000, where rotated factors save 0.07 factorisations
 # a step and cost 0.6 corrections
 LONG = 4.0  #: steps that factors serve on their own where nothing is left to gain

@@ -201,9 +201,8 @@ class JobStart(NamedTuple):
 # places in an array and no fields: compiled steps add to them, Python reads them while a run is
 # watched
 NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
-LEAST = (
-    1.0 / 2048.0
-)  #: of the change of speed that forces which begin and end allow a step: it may be anywhere in it
+#: of the change of speed that forces which begin and end allow a step: it may be anywhere in it
+LEAST = 1.0 / 2048.0
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
 
 opened = opener(Step)

@@ -44,11 +44,12 @@ TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor seri
 SHORT = 0.1  #: of a part, the same on the way to a touch
 MOST = 4  #: touches that are located in a step; what others leave is that of divided steps
 TRIES = 8  #: pieces on the way to each of them
+#: parts of a way that is known but for h^3 which end before its end, for sure
 EARLY = (
     0.99,
     0.9,
     0.5,
-)  #: parts of a way that is known but for h^3 which end before its end, for sure
+)
 
 
 def take(packed: PackedStep, begin: float, span: float) -> int:

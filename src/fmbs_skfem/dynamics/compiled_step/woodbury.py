@@ -23,11 +23,12 @@ from ...systems import kernels
 from ...systems.forces import low_rank
 from .step import opened
 
+#: rows that W^-1 is applied to: the front of the right-hand side, J, and U^T
 RHS, JOINTS, COLUMNS = (
     0,
     1,
     2,
-)  #: rows that W^-1 is applied to: the front of the right-hand side, J, and U^T
+)
 
 
 @jit

@@ -70,30 +70,25 @@ class Diagnosis:
     unit: str = "s"  #: of both; "load factor" in statics
     step: int | None = None  #: number of the step
     residuals: tuple[tuple[str, float], ...] = ()  #: by coordinate or mode [N], joint rows [m]
-    by_body: tuple[
-        tuple[str, float], ...
-    ] = ()  #: norm of the force residual by body, component and joint
-    multipliers: tuple[
-        tuple[str, float], ...
-    ] = ()  #: reactions of joints in the last good state [N, N m]
+    #: norm of the force residual by body, component and joint
+    by_body: tuple[tuple[str, float], ...] = ()
+    #: reactions of joints in the last good state [N, N m]
+    multipliers: tuple[tuple[str, float], ...] = ()
     attempts: tuple[Attempt, ...] = ()  #: residual histories of the step sizes that were tried
     #: smallest singular value of the balanced matrix of the iteration, relative
     weakness: float | None = None
-    null: tuple[
-        tuple[str, float], ...
-    ] = ()  #: share of the weakest direction by body, component and joint
+    #: share of the weakest direction by body, component and joint
+    null: tuple[tuple[str, float], ...] = ()
     null_at: str = ""  #: coordinate or mode that it moves most
     #: negative eigenvalues of the matrix of the whole step on the joints' null space
     negative: int | None = None
     #: lowest eigenvalue there, at the start and in the last good state
     lowest: tuple[float, float] | None = None
-    strains: dict[str, tuple[float, float]] = field(
-        default_factory=dict
-    )  #: smallest and largest in the last good state [-]
+    #: smallest and largest in the last good state [-]
+    strains: dict[str, tuple[float, float]] = field(default_factory=dict)
     stiffest: float | None = None  #: h omega of the stiffest wave
-    turns: dict[str, float] = field(
-        default_factory=dict
-    )  #: in one step by body, in the last state whose energy is sound [rad]
+    #: in one step by body, in the last state whose energy is sound [rad]
+    turns: dict[str, float] = field(default_factory=dict)
     way: float | None = None  #: root mean square of h^2 q'' in that state [m]
     sound: float | None = None  #: time of that state behind which the energy balance rises [s]
     #: smallest singular value of the joints' unit rows, at the start and now

@@ -23,9 +23,8 @@ from ..observers import FoundEquilibria, Judge, RunSetting, offered, reviews
 from ..tracing import FEW
 from ..trajectory import Trajectory
 
-FAR = np.radians(
-    50.0
-)  #: turn of a cell from which is warned; at 40 degrees twist errs by 0.2 %, at 60 by 3 %
+#: turn of a cell from which is warned; at 40 degrees twist errs by 0.2 %, at 60 by 3 %
+FAR = np.radians(50.0)
 WANTED = np.radians(40.0)  #: turn of a cell with the cells that are named
 
 

@@ -27,6 +27,7 @@ from . import stopped
 
 LARGE = 0.1  #: strain from which is warned: forces are then off by 15 %; half of it is 7 %
 ROUND_OFF = 1e-12  #: of the size of the system, below which a place is 0
+#: laws that are linear in strains
 SMALL = (
     Law.QUADRATIC,
     Law.MATERIAL,
@@ -34,7 +35,7 @@ SMALL = (
     Law.MEMBRANE,
     Law.SHELL,
     Law.BEAM,
-)  #: laws that are linear in strains
+)
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,8 @@ from ..dividing import put
 from ..integration import REASONS
 from ..run import OpenRun
 
-ITERATIONS = METHOD + place_of(
-    Method, "iterations"
-)  #: where their largest number is in a packed step
+#: where their largest number is in a packed step
+ITERATIONS = METHOD + place_of(Method, "iterations")
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,8 @@ class Attempt:
     step: float  #: [s]
     time: float  #: at the end of the part that failed [s]
     outcome: Reason | None  #: None where it was taken
-    corrections: tuple[
-        float, ...
-    ]  #: root mean square of the change of positions over the size of the mechanism
+    #: root mean square of the change of positions over the size of the mechanism
+    corrections: tuple[float, ...]
     residuals: tuple[float, ...]  #: norm of the force residual after the correction [N]
 
 

@@ -50,11 +50,12 @@ LEAP = 1e-3, 10.0
 #: in units of the last place of the largest value of a drive, which its differences have
 ROUND_OFF = 8.0
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
+#: of coordinates and laws about axes in space
 ROWS_OF_ANGLES = {
     "torque": 2,
     "torsion_spring": 2,
     "torque in space": 9,
-}  #: of coordinates and laws about axes in space
+}
 
 
 class Tables(Observer):

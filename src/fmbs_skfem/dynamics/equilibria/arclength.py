@@ -70,10 +70,12 @@ SHARP = 1e-6  #: length over the size of the system down to which steps are shor
 LONGER = 4.0  #: factor of lengths that step over a branch point
 BLUNT = 0.1  #: part of that at which a path is given up whose points are not found
 NARROW = 1e-3  #: load factors between which a branch point is found
+#: longest first step along another branch, over the size of the system, and part below which it is
+#: given up
 ASIDE = (
     0.02,
     1e-3,
-)  #: longest first step along another branch, over the size of the system, and part below which it is given up
+)
 # of an arch, corrections of neighbouring states within 1e-4 of its branch points are 0.1 to 3 times
 # those of its last digits
 SLOW = 0.5  #: contraction from which a correction may be round-off
@@ -300,9 +302,8 @@ def follow(problem: PathProblem, walk: Walk, progress: Progress) -> None:
             walk.states.append(last.at)
         else:
             usual = max(leg.length, SHORTER * usual)  # steps grow again behind what shortened them
-            used = (
-                usual if leg.branches else leg.length
-            )  # behind a branch point the path is as smooth as before
+            # behind a branch point the path is as smooth as before
+            used = usual if leg.branches else leg.length
             last = leg.point
             length = used * float(
                 np.clip(np.sqrt(problem.control.wanted / leg.point.at.iterations), SHORTER, 2.0)

@@ -47,10 +47,11 @@ FLOOR = 50.0  #: corrections up to this times the round-off of positions are rou
 DOWNHILL = 0.2  #: longest corrections downhill over the size of the mechanism
 STEEPER = 4.0
 SHIFTS = 20  #: factor between shifts of the stiffness, and most that are tried
+#: of the metric beside a singular tangent, and the rest of the residual that it may leave
 LITTLE, SOLVES = (
     1e-9,
     1e-3,
-)  #: of the metric beside a singular tangent, and the rest of the residual that it may leave
+)
 STALE = 1e-9  #: change of multipliers in the last correction, over their size, from which its tangent is not that of the state
 STRAIGHT = 1e-6  #: correction over the size of the mechanism above which strains that were expected are not those of the state
 CLEAR = 1e-9  #: smallest pivot of a balanced tangent over the largest from which no motion is free
@@ -121,12 +122,10 @@ class Equilibrium:
     #: negative pivots of its tangent; None where there is no such number
     negative: int | None = None
     held: bool = False  #: whether it resists all motions without doubt
-    first: np.ndarray | None = field(
-        default=None, repr=False
-    )  #: (n,) the first correction on the way to it; None: least of many
-    tangent: Tangent | None = field(
-        default=None, repr=False
-    )  #: None where it is not wanted any more
+    #: (n,) the first correction on the way to it; None: least of many
+    first: np.ndarray | None = field(default=None, repr=False)
+    #: None where it is not wanted any more
+    tangent: Tangent | None = field(default=None, repr=False)
     #: whether it was found by stresses that corrections expected, see `tangent_at`
     expects: bool = False
     #: iterations over the root of the change of load factor or time on the way to it
@@ -366,9 +365,8 @@ def correction(model: Compiled, tangent: Tangent, R: np.ndarray) -> np.ndarray |
     large = unit[: system.size]
     R = unit * R
     W = scaled(csr_array(system.metric), large, large)
-    size = (
-        abs(K).max() or np.abs(R).max() / system.scale
-    )  # rigid bodies have no stiffness but that of what pulls at them
+    # rigid bodies have no stiffness but that of what pulls at them
+    size = abs(K).max() or np.abs(R).max() / system.scale
     step = saddle.regular_solution(
         saddle.matrix(csr_array(K + LITTLE * size / abs(W).max() * W), J), R
     )

@@ -38,10 +38,11 @@ from .shapes import find_free
 
 # three factors of a strip agree to 3e-8 with half, twice and ten times of either: K1 is a
 # difference of what is nearly linear
+#: loads of the difference quotient: a part of those given, then of those that buckle
 FIRST, PROBE = (
     1e-3,
     1e-2,
-)  #: loads of the difference quotient: a part of those given, then of those that buckle
+)
 # factors of an arch that a hundredth of its load moves by 1e-6 agree to 1e-6 with 1e-4 to 0.1, to
 # 4e-4 with its own movement
 WIDE = 1e-2  #: displacement over the size of the system, or turn, by which stresses are told from round-off
@@ -65,9 +66,8 @@ class BucklingModes:
     path up to there.
     """
 
-    factors: (
-        np.ndarray
-    )  #: (i,) of the loads of the system, by their size; negative ones for reversed loads
+    #: (i,) of the loads of the system, by their size; negative ones for reversed loads
+    factors: np.ndarray
     shapes: np.ndarray  #: (n, i) of largest entry 1
     stiffness: np.ndarray  #: (i,) v^T K0 v of the shapes
     path: np.ndarray  #: (n,) by which the state changes with the load factor, of small loads
@@ -225,9 +225,8 @@ def predict_buckling(model: Compiled, count: int, probe: float, wide: float) -> 
         model, at.x, at.multipliers, 0.0, 0.0, at.memory, None
     )
     K0 = csr_array(elastic(still, at.x) + others)
-    most = (
-        n - len(J) if n <= SMALL else min(n - len(J), n - 2)
-    )  # Arnoldi's method finds all but two
+    # Arnoldi's method finds all but two
+    most = n - len(J) if n <= SMALL else min(n - len(J), n - 2)
     if most < 1:
         raise InputError(
             say(

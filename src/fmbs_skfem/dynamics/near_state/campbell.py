@@ -129,8 +129,7 @@ def followers(before: MotionsAt, after: MotionsAt, ahead: np.ndarray) -> np.ndar
             + 1.0
             - np.maximum(np.abs(np.conj(a).T @ (after.mass @ b)), np.abs(a.T @ (after.mass @ b)))
         )
-    from scipy.optimize import (
-        linear_sum_assignment,  # which imports all of scipy.optimize: here alone
-    )
+    # which imports all of scipy.optimize: here alone
+    from scipy.optimize import linear_sum_assignment
 
     return np.asarray(linear_sum_assignment(distance)[1])

@@ -249,9 +249,8 @@ class ComplexModes:
 
     eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
     shapes: np.ndarray  #: (n, i) complex, of largest entry 1
-    beyond: np.ndarray = field(
-        default_factory=lambda: np.empty(0)
-    )  #: (j,) s [1/s] of motions that grow beside these
+    #: (j,) s [1/s] of motions that grow beside these
+    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))
     unknown: int = 0  #: faster motions of which nothing says whether they grow
 
     @property
@@ -462,10 +461,11 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
             LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), wanted, v0=start, tol=1e-13
         )
     except ArpackNoConvergence as error:
+        # all of them, where free motions kept the iteration from ending
         inverted, vectors = (
             error.eigenvalues,
             error.eigenvectors,
-        )  # all of them, where free motions kept the iteration from ending
+        )
         if len(inverted) == wanted:
             return z + 1.0 / inverted, vectors[:n]
         text = f"complex modes: {len(error.eigenvalues)} of {wanted} eigenvalues converged; ask for fewer modes"

@@ -182,9 +182,8 @@ def state_space(
         ]
     )
     B = np.concatenate([np.zeros((r, j)), V.T @ push])
-    whole = (
-        r < wanted
-    )  # all modes, beside which are directions without mass: inputs move these at rest
+    # all modes, beside which are directions without mass: inputs move these at rest
+    whole = r < wanted
     rest = (
         residual_flexibility(linear, V, push)
         if whole or (static and r < possible)
@@ -311,9 +310,8 @@ def differentiate(
     states = motion[0].shape[1] - j
     size = sizes(system, (motion[0] + motion[1]).T)
     h = SMALL * system.scale / np.where(size > 0.0, size, 1e-300)
-    h[states:] = np.minimum(
-        h[states:], NUDGE * np.maximum(np.abs(starts), 1.0)
-    )  # what bends at rest stays as little bent
+    # what bends at rest stays as little bent
+    h[states:] = np.minimum(h[states:], NUDGE * np.maximum(np.abs(starts), 1.0))
     sides = []
     for sign in (1.0, -1.0):
         moved = [sign * h * part for part in motion]

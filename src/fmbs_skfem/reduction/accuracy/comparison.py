@@ -84,15 +84,12 @@ class ModelRecord:
     dofs: int = 0  #: unknowns; of full models all coordinates
     modes: Mapping[str, int] = field(default_factory=dict)  #: by component
     elements: Mapping[str, int] = field(default_factory=dict)  #: cells in use, by component
-    points: Mapping[str, int] = field(
-        default_factory=dict
-    )  #: quadrature points in use, by component
-    kept: Mapping[str, int] = field(
-        default_factory=dict
-    )  #: what a hyper-reduction that samples has chosen, by component
-    dofs_kept: Mapping[str, int] = field(
-        default_factory=dict
-    )  #: coordinates touched by the cells in use, by component
+    #: quadrature points in use, by component
+    points: Mapping[str, int] = field(default_factory=dict)
+    #: what a hyper-reduction that samples has chosen, by component
+    kept: Mapping[str, int] = field(default_factory=dict)
+    #: coordinates touched by the cells in use, by component
+    dofs_kept: Mapping[str, int] = field(default_factory=dict)
     bandwidth: int = 0
     multiplications: int = 0  #: p
     speed_up: float = math.nan  #: s in theory, against the system level
@@ -103,9 +100,8 @@ class ModelRecord:
     hyper_tolerance: float | None = None  #: eta
     cpu_s: float = math.nan
     wall_s: float = math.nan
-    force_s: float = (
-        math.nan
-    )  #: of these elastic forces and tangents: time of a call, measured apart, times the calls
+    #: of these elastic forces and tangents: time of a call, measured apart, times the calls
+    force_s: float = math.nan
     solve_s: float = math.nan  #: the same for factors and solutions
     product_s: float = math.nan  #: the same for products with the modes
     kr_us: float = math.nan  #: CPU time of one elastic tangent [us]
@@ -145,9 +141,8 @@ class Comparison:
     models: Mapping[str, ReducedModel]
     time_error: TimeError | None  #: None where the full model was run with one step only
     truth: str = ""  #: what true errors are against
-    signals: Mapping[str, object] = field(
-        default_factory=dict
-    )  #: that excite the inputs of a plant, see `training_signals`
+    #: that excite the inputs of a plant, see `training_signals`
+    signals: Mapping[str, object] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> ModelRecord:
         return next(record for record in self.records if record.name == name)

@@ -44,9 +44,8 @@ SOLUTIONS = 5  #: of which one is timed
 TRIES = 5  #: of measurements that contradict each other
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 FAST = 1.5  #: times as fast as the full model, from which a reduced model pays: below that one more full model is no worse
-FORCE_PRODUCTS, TANGENT_PRODUCTS, FORCE, TANGENT, FACTOR, SOLUTION = range(
-    6
-)  #: pieces of the time step
+#: pieces of the time step
+FORCE_PRODUCTS, TANGENT_PRODUCTS, FORCE, TANGENT, FACTOR, SOLUTION = range(6)
 
 
 @dataclass(frozen=True)

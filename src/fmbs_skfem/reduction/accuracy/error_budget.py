@@ -30,26 +30,27 @@ from . import output_errors
 TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
 # four beams at 1e-2: 2.7 to 28 times as fast as the full model, with the shares above 1.5 to 28;
 # nothing is promised for more then
+#: where full runs that are not in the model show its error, and none has to be promised by its band
 SHOWN = (
     0.3,
     0.2,
-)  #: where full runs that are not in the model show its error, and none has to be promised by its band
+)
 LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
 LARGEST_ETA, SMALLEST_ETA = 1e-2, 1e-6
 REFINED = 3
 DECADE = 10.0  #: halvings of an interval of eps, down to this ratio of its ends
 TRIALS = 8  #: of eps, and of eta
+#: ratio of errors that no longer fall while eps falls by so much: by ten, modes may be the same
 FLAT, FAR = (
     0.8,
     30.0,
-)  #: ratio of errors that no longer fall while eps falls by so much: by ten, modes may be the same
+)
 SAME = 1.25  #: error over the best one that is as good
 UNSTABLE = 1e-3  #: factor to eps where the reduced run fails
 SAFE = 0.5  #: of the eps that just keeps its share
 NAMED = 3  #: outputs that are named where none is good enough
-LADDER_EPS = tuple(
-    10.0**-k for k in range(6, 18, 2)
-)  #: coarser ones err by hundreds of per cent, or have no motion
+#: coarser ones err by hundreds of per cent, or have no motion
+LADDER_EPS = tuple(10.0**-k for k in range(6, 18, 2))
 LADDER_ETA = tuple(10.0**-k for k in range(2, 6))
 
 

@@ -251,9 +251,8 @@ def unknown_forces(full: System, motion: Trajectory, R: np.ndarray, rows: np.nda
     model = compile_system(full)
     q = body_coordinates(motion)
     found = np.zeros(len(R))
-    step = (
-        len(R) if is_linear(full.constraints)[rows].all() else 1
-    )  # directions of linear constraints are the same in all states
+    # directions of linear constraints are the same in all states
+    step = len(R) if is_linear(full.constraints)[rows].all() else 1
     for first in range(0, len(R) if len(rows) else 0, step):
         J = compiled.gap(model, q[first], motion.times[first])[1][rows]
         some = slice(first, first + step)

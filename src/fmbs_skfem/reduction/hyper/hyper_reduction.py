@@ -55,9 +55,8 @@ class Rule:
     cost less; `selections` say at which cells or points.
     """
 
-    apply: Callable[
-        [System], System
-    ]  #: from a reduced system, at any parameters, to the hyper-reduced one
+    #: from a reduced system, at any parameters, to the hyper-reduced one
+    apply: Callable[[System], System]
     selections: tuple[Selection, ...] = ()  #: cells or points, by component, of rules that sample
 
 
@@ -71,9 +70,9 @@ class HyperReduction(ABC):
     """
 
     name: ClassVar[str]  #: in scenes, on the command line, in files
-    label: ClassVar[
-        str
-    ]  #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced model
+    #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced
+    #: model
+    label: ClassVar[str]
     #: among points: systems that it meets have the cells of their bodies multiplied out
     chooses: ClassVar[bool] = True
     tolerance: float | None = None  #: eta, relative; None where nothing is approximated

@@ -53,12 +53,10 @@ ROUND = 1e-9  #: of the largest eigenvalue of a tangent: those of rigid motions 
 MANY = 6000  #: points above which the cells are searched first, and then the points of the cells that were found
 
 
-Run: TypeAlias = tuple[
-    list[Elastic], np.ndarray
-]  #: bodies of a component with their parameters, states (s, n)
-Measure: TypeAlias = Callable[
-    [np.ndarray], np.ndarray
-]  #: states (s, n) -> C^(1/2) (s, n, n) of their forces
+#: bodies of a component with their parameters, states (s, n)
+Run: TypeAlias = tuple[list[Elastic], np.ndarray]
+#: states (s, n) -> C^(1/2) (s, n, n) of their forces
+Measure: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)

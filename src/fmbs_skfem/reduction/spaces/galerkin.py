@@ -101,9 +101,8 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
                 )
             )
         picked = np.arange(0, len(times), stride)
-        picked = picked[
-            np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step
-        ]  # the last state may stand closer
+        # the last state may stand closer
+        picked = picked[np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step]
     return Snapshots(times[picked], body_coordinates(trajectory.part(picked)))
 
 
@@ -267,9 +266,8 @@ def reduce_system(
         linking = ~np.isin(numbers, np.searchsorted(kept, opened))
         length = kept_rows.row_lengths(system, reduced)[numbers[linking]]
         D, d = as_dense(D)[linking] / length[:, None], d[linking] / length
-        apart = pivots.independent_rows(
-            [np.column_stack([D, d / system.scale])]
-        )  # others follow, or hold for every mode
+        # others follow, or hold for every mode
+        apart = pivots.independent_rows([np.column_stack([D, d / system.scale])])
         T, x0 = pivots.eliminate(D[apart], d[apart])
         rest = np.setdiff1d(np.arange(len(reduced.constraints.names)), numbers[linking])
         alike = any(basis.factors is not None for basis in found.values())
@@ -305,9 +303,8 @@ def moving_rows(system: System, V: np.ndarray, some: np.ndarray) -> np.ndarray:
     always stay.
     """
     own = system.constraints
-    moves = np.append(
-        are_moved(system, V, csr_array(system.probes.matrix)), False
-    )  # -1 reads nothing
+    # -1 reads nothing
+    moves = np.append(are_moved(system, V, csr_array(system.probes.matrix)), False)
     read = own.row[moves[own.i] | moves[own.j]]
     return some[np.isin(some, read) | ~np.isin(some, own.row) | loose_rows(own)[some]]
 

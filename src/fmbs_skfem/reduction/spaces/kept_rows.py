@@ -36,9 +36,8 @@ from . import pivots
 from .component import projected
 
 Names: TypeAlias = frozenset[tuple[str, str]]
-Error: TypeAlias = Callable[
-    [Names], float
-]  #: of the reduced motion without some rows; infinite where it has none
+#: of the reduced motion without some rows; infinite where it has none
+Error: TypeAlias = Callable[[Names], float]
 
 NONE: Names = frozenset()
 FEW = 8  #: states, at least, at which dependent rows are looked for
@@ -74,9 +73,8 @@ class KeptRows:
     """
 
     rows: Names
-    left_out: Mapping[
-        str, str
-    ]  #: `joint.row` -> what leaving it out does; without linear rows inside components, which hold
+    #: `joint.row` -> what leaving it out does; without linear rows inside components, which hold
+    left_out: Mapping[str, str]
 
 
 def sample_rows(
@@ -224,9 +222,8 @@ def refine(
             out, now = mine, found
     least = now
     for row in rows:
-        limit = (
-            least if is_frame(row) else LOCKS * least
-        )  # frames are held by the stiffness of their rims as well
+        # frames are held by the stiffness of their rims as well
+        limit = least if is_frame(row) else LOCKS * least
         if row in out and len(out) > 1 and (found := error(out - {row})) <= limit:
             out = out - {row}
             now = found

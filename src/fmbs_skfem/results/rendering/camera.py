@@ -53,9 +53,8 @@ def fit(points: Array, planar: bool, size: tuple[int, int], margins: Margins) ->
     extent = np.ptp(seen, axis=0)
     middle = seen.min(axis=0) + extent / 2.0
     largest = float(np.abs(points).max())
-    extent = np.maximum(
-        extent, (1e-6 * largest if extent.any() else largest) or 1.0
-    )  # coinciding points are still seen
+    # coinciding points are still seen
+    extent = np.maximum(extent, (1e-6 * largest if extent.any() else largest) or 1.0)
     left, right, top, bottom = margins
     scale = max(
         extent[0] / max(size[0] - left - right, 1.0), extent[1] / max(size[1] - top - bottom, 1.0)

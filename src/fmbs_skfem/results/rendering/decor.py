@@ -92,9 +92,8 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
         _draw_scale(figure.add_axes((0.10, below, 0.16, TOP - below)), job.scale)
         top = below - 1.5 * row
     if handles:
-        letters = 9.0 * min(
-            1.0, (top / row - FOOT) / (len(handles) + 1)
-        )  # smaller where there are very many
+        # smaller where there are very many
+        letters = 9.0 * min(1.0, (top / row - FOOT) / (len(handles) + 1))
         style: dict[str, Any] = {
             "frameon": False,
             "fontsize": letters,

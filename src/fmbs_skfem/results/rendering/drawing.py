@@ -19,9 +19,8 @@ from .decor import Pixels
 from .job import PictureJob
 
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
-EYE = np.array(
-    [1.0, -1.0, 1.0]
-)  #: direction from a spatial scene to the eye, in which shapes stand before the reference
+#: direction from a spatial scene to the eye, in which shapes stand before the reference
+EYE = np.array([1.0, -1.0, 1.0])
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
 SPLIT = 40.0  #: angle between facets of a skin from which they are shaded apart [degrees]
 SHARP = 0.5  #: cosine of the turn of a line at a corner

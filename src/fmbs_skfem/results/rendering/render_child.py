@@ -29,12 +29,10 @@ MISSING, FAILED = 7, 1  #: answers where nothing can be drawn, and where this pi
 #: height of a sheet of small scenes over that which was asked for, at least, for the key
 SHORTEST = 0.45
 PALEST = 0.28  #: strength of the first instant of an overlay
-TURNS = np.exp(
-    1j * np.radians([0, 45, -45, 90, -90, 135, -135, 180])
-)  #: of a text about what it marks, the first choice first
-FARTHER = np.array(
-    [1.0, 1.5, 2.0, 3.0]
-)  #: distances of a text from what it marks, over the usual one, the first choice first
+#: of a text about what it marks, the first choice first
+TURNS = np.exp(1j * np.radians([0, 45, -45, 90, -90, 135, -135, 180]))
+#: distances of a text from what it marks, over the usual one, the first choice first
+FARTHER = np.array([1.0, 1.5, 2.0, 3.0])
 LEAST = 12.0  #: width of a small scene, over the height of its letters
 TAKEN = 10  #: pixels of a body that a pixel of a text counts for
 
@@ -43,9 +41,8 @@ def main() -> None:
     """Probe, then answer the orders on the input until it ends."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # whatever libraries print is no answer
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # who stops a run wants the picture of what it has reached
+    # who stops a run wants the picture of what it has reached
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     ready = _probe()
     while True:
         try:
@@ -180,9 +177,10 @@ def place_marks(
     """
     taken = ink.astype(np.int64)
     found = list[Text]()
+    # half of it
     room = (
         np.array([max(decor.measure(word, height) for word in words) + height, 1.7 * height]) / 2.0
-    )  # half of it
+    )
     low = room + np.array([0.0, 2.0 * height])
     high = np.array(ink.shape[::-1]) - room
     away = np.maximum(room + 0.2 * height, (2.4 * height, 1.5 * height))

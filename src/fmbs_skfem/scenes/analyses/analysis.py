@@ -37,9 +37,8 @@ if TYPE_CHECKING:
     from ..schema import Scene
 
 HOLD = "\nhold them by joints"
-Form: TypeAlias = (
-    Literal["eliminate", "multipliers"] | None
-)  #: of linear constraints; None for the one that suits
+#: of linear constraints; None for the one that suits
+Form: TypeAlias = Literal["eliminate", "multipliers"] | None
 
 
 @dataclass(frozen=True)

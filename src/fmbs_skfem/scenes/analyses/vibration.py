@@ -36,12 +36,10 @@ class Motions:
     growth: np.ndarray  #: (i,) real parts of the eigenvalues [1/s]
     damping: np.ndarray | None  #: (i,) damping ratios, None of undamped modes
     vectors: np.ndarray  #: (n, i)
-    free: tuple[
-        str, ...
-    ] = ()  #: (i,) which rigid motion it is that nothing resists, empty for others
-    beyond: np.ndarray = field(
-        default_factory=lambda: np.empty(0)
-    )  #: (j,) eigenvalues of motions that grow beside these [1/s]
+    #: (i,) which rigid motion it is that nothing resists, empty for others
+    free: tuple[str, ...] = ()
+    #: (j,) eigenvalues of motions that grow beside these [1/s]
+    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))
     unknown: int = 0  #: faster motions of which nothing says whether they grow
 
 

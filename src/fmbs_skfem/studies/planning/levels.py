@@ -24,10 +24,11 @@ from .planner import SAFETY, SHARE, AccuracyPlan, Limits, Pilot, size
 # 10 to 200 in twelve runs of a rolling hoop, a gripper, a stop and a four-bar
 AMPLIFIED = 50.0  #: error of a motion over that of a step: what the first run counts with
 AIM = 0.25  #: of the error that the step may have: the difference from a run with four times of it is three times as large
+#: ratios of a better error of steps to one that was tried, within which that one is taken
 NEAR = (
     0.5,
     3.0,
-)  #: ratios of a better error of steps to one that was tried, within which that one is taken
+)
 FALL = 4.0  #: ratio of the errors of steps whose runs prove each other
 LONGER = 8  #: times as long as equal steps are undivided ones; parts are up to 32 times as short
 PROOFS = 2  #: that are tried, each with a quarter of the error of steps

@@ -73,15 +73,13 @@ class ScenePilots:
         self.open = [name for name, body in bodies if body.open]
         fine = {name: body.finer(2) for name, body in bodies if not body.open}
         meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
-        self.refined = [
-            name for name in meshed if fine[name] is not None
-        ]  #: bodies whose cells stay as they are, but can be finer
+        #: bodies whose cells stay as they are, but can be finer
+        self.refined = [name for name in meshed if fine[name] is not None]
         self.unjudged = [name for name in meshed if fine[name] is None]
         self.grid = grid_of(scene, within) if scene.analysis.moves else 1
         self.systems: dict[int, System] = {}
-        self.checked: dict[
-            int, System
-        ] = {}  #: the same, with parts that can be held against finer ones
+        #: the same, with parts that can be held against finer ones
+        self.checked: dict[int, System] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
         self.units: tuple[str, ...] = ()  #: theirs
         self.room = 0.0  #: what a motion may err by, over its size, as far as it is known

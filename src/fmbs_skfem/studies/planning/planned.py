@@ -19,9 +19,8 @@ from .pilots import ScenePilots
 from .planner import LEAST, NOTHING, ROACHE, AccuracyPlan, Limits, Pilot, Unresolved, plan, size
 
 USUAL = 6  #: pilot runs of a plan
-UNPLANNED = AccuracyPlan(
-    0, 1, NOTHING, NOTHING, ()
-)  #: of an equilibrium whose meshes are all given, and whose parts are judged
+#: of an equilibrium whose meshes are all given, and whose parts are judged
+UNPLANNED = AccuracyPlan(0, 1, NOTHING, NOTHING, ())
 TRAIN = "train its parts on such states, or take more of their shape functions"
 
 
@@ -40,13 +39,11 @@ class Planned:
     of_step: float  #: largest error of the step, over what is wanted
     of_mesh: float | None  #: of the mesh; None where no mesh is judged
     driven_by: str  #: the column whose error is largest beside what is wanted of it
-    trusted_until: (
-        float | None
-    )  #: time up to which a motion can be trusted that more steps do not settle [s]
+    #: time up to which a motion can be trusted that more steps do not settle [s]
+    trusted_until: float | None
     errors: dict[str, float]  #: of columns, in their units
-    pilots: list[dict[str, Any]] = field(
-        default_factory=list
-    )  #: all runs: cells, steps, whether resolved, difference over wanted
+    #: all runs: cells, steps, whether resolved, difference over wanted
+    pilots: list[dict[str, Any]] = field(default_factory=list)
     local_error: float = 0.0  #: of a step over the size of the mechanism, above which it is divided; 0 for equal steps
     tolerance: float | None = None  #: of Newton's iteration, over that size, in a motion
     #: largest error of parts, over what is wanted; None where none knows more shapes than it has

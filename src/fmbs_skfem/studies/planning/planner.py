@@ -42,10 +42,11 @@ WHOLE = 1e-9  #: of a unit of steps, by which it may be missed
 # step chains pass 1.5 times the ratio of their order before they settle, and are proved; a chain of
 # cells that passes its own was on meshes too coarse to tell: with 2 it foretold a third of the
 # error of a moment
+#: times the largest ratio that is believed, above which a difference is small by chance
 CHANCE, CHANCE_OF_CELLS = (
     2.0,
     1.0,
-)  #: times the largest ratio that is believed, above which a difference is small by chance
+)
 SURELY = 2.0  #: luck above which two runs are no proof for each other
 EVEN = 2.5  #: ratios above which forces that jump have not made an error uneven
 WILD = 1.5  #: ratio below which a difference does not fall
@@ -57,10 +58,11 @@ FINER = 4  #: times the steps with which a chain of cells begins anew where its 
 FEW = 8  #: times the steps of the chain of cells, above which the error of the mesh is measured with those of the run
 # proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by
 # 1.8
+#: difference of the proof over the foretold one that is too much, and steps that it asks for
 DOUBT, MORE = (
     1.25,
     1.4,
-)  #: difference of the proof over the foretold one that is too much, and steps that it asks for
+)
 TWICE = 2.0  #: cells that a proof asks for at most, of those that it doubts
 DOUBTS = 6  #: proofs that are tried
 MANY = 40  #: units of steps, above which four of them are rounded to
@@ -234,9 +236,8 @@ class AccuracyPlan:
     mesh: np.ndarray  #: (2, k) those of the mesh
     pilots: tuple[Pilot, ...]
     why: str = ""  #: it falls short: `sensitive`, `steps`, `cells`, `doubt`
-    pairs: tuple[
-        tuple[Any, Any], ...
-    ] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
+    #: of runs of a sensitive motion, the time up to which all agree can be trusted
+    pairs: tuple[tuple[Any, Any], ...] = ()
     apart: str = ""  #: of how many steps, or cells, these are
     #: of steps of several lengths over the size of the mechanism, 0 for equal ones
     local_error: float = 0.0
@@ -441,9 +442,8 @@ class Planner:
             return foretold
         if 2 * half != steps:
             difference = self.differ((cells, steps), (cells, 2 * steps))
-            return (
-                foretold if difference is None else 2.0 * ROACHE * difference
-            )  # nobody knows by which ratio it falls
+            # nobody knows by which ratio it falls
+            return foretold if difference is None else 2.0 * ROACHE * difference
         difference = self.differ((cells, half), (cells, steps))
         if difference is None and half < time.known()[-1][0]:
             return foretold  # nobody has said that so few resolve it
@@ -644,11 +644,12 @@ def judge(chain: Chain, goal: float, reach: float, plateau: int, limit: str | No
 
 
 FAR = Limits()
+#: of an equilibrium, where every run counts as one step
 NO_STEPS = (
     Chain(1, (NOTHING,), *FALLS, first=FALLS[1]),
     1,
     "",
-)  #: of an equilibrium, where every run counts as one step
+)
 
 
 def plan(

@@ -25,9 +25,8 @@ from ...core.compiling.machine_code import SUFFIX
 if TYPE_CHECKING:
     from ..job import Job
 
-_BESIDE: list[
-    subprocess.Popen[bytes]
-] = []  #: processes that end with this one, whose end of their input they see
+#: processes that end with this one, whose end of their input they see
+_BESIDE: list[subprocess.Popen[bytes]] = []
 
 
 def announce(job: Job, reduces: bool = False) -> bool:
@@ -74,10 +73,11 @@ def compile_from_the_end(reduces: bool) -> None:
 
     threading.Thread(target=end_with_parent, daemon=True).start()
     factorise, solve, apply = factors.doors(Storage.BAND)
+    #: what a run asks for before its first step, when all of the step is compiled
     first = (
         evaluation.take_over,
         work.forces,
-    )  #: what a run asks for before its first step, when all of the step is compiled
+    )
     steps = stepping.advance, stepping.take
     for one in (
         *steps,

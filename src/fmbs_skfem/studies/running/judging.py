@@ -16,9 +16,8 @@ from ...dynamics.diagnoses.step_size import drives_that_jump
 from ...dynamics.outputs import sizes_of
 from ...dynamics.tracing import CLEAR
 
-NOISE = (
-    1.0 / CLEAR
-)  #: noise of accelerations, relative to the largest, above which a warning is shown
+#: noise of accelerations, relative to the largest, above which a warning is shown
+NOISE = 1.0 / CLEAR
 JUMP = 0.01  #: of the largest velocity, by which those at the start differ from the given ones where joints change them
 STILL = 1e-10  #: displacement, over the size of the system, up to which it rests: what Newton leaves of an equilibrium is less
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
@@ -73,9 +72,8 @@ def energy_drift(trajectory: Trajectory, cause: str, remedy: str) -> float:
     if errors.fall > LOSS:
         said.append(f"falls by {errors.fall:.1%}")
     if said:
-        todo = (
-            remedy.partition(", or")[0] if len(said) == 2 else remedy
-        )  # a rise and a fall ask for opposite schemes
+        # a rise and a fall ask for opposite schemes
+        todo = remedy.partition(", or")[0] if len(said) == 2 else remedy
         notify(
             f"the energy balance {' and '.join(said)} of the largest energy or work: {cause}; {todo}"
         )
@@ -103,9 +101,8 @@ def energy_of_reduced(motion: Trajectory) -> dict[str, Any]:
 def acceleration_noise(scheme: GeneralizedAlpha, trajectory: Trajectory) -> float:
     """Noise of accelerations by round-off [m/s2], with a warning where reactions show it."""
     noise = dynamics.acceleration_noise(scheme, trajectory.system)
-    _, largest, moved = (
-        sizes_of(trajectory).max(axis=0).tolist()
-    )  # changes of velocities, which noise hardly reaches
+    # changes of velocities, which noise hardly reaches
+    _, largest, moved = sizes_of(trajectory).max(axis=0).tolist()
     if 0.0 < NOISE * largest < noise and moved > STILL * trajectory.system.scale:
         share = (
             f"{noise / largest:.1%} of the largest"

@@ -65,9 +65,8 @@ def solve_states(
         columns: dict[str, Any] = {**found.columns} | {
             f"share_{name}": values for name, values in moves.get("shares", {}).items()
         }
-        unit_texts = [
-            head.partition("[")[2].rstrip("]") for head in found.heads
-        ]  # `Hz` of `frequency [Hz]`
+        # `Hz` of `frequency [Hz]`
+        unit_texts = [head.partition("[")[2].rstrip("]") for head in found.heads]
         report: dict[str, Any] = {
             **describe_error(error),
             **jobs.facts(scene, found.raw, found.reduced),

@@ -33,11 +33,12 @@ Order = Callable[[], Path]
 PICTURE, ANIMATION, ERROR = "picture.png", "animation.gif", "error.png"
 FRAMES, INSTANTS = 60, 6  #: of the animation and of the picture
 CONFIGURATIONS = 7  #: in a picture of a saved model
+#: the reduced model that is pictured: the first of these that ran
 PICTURED = (
     "component+ecsw",
     "component",
     "component+exact",
-)  #: the reduced model that is pictured: the first of these that ran
+)
 
 
 def scene(

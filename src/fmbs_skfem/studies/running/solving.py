@@ -41,9 +41,8 @@ if TYPE_CHECKING:
     from ...dynamics.checkpoint import Resumed
     from ...systems import System
 
-Draw = Callable[
-    [Trajectory, Path], Sequence[Callable[[], Path]]
-]  #: pictures and series in a folder, each drawn when called
+#: pictures and series in a folder, each drawn when called
+Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]
 
 
 @dataclass(frozen=True)
@@ -51,15 +50,13 @@ class RunTask:
     """What is run, and what its report says of it."""
 
     title: str
-    facts: Mapping[
-        str, Any
-    ]  #: of the report: what it is, at which parameters, its sizes, fingerprint and provenance
+    #: of the report: what it is, at which parameters, its sizes, fingerprint and provenance
+    facts: Mapping[str, Any]
     words: str  #: the same at the begin of a line
     system: System
     solve: Callable[[Progress, recording.Watch | None, Resumed | None], Trajectory]
-    judge: Callable[
-        [Trajectory], dict[str, Any]
-    ]  #: energy error and noise of the motion, with warnings
+    #: energy error and noise of the motion, with warnings
+    judge: Callable[[Trajectory], dict[str, Any]]
     scheme: GeneralizedAlpha | None = None  #: None of equilibria
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"

@@ -31,16 +31,18 @@ Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vecto
 Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
 End: TypeAlias = At | Ground | None  #: None and fixed points belong to the ground
 ALONG = 1e-9  #: sine of an angle that counts as zero
+#: gaps, relative to the size of the bodies, that joints close: with a notice, without one
 CLOSE, FINE = (
     1e-6,
     1e-9,
-)  #: gaps, relative to the size of the bodies, that joints close: with a notice, without one
+)
+#: markers that are drawn from one place to the other, or to all others
 LINKS = (
     "spring",
     "line",
     "outline",
     "plane",
-)  #: markers that are drawn from one place to the other, or to all others
+)
 #: markers that are a place, but for gravity, and a direction, of pressures two tangents
 ARROWS = ("force", "moment", "gravity", "axis", "pressure")
 ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps

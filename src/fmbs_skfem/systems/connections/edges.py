@@ -255,9 +255,8 @@ def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: b
     values = np.concatenate([np.ones(len(first)), x])
     places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
     rows = own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
-    tied = (
-        isinstance(shape.space, Nurbs) and shape.space.seams
-    )  # a corner of two patches is one point of the body
+    # a corner of two patches is one point of the body
+    tied = isinstance(shape.space, Nurbs) and shape.space.seams
     return (
         csr_array(rows[ranks.independent_rows(rows[:, distinct(rows.indices)])]) if tied else rows
     )

@@ -194,9 +194,8 @@ def idle(system: System) -> list[np.ndarray]:
     found = []
     weight = np.repeat(np.where(system.unit > 0.5, 1.0, system.scale), system.dim)
     for (_, first, last), B in zip(system.coordinates, motions(system, system.x0), strict=True):
-        moving = (
-            weight[first:last, None] * B
-        )  # turns of axes and slopes by the size of the system beside positions
+        # turns of axes and slopes by the size of the system beside positions
+        moving = weight[first:last, None] * B
         found.append(ranks.null_space(moving, alike=True).T)
     return found
 

@@ -125,9 +125,8 @@ class StartRows:
             phi[own.row] += values
         at_probes = self.on_probes(slopes, [part for _, part in found])
         J, summands = at_probes @ self.probes, abs(at_probes) @ np.abs(y)
-        moves = (
-            abs(J) @ self.scale > DIGITS * summands
-        )  # other rows, such as one of a vector that is held, are round-off
+        # other rows, such as one of a vector that is held, are round-off
+        moves = abs(J) @ self.scale > DIGITS * summands
         return phi, scaled(J, moves.astype(float), np.ones(len(z)))
 
 
@@ -300,9 +299,8 @@ def redundant_rows(system: System) -> np.ndarray:
     candidate = ~is_linear(terms) & ~driven & ~loose
     if not candidate.any():
         return none
-    lasting = np.flatnonzero(
-        ~loose
-    )  # what follows from a joint that is released later does not follow then
+    # what follows from a joint that is released later does not follow then
+    lasting = np.flatnonzero(~loose)
     near = lasting[doubtful(*rows_of(keep_constraints(system, lasting)))]
     if not len(near):
         return none

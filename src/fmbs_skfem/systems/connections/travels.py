@@ -24,9 +24,8 @@ from .constraint_laws import ConstraintLaw, ConstraintRecord, ConstraintRoutines
 from .gears import inverse
 
 WORD = "travel"
-D, N, U, FIRST, SECOND, VECTORS = range(
-    6
-)  #: vectors of a law, one behind the other, and their number
+#: vectors of a law, one behind the other, and their number
+D, N, U, FIRST, SECOND, VECTORS = range(6)
 
 
 @jit

@@ -36,9 +36,8 @@ from .force_laws import IMPACT, ForceLaw, ForceRecord, opened
 from .one_sided import closing, keeps, kept, lift, ramp, touch
 
 SMALLEST = 1e-60  #: of the square of a length, whose derivatives are numbers where it is zero, too
-Y, V, SLOPE, SECOND = range(
-    4
-)  #: rows of the room of a coordinate: y, v, dc/dy, and from there on c'' where that is wanted
+#: rows of the room of a coordinate: y, v, dc/dy, and from there on c'' where that is wanted
+Y, V, SLOPE, SECOND = range(4)
 
 
 @jit

@@ -44,9 +44,8 @@ class ForceLaw(RowLaw):
     #: angles
     judge: Routine | None = None
     kept: int = 0  #: values of accepted states that it keeps behind these angles
-    tables: tuple[
-        str, ...
-    ] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
+    #: curves that it reads, behind which it keeps how far it has been beyond their ends
+    tables: tuple[str, ...] = ()
     smooth: bool = False  #: whether its derivatives jump nowhere
     reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
     kind: ClassVar[str] = "force law"

@@ -38,12 +38,10 @@ def norm(vector: sympy.Matrix) -> Expression:
 
 turned = function("turned", lambda *_: sympy.Integer(1))  #: an angle that counts its turns
 continued = function("continued")  #: its value, the one nearest to its last one
-lookup_slope = function(
-    "lookup_slope", constant
-)  #: slope of a curve through points, see `core.compiling.curves`
-lookup = function(
-    "lookup", lookup_slope
-)  #: its value at the first argument; the second one stands for its numbers
+#: slope of a curve through points, see `core.compiling.curves`
+lookup_slope = function("lookup_slope", constant)
+#: its value at the first argument; the second one stands for its numbers
+lookup = function("lookup", lookup_slope)
 beyond = function("beyond")  #: how far the argument is beyond its ends
 
 
@@ -78,9 +76,8 @@ class ForceSymbols:
     histories: int = 0
     energy: Expression = 0  #: potential [J] whose negative gradient is in the force
     kept: Sequence[Expression] = ()  #: values of accepted states that are kept beside angles
-    tables: Mapping[str, tuple[int, int]] = field(
-        default_factory=dict
-    )  #: first number and end of every curve by its name
+    #: first number and end of every curve by its name
+    tables: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     def unknown(self) -> set[Expression]:
         """Symbols in the forces and their energy that are none of the law's."""

@@ -54,9 +54,8 @@ class LoadState(Probe, word="load"):
                 + closest(self.load, draft.gauges)
             )
         rows, offset = draft.probes.rows_of(gauge.rows)
-        first = draft.sensors.add(
-            rows, offset - rows @ draft.layout.shift
-        )  # sensors count from the origin of the scene
+        # sensors count from the origin of the scene
+        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)
         columns = tuple(f"{name}_{part}" for part in (ANGLES if gauge.kind == "angle" else LENGTHS))
         numbers = (float(KINDS.index(gauge.kind)), gauge.free, *map(float, gauge.rows))
         return Output(

@@ -82,9 +82,8 @@ class Force(Piece):
 
     routines: ForceRoutines
     name: str = "force"  #: in messages
-    pairs: np.ndarray = field(
-        default_factory=lambda: np.zeros((0, 2), np.int64)
-    )  #: (h, 2) probe rows of its derivatives
+    #: (h, 2) probe rows of its derivatives
+    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     memory: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (l,) at the start
     #: (l,) which numbers of its memory are angles, whose turns follow from their rates where states
     #: are far apart
@@ -92,9 +91,8 @@ class Force(Piece):
     damped: bool = False  #: whether it reads the rates y'
     #: numbers that it finds out about accepted states, on which nothing but time depends
     room: int = 0
-    alone: np.ndarray = field(
-        default_factory=lambda: np.zeros(0, np.int64)
-    )  #: rows that it alone reads, by itself
+    #: rows that it alone reads, by itself
+    alone: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     skew: bool = False  #: whether its derivatives on pairs are far from symmetric
     #: of its derivatives on rows that are others in every state, which it alone reads
     low: Size = NONE
@@ -163,9 +161,8 @@ class OfPython:
     """
 
     rows: np.ndarray  #: (r,) that it reads and pushes
-    function: Callable[
-        [np.ndarray, np.ndarray, np.ndarray], np.ndarray
-    ]  #: y (r,), y' (r,), h (i,) -> F (r,)
+    #: y (r,), y' (r,), h (i,) -> F (r,)
+    function: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
     signals: tuple[int, ...] = ()  #: (i,) numbers of its histories
     #: y, y', h -> dF/dy, dF/dy' (r, r)
     slopes: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = (

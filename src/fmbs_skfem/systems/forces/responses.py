@@ -49,9 +49,8 @@ class Coordinate(NamedTuple):
 
     rows: int
     own: Mapping[str, str]  #: names in expressions, with their units
-    write: Callable[
-        ..., tuple[Any, Sequence[Any]]
-    ]  #: y, v, free length or angle -> c, values of its own names
+    #: y, v, free length or angle -> c, values of its own names
+    write: Callable[..., tuple[Any, Sequence[Any]]]
 
 
 def pull(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:

@@ -36,6 +36,7 @@ from ...shapes import line
 from ..places import At
 from .cable_sections import NOISE, between, steps_near
 
+#: components of S and their units
 FORCES = {
     "N": "N",
     "Vy": "N",
@@ -43,7 +44,7 @@ FORCES = {
     "T": "N m",
     "My": "N m",
     "Mz": "N m",
-}  #: components of S and their units
+}
 STRAINS = {
     "axial": "",
     "shear_y": "",
@@ -53,12 +54,10 @@ STRAINS = {
     "curvature_z": "1/m",
 }
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
-HEAD = (
-    2 + 36 + 3
-)  #: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
-EACH = (
-    18 + 6 + 1
-)  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
+#: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
+HEAD = 2 + 36 + 3
+#: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
+EACH = 18 + 6 + 1
 SWEPT = 101  #: places of a beam at which its section is drawn
 OFF = 0.05  #: part of the size of a contour by which a point may miss it
 

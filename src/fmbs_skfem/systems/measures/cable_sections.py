@@ -117,9 +117,8 @@ def steps_near(part: Body, cell: int, slope: int = 0) -> tuple[np.ndarray, np.nd
     last = len(nodes) - 1
     near = np.unique(nodes[max(0, cell - order) : cell + order + 1])
     cells = np.arange(max(0, cell - 2 * order), min(last, cell + 2 * order) + 1)
-    inner = near[
-        (near >= 2) & (near <= len(one) - 2) & (one[near] > 0.5)
-    ]  # without slope at the ends, which joints may hold
+    # without slope at the ends, which joints may hold
+    inner = near[(near >= 2) & (near <= len(one) - 2) & (one[near] > 0.5)]
     first = inner if part.shapes is None else inner[:0]  # functions of a part move nothing alone
     shares = one[nodes[cells]] * (nodes[cells] >= first[:, None, None])
     steps = np.einsum("ipbe,keb->kiep", part.cells.table[:, :, :, cells], shares)

@@ -37,6 +37,7 @@ TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9
 #: first words of the coordinates of a joint along which reactions are forces
 FORCES = "x", "y", "z", "normal", "length", "node", "thrust"
+#: and about which they are moments
 MOMENTS = (
     "angle",
     "torque",
@@ -47,16 +48,13 @@ MOMENTS = (
     "mx",
     "my",
     "mz",
-)  #: and about which they are moments
-Argument: TypeAlias = tuple[
-    np.ndarray, np.ndarray, np.ndarray
-]  #: an angle (s,) and its first and second derivative
-Formula: TypeAlias = Callable[
-    [Parts, Parts, Parts], Sequence[Any]
-]  #: columns by components of rows and their two derivatives
-Sizes: TypeAlias = tuple[
-    int | None, int | None, int | None
-]  #: numbers of rows, columns and parameters; None for any
+)
+#: an angle (s,) and its first and second derivative
+Argument: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]
+#: columns by components of rows and their two derivatives
+Formula: TypeAlias = Callable[[Parts, Parts, Parts], Sequence[Any]]
+#: numbers of rows, columns and parameters; None for any
+Sizes: TypeAlias = tuple[int | None, int | None, int | None]
 
 
 @dataclass(frozen=True)
@@ -72,9 +70,8 @@ class Sensed:
     rates: np.ndarray  #: (s, i)
     accelerations: np.ndarray  #: (s, i)
     energies: Callable[[], np.ndarray]  #: kinetic, strain, potential and balance (s, 4) [J]
-    reactions: Callable[
-        [], dict[tuple[str, str], np.ndarray]
-    ]  #: forces of constraint rows (s,) by joint and coordinate
+    #: forces of constraint rows (s,) by joint and coordinate
+    reactions: Callable[[], dict[tuple[str, str], np.ndarray]]
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
     forces: tuple[Any, ...]  #: what makes these, see `forces`
     signals: Callable[[], np.ndarray]  #: functions of time of the system (s, k)
@@ -93,15 +90,13 @@ class Probe(Declared, ABC):
     known_to_all: ClassVar[bool] = True
     #: whether errors of columns count relative to the largest of them
     on_largest: ClassVar[bool] = False
-    of_motions: ClassVar[
-        tuple[str, ...]
-    ] = ()  #: parts that a whole motion has, and no instant of it
+    #: parts that a whole motion has, and no instant of it
+    of_motions: ClassVar[tuple[str, ...]] = ()
     #: numbers of columns that are 0 where nothing is to be said, and jump there: errors count where
     #: both motions have them
     pausing: ClassVar[tuple[int, ...]] = ()
-    counted: ClassVar[
-        tuple[int, ...]
-    ] = ()  #: numbers of columns that count from the first state of a motion: turns, energies
+    #: numbers of columns that count from the first state of a motion: turns, energies
+    counted: ClassVar[tuple[int, ...]] = ()
     #: what it may call of `Sensed` beside `energies`: while a run goes, nothing else is found of
     #: states that are not kept
     calls: ClassVar[tuple[Literal["reactions", "pushes"], ...]] = ("reactions", "pushes")
@@ -703,9 +698,8 @@ class Distance(Probe):
 
     def sense(self, name: str, draft: Draft) -> Output:
         rows, offset = draft.layout.apart(f"output '{name}'", self.at, self.to)
-        first = draft.sensors.add(
-            rows, offset - rows @ draft.layout.shift
-        )  # sensors count from the origin of the scene
+        # sensors count from the origin of the scene
+        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)
         return Output(self.word, tuple(range(first, first + len(offset))), (name, f"{name}_rate"))
 
     def variables(self, dim: int) -> Mapping[str, str]:

@@ -54,9 +54,8 @@ class WantedReadings(NamedTuple):
     """Expressions that controllers and events read, each with the place that messages name."""
 
     kept: list[tuple[str, OfState]]  #: functions of the state, whose values forces keep
-    late: list[
-        tuple[str, OfState, dict[str, int]]
-    ]  #: those with columns of outputs, and numbers of kept values by name
+    #: those with columns of outputs, and numbers of kept values by name
+    late: list[tuple[str, OfState, dict[str, int]]]
     numbers: list[int]  #: of all of them
 
 

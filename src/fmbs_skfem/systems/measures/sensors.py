@@ -150,9 +150,8 @@ class Power(Probe):
                 )
             )
         block, offset = draft.probes.rows_of(rows)
-        first = draft.sensors.add(
-            block, offset - block @ draft.layout.shift
-        )  # sensors count from the origin of the scene
+        # sensors count from the origin of the scene
+        first = draft.sensors.add(block, offset - block @ draft.layout.shift)
         place = {row: k for k, row in enumerate(rows)} | {-1: len(rows)}
         terms = [
             (float(k), factor, float(signal), float(place[i]), float(place[j]))

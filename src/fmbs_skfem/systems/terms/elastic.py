@@ -58,9 +58,8 @@ class TermRoutines(NamedTuple):
     force: Routine | Callback
     tangent: Routine | Callback
     energy: Routine | Callback
-    force_products: tuple[
-        Routine, ...
-    ] = ()  #: with dense modes in a force alone, gather and scatter, for reports of time
+    #: with dense modes in a force alone, gather and scatter, for reports of time
+    force_products: tuple[Routine, ...] = ()
     tangent_products: tuple[Routine, ...] = ()  #: U^T D U in a tangent alone
     #: of what reads velocities: energy += power of damping half way, see `work`
     dissipate: Routine | Callback | None = None

@@ -45,9 +45,8 @@ class Sampled:
     law: Annotated[Law, Attributes("k=vectors i=rows")]
     rows: Annotated[np.ndarray, Reals("kcp r")]  #: L
     offset: Annotated[np.ndarray, Reals("kcp")]
-    section: Annotated[
-        np.ndarray, Reals("i 1 p")
-    ]  #: rows of the law, the last one the weight of a point
+    #: rows of the law, the last one the weight of a point
+    section: Annotated[np.ndarray, Reals("i 1 p")]
     columns: Annotated[slice, Range("r", end="n")]
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
 

@@ -86,9 +86,8 @@ def function_pattern(system: System) -> csr_array:
     """
     dim = system.dim
     count = system.lift.matrix.shape[0] // system.dim
-    pattern = csr_array(
-        eye_array(count, dtype=np.float32)
-    )  # frames without mass and stiffness have entries too
+    # frames without mass and stiffness have entries too
+    pattern = csr_array(eye_array(count, dtype=np.float32))
     for matrix in (system.mass, system.stiffness):
         pattern = csr_array(pattern + abs(csr_array(matrix)[::dim, ::dim].astype(np.float32)))
     for part in system.elastic:

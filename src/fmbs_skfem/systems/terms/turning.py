@@ -38,9 +38,8 @@ class Turning(NamedTuple):
     table: np.ndarray  #: of `CorotationalTangent`, as are
     rows: np.ndarray
     offset: np.ndarray
-    places: tuple[
-        Callable[[float], np.ndarray], ...
-    ]  #: by the angle [rad], the unknowns (n,) in which a body is turned by it
+    #: by the angle [rad], the unknowns (n,) in which a body is turned by it
+    places: tuple[Callable[[float], np.ndarray], ...]
 
 
 def turning_of(system: System) -> Turning | None:
