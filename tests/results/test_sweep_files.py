@@ -313,7 +313,8 @@ import sys, time
 from dataclasses import dataclass
 from pathlib import Path
 import numpy as np
-from fmbs_skfem.reduction import sweeps
+from fmbs_skfem.families import sweeps
+from fmbs_skfem.families.members import MemberResult
 from fmbs_skfem.results import sweep_files
 
 FREE = 8  # members that do not wait until the main process is gone
@@ -326,7 +327,7 @@ class Slow:
     def one(self, value):
         while value >= FREE and not self.go.exists():
             time.sleep(0.01)
-        return sweeps.Result(np.arange(3.0), {"y": value * np.arange(3.0)})
+        return MemberResult(np.arange(3.0), {"y": value * np.arange(3.0)})
 
 if __name__ == "__main__":
     folder, count = Path(sys.argv[1]), int(sys.argv[2])

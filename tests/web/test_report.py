@@ -300,6 +300,13 @@ def test_records_with_values_of_another_kind_are_corrupt(
     ) == (8, True, True), done.err
 
 
+def test_a_record_of_what_no_scene_made_is_reported(tmp_path: Path) -> None:
+    """Of the exact cases, and of a saved model."""
+    results(tmp_path, provenance={"file": None, "files": {}, "scene": None})
+    done = fmbs("report", tmp_path)
+    assert done.code == 0, done.err
+
+
 def test_a_table_of_somebody_else_is_named_where_it_is_no_text(tmp_path: Path) -> None:
     (results(tmp_path) / "measured.csv").write_bytes(b"t,Kr\xe4fte\n0,1\n")
     done = fmbs("report", tmp_path)

@@ -34,7 +34,7 @@ from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, releas
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.compiled_step.touching import TINY
 from ..dynamics.dividing import put, restart
-from ..dynamics.initial import Instant, begin_steps, begins_by_jump, consistent_start, first_state
+from ..dynamics.initial import Instant, begins_by_jump, consistent_start, first_state
 from ..dynamics.integration import failure
 from ..dynamics.loose_rows import follows
 from ..dynamics.measuring import Reader
@@ -358,7 +358,6 @@ class EventObserver(Observer):
         restart(state, run.step.work)
         if by_jump:
             release(run, late)
-        begin_steps(state)
         state.speed[:], state.parts[:], state.work[:] = held
         self.crossings.happen(due, self.jumps[due])
         self.lately |= set(due.tolist())

@@ -27,14 +27,18 @@ if TYPE_CHECKING:
 REPORT, CHECKSUMS = "report.json", "sha256"
 ALL = "*"
 #: what readers of records take for granted of values that are there: kinds, lists of a kind, and
-#: mappings of kinds by name
+#: mappings of kinds by name; of two, the second one is nothing, which may stand there too
 RECORD: dict[str, Any] = {
     **dict.fromkeys(("scene", "name", "file", "model", "fingerprint"), str),
     "end": float,
     "notices": [str],
     "parameters": {ALL: object},
     "units": {ALL: str},
-    "provenance": {"file": str, "files": {ALL: str}, "scene": {"analysis": {"duration": float}}},
+    "provenance": {
+        "file": str,
+        "files": {ALL: str},
+        "scene": ({"analysis": {"duration": float}}, None),
+    },
     CHECKSUMS: {ALL: str},
 }
 EXTREMES: dict[str, Any] = {"outputs": {ALL: {ALL: float}}}  #: of records that have units
@@ -139,6 +143,10 @@ def misfits(value: Any, shape: Any) -> Iterator[tuple[tuple[str, ...], str, Any]
     """Keys, what is expected, and what is there instead, of all that does not have the shape that
     it has in `RECORD`.
     """
+    if isinstance(shape, tuple):
+        if value is None:
+            return
+        shape = shape[0]
     if isinstance(shape, dict | list):
         if not isinstance(value, type(shape)):
             yield (), "a mapping" if isinstance(shape, dict) else "a list", value

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..dividing import put, restart, retry_filtered
 from ..histories import leading_signals
+from ..initial import begin_steps
 from . import stepping
 from .step import State
 from .touching import TINY, go_by_series
@@ -43,6 +44,7 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
     begin = run.scheme.step * (run.done + place)
     h = run.scheme.step
     first = place == 0.0
+    begin_steps(run.step.state)
     for jump, before, behind in run.jumps.get(run.done, ()):
         if place < jump <= to or (first and jump == 0.0):
             go_on(run, begin, before - begin)

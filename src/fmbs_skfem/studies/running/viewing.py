@@ -250,7 +250,8 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
             )
         )
     own = replace(job, path=Path(report["file"]), changes=values)
-    analysis = report.get("provenance", {}).get("scene", {}).get("analysis", {})
+    made = report.get("provenance", {}).get("scene") or {}
+    analysis = made.get("analysis", {})
     own.duration = analysis.get("duration")
     plan = report.get("accuracy")
     own.plan = read_plan(folder / reports.REPORT, plan) if plan else None
