@@ -154,22 +154,14 @@ def error(found: FinishedTraining, values: Mapping[str, float]) -> float:
     return full_runs.wanted_error(task, task.family(values).system, run, motion)
 
 
-#: known to fail since steps of cables begin filtered: the band of a load that begins at once
-BROKEN = "sudden load"
-KNOWN = pytest.mark.xfail(reason="the band of a sudden load does not hold with filtered starts")
-
-
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
-@pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=KNOWN) if one == BROKEN else one for one in NAMES]
-)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_promised_band_holds(name: str) -> None:
     found = tried(name)
     sys.stdout.write(f"\n{name:38s} {found.row}\n")
     assert found.verdict != "broken"
 
 
-@KNOWN
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
 def test_most_families_get_a_promise() -> None:
     """A training that promises nothing is honest, too."""

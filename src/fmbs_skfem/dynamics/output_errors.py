@@ -76,6 +76,21 @@ def columns(motion: Trajectory) -> dict[str, np.ndarray]:
         return histories(motion)
 
 
+def from_first_step(
+    motion: Trajectory, mine: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]
+) -> Mapping[str, np.ndarray]:
+    """Columns of another model (s,), which begin as those of a motion of elastic bodies do.
+
+    At its start accelerations and reactions balance forces that may begin at once: M^-1 f, in waves
+    that no step resolves, and that belong to the mesh or the basis alone.
+    """
+    if not motion.system.elastic or motion.negative is not None:
+        return others
+    return {
+        name: np.append(mine.get(name, values)[:1], values[1:]) for name, values in others.items()
+    }
+
+
 def between(
     reference: Mapping[str, np.ndarray],
     other: Mapping[str, np.ndarray],

@@ -350,9 +350,8 @@ def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str
         return {}
     run, motion = while_both_run(run, motion)
     nothing = output_errors.round_off(raw, run.times)
-    return output_errors.between(
-        run.outputs, output_errors.columns(motion), raw.outputs, nothing=nothing
-    )
+    found = output_errors.from_first_step(motion, run.outputs, output_errors.columns(motion))
+    return output_errors.between(run.outputs, found, raw.outputs, nothing=nothing)
 
 
 def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:

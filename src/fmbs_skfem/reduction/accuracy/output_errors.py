@@ -25,6 +25,7 @@ from ...dynamics.output_errors import (
     between,
     columns,
     common_times,
+    from_first_step,
     largest,
     round_off,
 )
@@ -35,6 +36,7 @@ __all__ = [
     "between",
     "columns",
     "compare",
+    "from_first_step",
     "measure",
     "parts",
     "round_off",
@@ -62,6 +64,8 @@ def compare(
     mine, others = (
         {name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j))
     )
+    if reference.times[i[0]] == 0.0:
+        others = from_first_step(reference, mine, others)
     return between(
         mine, others, reference.system.outputs, nothing=round_off(reference.system, reference.times)
     )
