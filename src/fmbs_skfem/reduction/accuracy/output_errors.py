@@ -64,11 +64,10 @@ def compare(
     mine, others = (
         {name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j))
     )
-    if reference.times[i[0]] == 0.0:
-        others = from_first_step(reference, mine, others)
-    return between(
-        mine, others, reference.system.outputs, nothing=round_off(reference.system, reference.times)
-    )
+    nothing = round_off(reference.system, reference.times)
+    begin = reference.times[i[0]] == 0.0
+    theirs = from_first_step(reference, mine, others) if begin else others
+    return between(mine, theirs, reference.system.outputs, nothing=nothing)
 
 
 def warn_of_wrong(relative: Mapping[str, float], units: Mapping[str, str]) -> None:
