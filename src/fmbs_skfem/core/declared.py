@@ -105,10 +105,5 @@ def require_sound(what: str, name: str, item: Any, family: type[Declared], dim: 
 
 def problems_of(item: Any, where: str, dim: int) -> list[tuple[str | tuple[str, ...], Problem]]:
     """The problems that an item knows of, which may not stand what its fields cannot hold."""
-    try:
+    with arguments.fields_blamed(item, where):
         return list(item.problems(dim))
-    except InputError:
-        raise
-    except (AttributeError, TypeError, ValueError):
-        arguments.check_fields(item, where)
-        raise

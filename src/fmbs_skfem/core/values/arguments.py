@@ -17,9 +17,11 @@ from __future__ import annotations
 
 import functools
 import inspect
+import itertools
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from numbers import Integral, Real
 from pathlib import Path
@@ -82,20 +84,14 @@ def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
 def checked_dataclass(kind: type) -> type:
     """A dataclass, before it is one, whose fields are checked when an item is made.
 
-    Its own `__post_init__`, whose words are better, goes first; it may not stand what fields cannot
-    hold.
+    Its own `__post_init__`, whose words are better, goes first.
     """
     then = getattr(kind, "__post_init__", None)
 
     def __post_init__(self: Any) -> None:
-        try:
-            if then is not None:
+        if then is not None:
+            with fields_blamed(self):
                 then(self)
-        except InputError:
-            raise
-        except (AttributeError, TypeError, ValueError):
-            check_fields(self)
-            raise
         check_fields(self)
 
     setattr(kind, "__post_init__", __post_init__)  # noqa: B010
@@ -110,6 +106,18 @@ def check_fields(item: Any, where: str = "") -> None:
         value = getattr(item, name)
         if not is_default(value, default) and (wanted := rule(value)):
             raise InputError(say(f"{where or type(item).__name__}.{name}", wanted, shown(value)))
+
+
+@contextmanager
+def fields_blamed(item: Any, where: str = "") -> Iterator[None]:
+    """What may not stand what fields of an item cannot hold: its error is then that of the field."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (AttributeError, TypeError, ValueError):
+        check_fields(item, where)
+        raise
 
 
 @functools.cache
@@ -195,6 +203,12 @@ def is_array(value: object) -> bool:
     return found.dtype.kind in "biuf" and bool(np.isfinite(found).all())
 
 
+def is_many(value: object) -> bool:
+    """Whether a value can be gone through: a text and an array without axes are one."""
+    single = isinstance(value, str | bytes) or getattr(value, "ndim", 1) == 0
+    return isinstance(value, Iterable) and not single
+
+
 #: kind -> whether a value is of it, and how it is called
 RULES: dict[Any, tuple[Callable[[Any], bool], str]] = {
     float: (is_number, "a finite number"),
@@ -210,14 +224,8 @@ RULES: dict[Any, tuple[Callable[[Any], bool], str]] = {
     ArrayLike: (is_array, "finite numbers"),
     Callable: (callable, "a function"),
     Mapping: (lambda value: isinstance(value, Mapping), "a mapping"),
-    Iterable: (
-        lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes),
-        "a sequence",
-    ),
-    Sequence: (
-        lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping),
-        "a sequence",
-    ),
+    Iterable: (is_many, "a sequence"),
+    Sequence: (lambda value: is_many(value) and not isinstance(value, Mapping), "a sequence"),
 }
 #: kinds that have the rule of another one
 SAME = {
@@ -279,12 +287,9 @@ def rule_of_many(fits: Callable[[Any], bool], word: str, rule: Any, parts: tuple
         elif isinstance(value, list | tuple | Mapping | np.ndarray):
             if fixed and rule is Sequence and len(value) != len(parts):
                 return f"{len(parts)} values"
-            found = (
-                each(one)
-                for each, one in zip(
-                    rules if fixed else len(value) * rules[:1], value, strict=False
-                )
-            )
+            items = value.tolist() if isinstance(value, np.ndarray) else value
+            each_of = rules if fixed else itertools.repeat(rules[0])
+            found = (each(one) for each, one in zip(each_of, items, strict=False))
         wanted = next(filter(None, found), "")
         return f"{word}, in it {wanted}" if wanted else ""
 

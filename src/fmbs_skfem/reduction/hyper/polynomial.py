@@ -32,7 +32,6 @@ from scipy.linalg.blas import dsyrk
 from ...bodies.laws import Law
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ...core.values.arguments import checked
 from ...systems.system import Elastic, System, multiply_out
 from ...systems.terms import quartic
 from ...systems.terms.points import Sampled
@@ -45,7 +44,6 @@ BLOCK = 256  #: points whose strains are formed at once
 
 @register
 @dataclass(frozen=True)
-@checked
 class Exact(HyperReduction):
     """The exact polynomial of planar membranes: nothing is sampled or trained.
 

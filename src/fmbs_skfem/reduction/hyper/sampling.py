@@ -33,7 +33,6 @@ from scipy.sparse import csr_array
 from ...bodies import laws
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ...core.values.arguments import checked
 from ...systems.system import Elastic, System, multiply_out
 from ...systems.terms import elastic as terms
 from ...systems.terms.points import Sampled, dense_rows
@@ -77,7 +76,6 @@ class Ecsw(HyperReduction):
 
 
 @register
-@checked
 class Elements(Ecsw):
     """ECSW over the cells of a component, to the relative tolerance eta.
 
@@ -89,7 +87,6 @@ class Elements(Ecsw):
 
 
 @register
-@checked
 class Points(Ecsw):
     """ECSW over the quadrature points of a component, to the relative tolerance eta.
 

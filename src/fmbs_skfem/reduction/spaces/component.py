@@ -133,9 +133,12 @@ def director_masses(system: System) -> np.ndarray:
     """
     found = np.zeros((len(system.unit), system.dim))
     dim = system.dim
-    for elastic in [one for one in system.elastic if one.gather.law.fields > 1]:
-        mass = csr_array(system.mass)[::dim, ::dim]
-        places = system.x0.reshape(-1, dim)
+    beams = [one for one in system.elastic if one.gather.law.fields > 1]
+    if not beams:
+        return found.ravel()
+    mass = csr_array(system.mass)[::dim, ::dim]
+    places = system.x0.reshape(-1, dim)
+    for elastic in beams:
         mine = np.asarray(terms.functions_read(elastic.gather, len(found)).sum(axis=0)) > 0.0
         centre = mine & (system.unit != 0.0)
         size = lengths.spread(places[centre])
