@@ -59,7 +59,11 @@ def cart() -> systems.System:
         ),
         (ArrayLike | None, [5, [1.0], None], ["a", [[1], [1, 2]], object()]),
         (float | np.ndarray, [1.0, np.ones(2)], ["a", NAN, {}]),
-        (Sequence[float], [[1.0], (1,), np.ones(2), []], ["ab", 5, {}, ["a"], [None], [[1.0]], np.array(2.0)]),
+        (
+            Sequence[float],
+            [[1.0], (1,), np.ones(2), []],
+            ["ab", 5, {}, ["a"], [None], [[1.0]], np.array(2.0)],
+        ),
         (Iterable[str], [["a"], {"a": 5}, iter("ab")], ["ab", 5, [5], np.array(2.0)]),
         (tuple[float, float], [(1.0, 2.0), [1, 2]], [(1.0,), (1.0, "a"), 5]),
         (Mapping[str, float], [{}, {"a": 1.0}], [["a"], {"a": "b"}, {5: 1.0}]),

@@ -461,8 +461,8 @@ def test_a_picture_that_takes_too_long_ends(
 
 def test_limits_of_the_scale() -> None:
     planar = rollup.planar()
-    assert colour_scales.limits(planar, "curvature") == (0.0, np.pi)
-    assert colour_scales.limits(planar, "strain") == (-0.5, 0.5)
+    assert colour_scales.limits([planar], "curvature") == (0.0, np.pi)
+    assert colour_scales.limits([planar], "strain") == (-0.5, 0.5)
     lines = planar.bodies["beam"]
     error = np.geomspace(1e-12, 1e-2, 41)[None] * np.ones((7, 1))
     both = replace(
@@ -471,8 +471,14 @@ def test_limits_of_the_scale() -> None:
             "beam": replace(lines, fields={"strain": lines.points[:, :, 0] - 0.25, "error": error})
         },
     )
-    assert colour_scales.limits(both, "strain") == (-0.75, 0.75)
-    assert colour_scales.limits(both, "error", logarithmic=True) == pytest.approx((1e-7, 1e-2))
+    assert colour_scales.limits([both], "strain") == (-0.75, 0.75)
+    assert colour_scales.limits([both], "error", logarithmic=True) == pytest.approx((1e-7, 1e-2))
+    other = replace(planar, bodies={"beam": replace(lines, fields={"strain": error + 2.0})})
+    assert colour_scales.limits([both, other], "strain") == (-2.01, 2.01)
+    straight = replace(lines, fields={"strain": 1e-18 * lines.points[:, :, 0]})
+    still = replace(planar, bodies={"beam": straight})
+    assert colour_scales.is_round_off(still, "strain")
+    assert colour_scales.limits([both, still], "strain") == (-0.75, 0.75)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])

@@ -84,7 +84,7 @@ def test_bad_surfaces_are_refused() -> None:
 
 
 def test_stresses_start_at_zero() -> None:
-    assert colour_scales.limits(sheet.mixed(), "von_mises") == (0.0, 5e7)
+    assert colour_scales.limits([sheet.mixed()], "von_mises") == (0.0, 5e7)
 
 
 def test_distance_of_two_plates() -> None:

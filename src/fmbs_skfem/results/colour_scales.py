@@ -71,9 +71,7 @@ def make_scale(
     given.
     """
     silent = all(is_round_off(one, name) for one in every)
-    ends = [given] if given else [limits(one, name, logarithmic) for one in every]
-    low = min(end[0] for end in ends)
-    high = max(end[1] for end in ends)
+    low, high = given or limits(every, name, logarithmic)
     text, unit = display.head(label or LABELS.get(name, name), [0.0] if silent else [low, high])
     return ColourScale(
         name, text + SILENT * silent, (low / unit, high / unit), unit, silent, logarithmic
@@ -110,17 +108,18 @@ def spacing(body: Shown) -> float:
     return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
 
 
-def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
-    """Limits of the colour scale over all instants and bodies: symmetric where the field has both
-    signs, five decades at most.
+def limits(every: Sequence[Frames], name: str, logarithmic: bool = False) -> tuple[float, float]:
+    """Limits of the colour scale over all motions, instants and bodies: symmetric where the field
+    has both signs, five decades at most.
 
-    Stresses start at zero; what is round-off is zero, on a scale up to 1.
+    Stresses start at zero; what is round-off does not count, and alone it is zero on a scale up to
+    1.
     """
-    if is_round_off(frames, name):
+    clear = [one for one in every if not is_round_off(one, name)]
+    if not clear:
         return 0.0, 1.0
-    values = np.concatenate(
-        [frames_.magnitude(body, name).ravel() for body in frames.bodies.values()]
-    )
+    bodies = [body for one in clear for body in one.bodies.values()]
+    values = np.concatenate([frames_.magnitude(body, name).ravel() for body in bodies])
     values = values[np.isfinite(values) & ((values > 0) | (not logarithmic))]
     if values.size == 0:
         return (1e-5, 1.0) if logarithmic else (0.0, 1.0)
