@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import listed
@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     from .schema import Scene
 
 PARTS = ("joints", "loads", "outputs")
+#: sections -> what they do in an analysis without motion
+UNMOVED = {
+    "controllers": "hold their start in an analysis of {}",
+    "events": "do not happen in an analysis of {}",
+    "monitors": "do nothing in an analysis of {}, which has no motion",
+}
 SINE = re.compile(r"\b(sin|cos|tan)\(\s*([-+]?[0-9]+(?:\.[0-9]*)?)\s*\)")
 
 
@@ -141,6 +147,25 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
             f"do nothing, an analysis of {scene.analysis.word} has none: {', '.join(idle)}",
         )
     yield from scene.analysis.idle(scene)
+    yield from _idle_loads(scene)
+    yield from _unread(scene)
+    for name, one in scene.tables.items():
+        if not one.smooth and one.ends != "automatic":
+            yield ("tables", name, "ends"), "are those of smooth curves, write `smooth: true`"
+    if not scene.analysis.moves:
+        for section, text in UNMOVED.items():
+            if getattr(scene, section):
+                yield (section,), text.format(scene.analysis.word)
+    for name in scene.parameters:
+        if name not in scene.used and (name in scene.ranges or name in scene.changed):
+            yield (
+                ("parameters", name),
+                "nothing in the scene uses this parameter, so that its value changes nothing",
+            )
+
+
+def _idle_loads(scene: Scene) -> Iterator[Oddity]:
+    """Loads without effect, and keys that they do not read."""
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)
         yield from ((("loads", name, key), text) for key, text in load.unread(scene.dimension))
@@ -149,43 +174,18 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
                 ("loads", name),
                 f"does nothing, as both of its places are on the rigid body '{rigid}'",
             )
+
+
+def _unread(scene: Scene) -> Iterator[Oddity]:
+    """Inputs, controllers and tables that no expression reads."""
     parts = scene.joints, scene.loads, scene.controllers, scene.events
     read = {
         name for part in parts for item in part.values() for name in inputs_in(vars(item).values())
     }
-    for section in ("inputs", "controllers"):
-        yield from (
-            ((section, name), "nothing in the scene reads it")
-            for name in getattr(scene, section)
-            if name not in read
-        )
-    yield from (
-        (("tables", name), "nothing in the scene reads it")
-        for name in scene.tables
-        if f"{name}(t)" not in read
-    )
-    straight = [
-        name for name, one in scene.tables.items() if not one.smooth and one.ends != "automatic"
-    ]
-    yield from (
-        (("tables", name, "ends"), "are those of smooth curves, write `smooth: true`")
-        for name in straight
-    )
-    if scene.controllers and not scene.analysis.moves:
-        yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
-    if scene.events and not scene.analysis.moves:
-        yield ("events",), f"do not happen in an analysis of {scene.analysis.word}"
-    if scene.monitors and not scene.analysis.moves:
-        yield (
-            ("monitors",),
-            f"do nothing in an analysis of {scene.analysis.word}, which has no motion",
-        )
-    for name in scene.parameters:
-        if name not in scene.used and (name in scene.ranges or name in scene.changed):
-            yield (
-                ("parameters", name),
-                "nothing in the scene uses this parameter, so that its value changes nothing",
-            )
+    for section, call in (("inputs", ""), ("controllers", ""), ("tables", "(t)")):
+        for name in getattr(scene, section):
+            if name + call not in read:
+                yield (section, name), "nothing in the scene reads it"
 
 
 def _within_a_rigid_body(scene: Scene, load: Load) -> str:
@@ -273,42 +273,38 @@ def _declared(scene: Scene) -> Iterator[Found]:
 
 
 def _references(scene: Scene) -> Iterator[Found]:
-    """Names of joints, and of plates and shells, in joints, loads and outputs; bodies of the
-    initial motion.
+    """Names of joints, and of plates and shells, in joints, loads and outputs; joints of events;
+    bodies of the initial motion.
     """
-    surfaces = [name for name, body in scene.bodies.items() if body.has_surface]
-    stressed = [name for name, body in scene.bodies.items() if "von_mises" in body.shows]
     for part in PARTS:
         for name, item in getattr(scene, part).items():
             for key, rule, value in rules(item):
-                if rule.names == "joints" and value not in scene.joints:
-                    yield (part, name, key), unknown("joint", "joints", value, scene.joints)
-                if rule.names == "bodies" and value is not None and value not in scene.bodies:
-                    yield (part, name, key), unknown("body", "bodies", value, scene.bodies)
-                if rule.names == "surfaces":
-                    yield from _surface(
-                        scene, (part, name, key), value, surfaces, "plates and shells"
-                    )
-                if rule.names == "stressed":
-                    yield from _surface(
-                        scene,
-                        (part, name, key),
-                        value,
-                        stressed,
-                        "plates, shells and beams with torsion",
-                    )
+                yield from _reference(scene, (part, name, key), rule.names, value)
     for name, event in scene.events.items():
         for key in ("release", "lock"):
             for one in getattr(event, key):
-                if one not in scene.joints:
-                    yield ("events", name, key), unknown("joint", "joints", one, scene.joints)
+                yield from _reference(scene, ("events", name, key), "joints", one)
     for name in scene.initial.bodies:
-        if name not in scene.bodies:
-            yield ("initial", "bodies", name), unknown("body", "bodies", name, scene.bodies)
+        yield from _reference(scene, ("initial", "bodies", name), "bodies", name)
+
+
+def _reference(scene: Scene, key: Keys, kind: str, value: Any) -> Iterator[Found]:
+    """A value names what there is of the kind that its rule wants; other values name nothing."""
+    bodies = scene.bodies
+    if kind == "joints" and value not in scene.joints:
+        yield key, unknown("joint", "joints", value, scene.joints)
+    if kind == "bodies" and value is not None and value not in bodies:
+        yield key, unknown("body", "bodies", value, bodies)
+    if kind == "surfaces":
+        known = [name for name, body in bodies.items() if body.has_surface]
+        yield from _surface(scene, key, value, known, "plates and shells")
+    if kind == "stressed":
+        known = [name for name, body in bodies.items() if "von_mises" in body.shows]
+        yield from _surface(scene, key, value, known, "plates, shells and beams with torsion")
 
 
 def _surface(
-    scene: Scene, key: tuple[str, ...], value: str | At, known: list[str], kinds: str
+    scene: Scene, key: Keys, value: str | At, known: list[str], kinds: str
 ) -> Iterator[Found]:
     """What acts on whole surfaces and edges, or reads stresses, names a body that has them.
 
@@ -372,42 +368,37 @@ def _responses(scene: Scene) -> Iterator[Found]:
 
 
 def _components(scene: Scene) -> Iterator[Found]:
-    """Components share out the bodies: each in exactly one."""
+    """Components share out the bodies, and modes are those of components."""
     reduction = scene.reduction
     if reduction is None:
         return
     if reduction.components is not None:
-        owner: dict[str, str] = {}
-        for component, names in reduction.components.items():
-            if not names:
-                yield (
-                    ("reduction", "components", component),
-                    Problem("a list of bodies", "an empty one", "delete the component"),
-                )
-            for i, name in enumerate(names):
-                if name not in scene.bodies:
-                    yield (
-                        ("reduction", "components", component, i),
-                        unknown("body", "bodies", name, scene.bodies),
-                    )
-                elif name in owner:
-                    twice = f"'{name}' in '{owner[name]}' and '{component}'"
-                    yield (
-                        ("reduction", "components", component, i),
-                        Problem("every body in one component", twice),
-                    )
-                owner.setdefault(name, component)
-        left = [name for name in scene.bodies if name not in owner]
-        if left:
-            yield (
-                ("reduction", "components"),
-                Problem("every body in a component", f"none for {', '.join(left)}"),
-            )
+        yield from _shares(scene, reduction.components)
     if isinstance(reduction.modes, dict):
         known = reduction.components or scene.bodies
         for name in reduction.modes:
             if name not in known:
                 yield ("reduction", "modes", name), unknown("component", "components", name, known)
+
+
+def _shares(scene: Scene, components: Mapping[str, Sequence[str]]) -> Iterator[Found]:
+    """Every component has bodies, and every body is in one component."""
+    owner: dict[str, str] = {}
+    for component, names in components.items():
+        keys = ("reduction", "components", component)
+        if not names:
+            yield keys, Problem("a list of bodies", "an empty one", "delete the component")
+        for i, name in enumerate(names):
+            if name not in scene.bodies:
+                yield (*keys, i), unknown("body", "bodies", name, scene.bodies)
+            elif name in owner:
+                twice = f"'{name}' in '{owner[name]}' and '{component}'"
+                yield (*keys, i), Problem("every body in one component", twice)
+            owner.setdefault(name, component)
+    left = [name for name in scene.bodies if name not in owner]
+    if left:
+        none = f"none for {', '.join(left)}"
+        yield ("reduction", "components"), Problem("every body in a component", none)
 
 
 def _training(scene: Scene) -> Iterator[Found]:
