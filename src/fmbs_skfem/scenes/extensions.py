@@ -11,6 +11,7 @@ the name of its module.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib
 import importlib.util
@@ -83,32 +84,34 @@ def load(named: object, folder: Path) -> list[Found]:
     files = dict[int, Path]()
     digests = dict[Path, str]()
     for k, text in enumerate(named):
-        try:
+        with listing(found, k, "a Python file of the project"):
             files[k] = meshes.path(text, folder, what="extension")
             digests[files[k]] = digest_of(files[k])
-        except Problem as problem:
-            found.append((("extensions", k), problem))
-        except InputError as error:
-            found.append((("extensions", k), Problem("a Python file of the project", str(error))))
-    if not found:
-        try:
-            consents.require(
-                {
-                    path: digest
-                    for path, digest in digests.items()
-                    if RUN.get(module_of(path)) != digest
-                }
-            )
-        except Problem as problem:
-            return [(("extensions",), problem)]
-        for k, path in files.items():
-            try:
-                run(path)
-            except Problem as problem:
-                found.append((("extensions", k), problem))
-            except InputError as error:
-                found.append((("extensions", k), Problem("a Python file that runs", str(error))))
+    if found:
+        return found
+    try:
+        consents.require(
+            {path: digest for path, digest in digests.items() if RUN.get(module_of(path)) != digest}
+        )
+    except Problem as problem:
+        return [(("extensions",), problem)]
+    for k, path in files.items():
+        with listing(found, k, "a Python file that runs"):
+            run(path)
     return found
+
+
+@contextlib.contextmanager
+def listing(found: list[Found], k: int, expected: str) -> Iterator[None]:
+    """Add what is wrong with file number k to `found`: errors that are no problems stand against
+    what was `expected`.
+    """
+    try:
+        yield
+    except Problem as problem:
+        found.append((("extensions", k), problem))
+    except InputError as error:
+        found.append((("extensions", k), Problem(expected, str(error))))
 
 
 def modules(named: Sequence[str] | None, folder: Path) -> tuple[str, ...]:
