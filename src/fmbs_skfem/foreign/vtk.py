@@ -45,6 +45,16 @@ _POLYDATA = {
     "TRIANGLE_STRIPS": _STRIP,
 }
 _STRUCTURED = ("STRUCTURED_POINTS", "STRUCTURED_GRID", "RECTILINEAR_GRID")
+#: words of sections that such a data set has beside those of all
+_OF_GRIDS = (
+    "DIMENSIONS",
+    "ORIGIN",
+    "SPACING",
+    "ASPECT_RATIO",
+    "X_COORDINATES",
+    "Y_COORDINATES",
+    "Z_COORDINATES",
+)
 MOST_POINTS = 1_000_000  #: of a structured grid, whose few words may claim any number
 _COMPONENTS = {
     "VECTORS": 3,
@@ -224,6 +234,7 @@ class _VtkFile:
 
 
 def _section(file: _VtkFile, content: _VtkContent, words: list[str]) -> None:
+    """Read what stands behind the `words` of a line that begins a section."""
     name = words[0].upper()
     words = [*words, "", "", "", ""]
     if name == "METADATA":
@@ -232,16 +243,8 @@ def _section(file: _VtkFile, content: _VtkContent, words: list[str]) -> None:
     elif name == "POINTS":
         count = file.whole(words[1])
         content.points = file.numbers(words[2], 3 * count).reshape(count, 3).astype(np.float64)
-    elif name == "DIMENSIONS":
-        content.dimensions = [file.whole(word) for word in words[1:4]]
-    elif name == "ORIGIN":
-        content.origin = file.triple(words[1:4])
-    elif name in ("SPACING", "ASPECT_RATIO"):
-        content.spacing = file.triple(words[1:4])
-    elif name in ("X_COORDINATES", "Y_COORDINATES", "Z_COORDINATES"):
-        content.axes["XYZ".index(name[0])] = file.numbers(words[2], file.whole(words[1])).astype(
-            np.float64
-        )
+    elif name in _OF_GRIDS:
+        _of_grid(file, content, name, words)
     elif name == "CELLS" or name in _POLYDATA:
         content.cells.append(
             (_POLYDATA.get(name, 0), *_cells(file, file.whole(words[1]), file.whole(words[2])))
@@ -255,6 +258,19 @@ def _section(file: _VtkFile, content: _VtkContent, words: list[str]) -> None:
             _array_of_field(file, content)
     else:
         _attribute(file, content, name, words)
+
+
+def _of_grid(file: _VtkFile, content: _VtkContent, name: str, words: list[str]) -> None:
+    """What a structured grid says in place of its points and cells."""
+    if name == "DIMENSIONS":
+        content.dimensions = [file.whole(word) for word in words[1:4]]
+    elif name == "ORIGIN":
+        content.origin = file.triple(words[1:4])
+    elif name in ("SPACING", "ASPECT_RATIO"):
+        content.spacing = file.triple(words[1:4])
+    else:
+        axis = file.numbers(words[2], file.whole(words[1])).astype(np.float64)
+        content.axes["XYZ".index(name[0])] = axis
 
 
 def _cells(file: _VtkFile, first: int, second: int) -> tuple[Ints, Ints]:
