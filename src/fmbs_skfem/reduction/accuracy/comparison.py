@@ -328,19 +328,22 @@ def reduced_jobs(
         yield job(level, plan.tolerance, hyper, True)
     for eps in dict.fromkeys(options.tolerances):
         for level, hyper in found:
-            for eta in (
-                dict.fromkeys((hyper.tolerance, *options.hyper_tolerances))
-                if hyper.tolerance
-                else (None,)
-            ):
-                if (eps, eta) != (plan.tolerance, hyper.tolerance):
-                    yield job(level, eps, replace(hyper, tolerance=eta), False)
+            for other in other_tolerances(hyper, options):
+                if (eps, other.tolerance) != (plan.tolerance, hyper.tolerance):
+                    yield job(level, eps, other, False)
     if options.ffrf_modes:
         count = options.ffrf_modes
         yield ModelJob(
             ModelRecord("ffrf", "ffrf", main=True, step=h),
             lambda: Model(replace(raw, system=reduce_floating(raw.system, count))),
         )
+
+
+def other_tolerances(hyper: HyperReduction, options: ComparisonOptions) -> Iterator[HyperReduction]:
+    """A hyper-reduction with its own eta and further ones; one without eta as it is."""
+    etas = (hyper.tolerance, *options.hyper_tolerances) if hyper.tolerance else (None,)
+    for eta in dict.fromkeys(etas):
+        yield replace(hyper, tolerance=eta)
 
 
 def compile_training(task: TrainingTask, reduction: TrainedReduction) -> None:
