@@ -25,7 +25,7 @@ from dataclasses import field, fields, is_dataclass
 from enum import Enum
 from functools import singledispatch
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, TypeVar
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -340,10 +340,6 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
     none that a file can hold.
     """
     kind = type(value)
-    if isinstance(value, Enum):
-        return {"enum": kind.__name__, "value": value.value}
-    if isinstance(value, np.generic):
-        return value.item()
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
@@ -354,24 +350,51 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
             "csr": [encode_array(a, arrays) for a in (matrix.data, matrix.indices, matrix.indptr)],
             "shape": list(matrix.shape),
         }
-    if isinstance(value, slice):
-        return {"slice": [value.start, value.stop, value.step]}
-    if isinstance(value, tuple | list):
-        items = [encode(item, arrays, f"{where}[{k}]") for k, item in enumerate(value)]
-        return {"tuple": items} if isinstance(value, tuple) else items
-    if isinstance(value, Mapping):
-        return {
-            "dict": [
-                [encode(key, arrays, where), encode(item, arrays, f"{where}.{key}")]
-                for key, item in value.items()
-            ]
-        }
     if is_dataclass(value) and TYPES.get(kind.__name__) is kind:
         parts = {
             part.name: encode(getattr(value, part.name), arrays, f"{where}.{part.name}")
             for part in fields(value)
         }
         return {"type": kind.__name__, "fields": parts}
+    return refuse(value, where)
+
+
+@encode.register
+def _(value: Enum, arrays: Arrays, where: str) -> Any:
+    return {"enum": type(value).__name__, "value": value.value}
+
+
+@encode.register
+def _(value: np.generic, arrays: Arrays, where: str) -> Any:
+    return value.item()
+
+
+@encode.register
+def _(value: slice, arrays: Arrays, where: str) -> Any:
+    return {"slice": [value.start, value.stop, value.step]}
+
+
+@encode.register
+def _(value: list, arrays: Arrays, where: str) -> Any:
+    return [encode(item, arrays, f"{where}[{k}]") for k, item in enumerate(value)]
+
+
+@encode.register
+def _(value: tuple, arrays: Arrays, where: str) -> Any:
+    return {"tuple": encode([*value], arrays, where)}
+
+
+@encode.register
+def _(value: Mapping, arrays: Arrays, where: str) -> Any:
+    pairs = [
+        [encode(key, arrays, where), encode(item, arrays, f"{where}.{key}")]
+        for key, item in value.items()
+    ]
+    return {"dict": pairs}
+
+
+def refuse(value: Any, where: str) -> NoReturn:
+    """InputError of what no file can hold."""
     if callable(value):
         remedy = "write it as a text, core.expressions.of_time('sin(2*pi*t)'), or in the scene file"
         raise InputError(
@@ -386,9 +409,8 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
         callable(getattr(value, part.name)) for part in fields(value)
     )
     remedy = "no file holds its functions of Python: write them in symbols" if called else ""
-    raise InputError(
-        say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__, remedy)
-    )
+    wanted = "numbers, texts, arrays, tuples, lists or dicts"
+    raise InputError(say(where, wanted, type(value).__name__, remedy))
 
 
 def can_hold(value: Any) -> bool:
