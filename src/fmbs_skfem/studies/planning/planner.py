@@ -322,16 +322,7 @@ class Planner:
             if self.run(cells, steps) is None and free_steps and 2 * steps <= self.limits.steps:
                 steps *= 2
                 continue
-            others = [
-                one for one, run in self.known.items() if run is not None and one != (cells, steps)
-            ]
-            nearest = min(others, key=lambda one: size(errors(*one)))
-            difference = self.differ(nearest, (cells, steps))
-            if difference is None:
-                raise Unresolved(cells, steps)
-            far = size(difference) > DOUBT * max(
-                size(errors(*nearest) + errors(cells, steps)), SURE
-            )
+            far = self.is_far((cells, steps), errors)
             measured = self.measured(cells, steps, time)
             if measured is not None:
                 # a force right behind what is caught grows with cells and steps alike: no run is
@@ -378,6 +369,18 @@ class Planner:
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         return AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
+
+    def is_far(self, one: tuple[int, int], errors: Callable[[int, int], np.ndarray]) -> bool:
+        """Whether a run differs from the nearest other one by more than both are foretold to err,
+        by `errors` (2, k) of cells and steps; Unresolved where it has no motion.
+        """
+        others = [other for other, run in self.known.items() if run is not None and other != one]
+        nearest = min(others, key=lambda other: size(errors(*other)))
+        difference = self.differ(nearest, one)
+        if difference is None:
+            raise Unresolved(*one)
+        foretold = size(errors(*nearest) + errors(*one))
+        return size(difference) > DOUBT * max(foretold, SURE)
 
     def fewer(
         self, cells: int, steps: int, error: np.ndarray, of_mesh: np.ndarray
