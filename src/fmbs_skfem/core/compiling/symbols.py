@@ -126,6 +126,15 @@ CURVES = {
     "lookup_slope": programs.LOOKUP_SLOPE,
     "beyond": programs.BEYOND,
 }
+#: functions that are several operations -> their nodes of what they are called with
+SEVERAL: dict[str, Callable[[Drawing, Sequence[Any]], Node]] = {
+    "Min": lambda to, parts: to.extreme(parts, False),
+    "Max": lambda to, parts: to.extreme(parts, True),
+    "Heaviside": lambda to, parts: to.not_negative(parts[0]),
+    "Piecewise": lambda to, parts: to.piecewise(parts),
+    "ceiling": lambda to, parts: to.ceiling(parts[0]),
+    "Mod": lambda to, parts: to.node(parts[0] - parts[1] * floor_of(parts[0] / parts[1])),
+}
 
 
 class Drawing:
@@ -166,26 +175,12 @@ class Drawing:
             return graph.add(CURVES[name], self.node(value.args[0]), *self.curves[value.args[1]])
         if name in OPERATIONS:
             return graph.node(OPERATIONS[name], *map(self.node, value.args))
-        if name in ("Min", "Max"):
-            return self.extreme(name, value.args)
-        if name == "Heaviside":
-            return self.not_negative(value.args[0])
-        if name == "Piecewise":
-            return self.piecewise(value.args)
-        if name == "ceiling":
-            return graph.node(
-                programs.NEGATE, graph.node(programs.FLOOR, self.node(-value.args[0]))
-            )
-        if name == "Mod":
-            return self.node(
-                value.args[0] - value.args[1] * floor_of(value.args[0] / value.args[1])
-            )
+        if name in SEVERAL:
+            return SEVERAL[name](self, value.args)
         if rewritten := CodePrinter._rewriteable_functions.get(name):
             return self.node(value.rewrite(getattr(sympy, rewritten[0])))
-        known = (*OPERATIONS, "Min", "Max", "Heaviside", "Piecewise", "ceiling", "Mod")
-        raise InputError(
-            say("expression", f"functions among {', '.join(known)}", f"{name} in {value}")
-        )
+        known = ", ".join((*OPERATIONS, *SEVERAL))
+        raise InputError(say("expression", f"functions among {known}", f"{name} in {value}"))
 
     def product(self, factors: Sequence[Expression]) -> Node:
         """a b / (c d) of a, b and powers with negative exponents."""
@@ -209,11 +204,11 @@ class Drawing:
         found = graph.product([x] * whole + [graph.node(programs.SQRT, x)] * half)
         return graph.node(programs.DIVIDE, graph.constant(1.0), found) if twice < 0 else found
 
-    def extreme(self, name: str, parts: Sequence[Expression]) -> Node:
+    def extreme(self, parts: Sequence[Expression], largest: bool) -> Node:
         """The smallest or largest part."""
         found, *others = map(self.node, parts)
         for other in others:
-            order = (found, other) if name == "Min" else (other, found)
+            order = (other, found) if largest else (found, other)
             found = self.graph.node(
                 programs.CHOOSE, self.graph.node(programs.LESS, *order), found, other
             )
@@ -222,6 +217,11 @@ class Drawing:
     def not_negative(self, value: Expression) -> Node:
         """A step, 1 at 0."""
         return self.graph.node(programs.NOT_MORE, self.graph.constant(0.0), self.node(value))
+
+    def ceiling(self, value: Expression) -> Node:
+        """The next whole number, -floor(-x)."""
+        down = self.graph.node(programs.FLOOR, self.node(-value))
+        return self.graph.node(programs.NEGATE, down)
 
     def piecewise(self, parts: Sequence[Any]) -> Node:
         """The value of the first condition that holds, no number where none does."""
