@@ -200,31 +200,11 @@ def add_to_digest(value: Any, digest: Any) -> None:
     """Add a value to a fingerprint; numbers to some digits, so that another processor gives the
     same.
     """
-    if is_sparse(value):
-        value = [value.data, value.indices, value.indptr]
+    value = simplify(value)
     if isinstance(value, np.ndarray):
         return digest.update(f"{value.shape}{value.dtype.kind}{summarise_array(value)}".encode())
-    if isinstance(value, Enum):
-        value = f"{type(value).__name__}.{value.name}"
-    if isinstance(value, Routine):
-        value = value.__name__
-    if isinstance(value, functools.partial):
-        value = [value.func, value.args, value.keywords]
-    if isinstance(value, Law | RowLaw):
-        value = [type(value).__name__, value.name]
     if isinstance(value, float | np.floating):
         return digest.update(f"{value:.{DIGITS}g};".encode())
-    if is_dataclass(value):
-        parts = {field.name: getattr(value, field.name) for field in fields(value)}
-        if isinstance(value, System):
-            parts["signals"] = tuple(
-                one if is_dataclass(one) else sample(one, TIMES) for one in value.signals
-            )
-        if isinstance(value, Case) and (
-            functions := [one for one in value.system.signals if not is_dataclass(one)]
-        ):
-            parts["functions"] = [sample(one, PARTS * value.duration) for one in functions]
-        value = {"type": type(value).__name__} | parts
     if isinstance(value, Mapping):
         value = [item for pair in value.items() for item in pair]
     if isinstance(value, list | tuple):
@@ -235,6 +215,55 @@ def add_to_digest(value: Any, digest: Any) -> None:
     if callable(value):
         return add_to_digest(describe_function(value), digest)
     return digest.update(f"{value!r};".encode())
+
+
+@functools.singledispatch
+def simplify(value: Any) -> Any:
+    """What stands for a value in a fingerprint: for structs and sparse arrays what is in them, for
+    laws, routines and enumerations their names; anything else as it is.
+    """
+    if is_sparse(value):
+        return [value.data, value.indices, value.indptr]
+    return list_fields(value) if is_dataclass(value) else value
+
+
+@simplify.register
+def _(value: Enum) -> str:
+    return f"{type(value).__name__}.{value.name}"
+
+
+@simplify.register
+def _(value: Routine) -> str:
+    return value.__name__
+
+
+@simplify.register
+def _(value: functools.partial) -> list[Any]:
+    return [value.func, value.args, value.keywords]
+
+
+@simplify.register
+def _(value: Law | RowLaw) -> list[str]:
+    return [type(value).__name__, value.name]
+
+
+@simplify.register
+def _(value: System) -> dict[str, Any]:
+    signals = tuple(one if is_dataclass(one) else sample(one, TIMES) for one in value.signals)
+    return list_fields(value) | {"signals": signals}
+
+
+@simplify.register
+def _(value: Case) -> dict[str, Any]:
+    times = PARTS * value.duration
+    functions = [sample(one, times) for one in value.system.signals if not is_dataclass(one)]
+    return list_fields(value) | ({"functions": functions} if functions else {})
+
+
+def list_fields(value: Any) -> dict[str, Any]:
+    """The type and the fields of a struct, by name."""
+    parts = {field.name: getattr(value, field.name) for field in fields(value)}
+    return {"type": type(value).__name__} | parts
 
 
 def sample(signal: Signal, times: np.ndarray) -> np.ndarray:
