@@ -148,13 +148,7 @@ def rotate(table: Any) -> int:
             turn_axes(R.start[k], room, R.turns[k])
         elif place_rotation(R.start[k, :dim], room, R.turns[k]) != 0:
             return 1
-    for i in range(len(R.rest)):
-        for j in range(len(R.rest)):
-            R.border[j, i] = R.rest[i, j]
-    for a in range(len(R.sides)):
-        for b in range(len(R.sides)):
-            if R.sides[a, 1] == R.sides[b, 1]:
-                add_share(R, a, b, dim)
+    fill_border(R, dim)
     if len(R.border) > 0 and lapack.getrf(w.addresses, R.border, R.pivots) != 0:
         return 1
     for i in range(len(R.border)):
@@ -167,6 +161,18 @@ def rotate(table: Any) -> int:
     # too
     invoke(S.doors.apply, table, JOINTS)
     return factors.factor_joints(w, S.space.off)
+
+
+@jit
+def fill_border(R: Rotations, dim: int) -> None:
+    """border = rest^T + sum_ab Q_a T_ab Q_b^T over all sides a, b of the same beam."""
+    for i in range(len(R.rest)):
+        for j in range(len(R.rest)):
+            R.border[j, i] = R.rest[i, j]
+    for a in range(len(R.sides)):
+        for b in range(len(R.sides)):
+            if R.sides[a, 1] == R.sides[b, 1]:
+                add_share(R, a, b, dim)
 
 
 @jit
@@ -322,14 +328,7 @@ def isolate(table: Any) -> None:
             R.rest[p, q] = entry(W, dense, row, R.shared[q // dim, q % dim])
         for i in range(n):
             R.columns[p, i] = entry(W, dense, row, i)
-    for a in range(len(R.sides)):
-        for b in range(len(R.sides)):
-            if R.sides[a, 1] == R.sides[b, 1]:
-                for i in range(dim):
-                    for j in range(dim):
-                        R.rest[dim * R.sides[a, 0] + i, dim * R.sides[b, 0] + j] -= R.shares[
-                            dim * a + i, dim * b + j
-                        ]
+    subtract_shares(R, dim)
     for p in range(count):
         row = R.shared[p // dim, p % dim]
         for i in range(n):
@@ -339,6 +338,18 @@ def isolate(table: Any) -> None:
                 W[min(i, row), abs(i - row)] = 1.0 if i == row else 0.0
         for q in range(count):
             R.columns[q, row] = 0.0
+
+
+@jit
+def subtract_shares(R: Rotations, dim: int) -> None:
+    """rest -= the shares of all beams between their shared points."""
+    for a in range(len(R.sides)):
+        for b in range(len(R.sides)):
+            if R.sides[a, 1] == R.sides[b, 1]:
+                first, second = dim * R.sides[a, 0], dim * R.sides[b, 0]
+                for i in range(dim):
+                    for j in range(dim):
+                        R.rest[first + i, second + j] -= R.shares[dim * a + i, dim * b + j]
 
 
 @jit
