@@ -84,6 +84,81 @@ def add_forces(
                 s[l, q] += weight[q] * parts[t] * c[row, q] * e[k, q]
 
 
+@inlined
+def find_slopes(of: np.ndarray, factors: np.ndarray, u: np.ndarray, p: int, g: np.ndarray) -> None:
+    """g (t, 3, q) = f_t u_j at point p of the gradients u (3 n, p, q), for all terms t of the A_k
+    (strain k, vectors i and j in a row of `of`).
+    """
+    for t in range(len(of)):
+        j = 3 * of[t, 2]
+        f = factors[t]
+        for d in range(3):
+            for q in range(g.shape[2]):
+                g[t, d, q] = f * u[j + d, p, q]
+
+
+@inlined
+def add_pair(
+    of: np.ndarray,
+    starts: np.ndarray,
+    k: int,
+    l: int,
+    C: np.ndarray,
+    g: np.ndarray,
+    D: np.ndarray,
+    p: int,
+) -> None:
+    """D += C_kl (g_k g_l^T + g_l g_k^T), or C_kk g_k g_k^T, in the lower triangle at point p, of C
+    (q,) and the terms g (t, 3, q) of all strains; those of strain k begin at starts[k].
+    """
+    for x in range(starts[k], starts[k + 1]):
+        for y in range(starts[l], starts[l + 1]):
+            for d in range(3):
+                for h in range(3):
+                    a, b = 3 * of[x, 1] + d, 3 * of[y, 1] + h
+                    target = D[max(a, b), min(a, b), p]
+                    if a >= b or k != l:
+                        twice = 2.0 if a == b and k != l else 1.0
+                        for q in range(len(C)):
+                            target[q] += twice * C[q] * g[x, d, q] * g[y, h, q]
+
+
+@inlined
+def add_geometric(
+    of: np.ndarray, factors: np.ndarray, s: np.ndarray, D: np.ndarray, p: int
+) -> None:
+    """D += sum_k s_k A_k, its geometric part, in the lower triangle at point p, of stresses s (k,
+    q).
+    """
+    for t in range(len(of)):
+        k = of[t, 0]
+        i = 3 * of[t, 1]
+        j = 3 * of[t, 2]
+        f = factors[t]
+        if i >= j:
+            for d in range(3):
+                for q in range(s.shape[1]):
+                    D[i + d, j + d, p, q] += f * s[k, q]
+
+
+@inlined
+def clear_lower(D: np.ndarray, p: int) -> None:
+    """D = 0 in the lower triangle at point p."""
+    for a in range(len(D)):
+        for b in range(a + 1):
+            for q in range(D.shape[3]):
+                D[a, b, p, q] = 0.0
+
+
+@inlined
+def mirror(D: np.ndarray, p: int) -> None:
+    """The upper triangle of D as the lower one at point p."""
+    for a in range(len(D)):
+        for b in range(a):
+            for q in range(D.shape[3]):
+                D[b, a, p, q] = D[a, b, p, q]
+
+
 def functions(
     name: str, vectors: int, free: Sequence[Terms], held: Sequence[tuple[Terms, float]]
 ) -> dict[str, Callable[[], int]]:
@@ -245,16 +320,8 @@ def functions(
             else:
                 add_products(of, factors, 1.0, w[:, p], w[:, p], e)
             add_forces(pairs, parts, c[:, p], e, s)
-            for a in range(rows):
-                for b in range(a + 1):
-                    for q in range(cells):
-                        D[a, b, p, q] = 0.0
-            for t in range(len(of_slope)):
-                j = 3 * of_slope[t, 2]
-                f = slope_factors[t]
-                for d in range(3):
-                    for q in range(cells):
-                        g[t, d, q] = f * u[j + d, p, q]
+            clear_lower(D, p)
+            find_slopes(of_slope, slope_factors, u, p, g)
             # sums over pairs of strains that are coupled here: at points of a reduced rule most of
             # them are not
             for pair in range(len(pairs)):
@@ -265,29 +332,9 @@ def functions(
                     largest = max(largest, abs(C[q]))
                 if largest == 0.0:
                     continue
-                for x in range(starts[k], starts[k + 1]):
-                    for y in range(starts[l], starts[l + 1]):
-                        for d in range(3):
-                            for h in range(3):
-                                a, b = 3 * of_slope[x, 1] + d, 3 * of_slope[y, 1] + h
-                                target = D[max(a, b), min(a, b), p]
-                                if a >= b or k != l:
-                                    twice = 2.0 if a == b and k != l else 1.0
-                                    for q in range(cells):
-                                        target[q] += twice * C[q] * g[x, d, q] * g[y, h, q]
-            for t in range(len(of_slope)):
-                k = of_slope[t, 0]
-                i = 3 * of_slope[t, 1]
-                j = 3 * of_slope[t, 2]
-                f = slope_factors[t]
-                if i >= j:
-                    for d in range(3):
-                        for q in range(cells):
-                            D[i + d, j + d, p, q] += f * s[k, q]
-            for a in range(rows):
-                for b in range(a):
-                    for q in range(cells):
-                        D[b, a, p, q] = D[a, b, p, q]
+                add_pair(of_slope, starts, k, l, C, g, D, p)
+            add_geometric(of_slope, slope_factors, s, D, p)
+            mirror(D, p)
 
     return found
 
