@@ -113,6 +113,9 @@ def run(
         ),
     ] = None,
     time_limit: TimeLimit = inf,
+    check: Annotated[
+        bool, Option("Run the motion again in half the steps, and say what its step makes wrong.")
+    ] = False,
     **shared: Unpack[Shared],
 ) -> "Run":
     """Solve a scene, or run a saved reduced model.
@@ -135,6 +138,7 @@ def run(
         units=units,
         checkpoint=checkpoint,
         time_limit=time_limit,
+        check=check,
         **shared,
     ) as job:
         return runs.run_source(job, step, picture, html)

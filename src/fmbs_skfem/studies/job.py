@@ -86,6 +86,7 @@ class Job:
     #: wall time between two checkpoints of a motion, where it is given [s]
     checkpoint: float | None = None
     time_limit: float = inf  #: of the integration of a motion [s]
+    check: bool = False  #: whether a motion is run again in half the steps
     states: bool = True  #: whether all states of a motion are kept, for `Run.trajectory`
     made: Path | None = None  #: the output folder, once it is there
     #: the folders that were made for it, the innermost first

@@ -115,6 +115,25 @@ def crossings(report: Report, display: DisplayUnits) -> Iterable[View]:
         yield ReportTable("Crossings of orders", *display.columns(heads, rows))
 
 
+def errors_of(report: Report) -> Mapping[str, float]:
+    """Errors of outputs by column [SI]: those of an accuracy, or of the step where it was checked."""
+    found = report.get("accuracy") or report.get("step_check") or {}
+    return found.get("errors", {})
+
+
+@kind("step_check")
+def step_check(report: Report, display: DisplayUnits) -> Iterable[View]:
+    """What the step makes wrong, by a run in half the steps."""
+    found = report["step_check"]
+    worst = found["largest"]
+    text = f"by a run in steps of {found['step']:.4g} s"
+    if worst is None:
+        yield f"{text} no output moves"
+    else:
+        part = f"{100.0 * found['part']:.2g} % of its range"
+        yield f"{text} the step makes {worst} wrong by {part}, and all else by less"
+
+
 @kind("output_columns")
 def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     """Smallest, largest and last value of every column; zero where they are round-off, by
@@ -123,7 +142,7 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     Beside them stand errors, where a run was asked for an accuracy. Columns of one output and unit
     are read in the same one.
     """
-    errors = (report.get("accuracy") or {}).get("errors", {})
+    errors = errors_of(report)
     units, silent = report["units"], report["round_off"]
     rows = []
     for columns in report["output_columns"].values():

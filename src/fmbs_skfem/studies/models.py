@@ -16,6 +16,7 @@ import numpy as np
 
 from .. import dynamics
 from ..core.errors import InputError, say
+from ..core.notices import Progress
 from ..core.storage import container, durable
 from ..core.values import display, quantities, units
 from ..core.values.display import DisplayUnits
@@ -84,9 +85,15 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
         integrate,
         judging.energy_of_reduced,
         case.scheme,
+        halved=partial(run_halved, case),
         label="reduced model",
         remarks=remarks(facts),
     )
+
+
+def run_halved(case: Case, progress: Progress) -> dynamics.Trajectory:
+    """The motion of a case in half the steps."""
+    return cases.run(cases.with_step(case, 0.5 * case.scheme.step), 2, progress)
 
 
 def require_own_accuracy(job: Job) -> None:

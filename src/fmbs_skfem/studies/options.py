@@ -231,6 +231,7 @@ class JobOptions(Shared, total=False):
     units: bool
     checkpoint: float | None
     time_limit: float
+    check: bool
 
 
 SceneSource = Annotated["Source", Argument("SCENE")]

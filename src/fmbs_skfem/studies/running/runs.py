@@ -59,6 +59,10 @@ def run_source(
             )
         )
     scene = jobs.read_scene(job, within=True)
+    if job.check and (job.plan or not scene.analysis.moves):
+        remedy = "an accuracy proves its errors itself" if job.plan else "leave the option out"
+        expected = "a scene with a dynamic analysis and a step of its own"
+        raise InputError(say("--check", expected, scene.analysis.word, remedy))
     if given and not scene.analysis.moves:
         raise InputError(
             say(
@@ -189,5 +193,8 @@ def scene_task(job: Job, scene: Scene) -> RunTask:
         partial(judging.balances, analysis.scheme),
         analysis.scheme,
         request if analysis.moves and job.scene is None else None,
+        partial(build.dynamic(scene).halved().solve_for_outputs, reduced)
+        if analysis.moves
+        else None,
         analysis.label,
     )

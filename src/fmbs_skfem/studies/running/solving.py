@@ -34,7 +34,7 @@ from .. import job as jobs
 from .. import kinds, reports
 from ..job import Job
 from ..result import ReportTable, conclude, describe_error, list_files
-from . import compiling, failures, panels, recording
+from . import compiling, failures, panels, recording, step_check
 from .outcome import OUTPUTS, UNITS, Run, write_outputs
 
 if TYPE_CHECKING:
@@ -59,6 +59,8 @@ class RunTask:
     judge: Callable[[Trajectory], dict[str, Any]]
     scheme: GeneralizedAlpha | None = None  #: None of equilibria
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
+    #: the same motion in half the steps, with its outputs alone; None of equilibria
+    halved: Callable[[Progress], Trajectory] | None = None
     label: str = "integrating"
     remarks: Sequence[ReportTable | str] = ()  #: sentences and tables on the result
 
@@ -116,6 +118,7 @@ def finish(
         uncertain = stress_errors.of_outputs(trajectory, outputs)
         stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
+    checked = step_check.compare(job, task, trajectory) if job.check and error is None else {}
     failure, files = failures.write_failure(job.made, error, task.facts["provenance"], job.plots)
     report: dict[str, Any] = {
         **describe_error(error),
@@ -136,6 +139,7 @@ def finish(
         **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),
         **({} if trajectory.part_check is None else {"part_check": trajectory.part_check}),
         **({} if job.plan is None else {"accuracy": asdict(job.plan)}),
+        **checked,
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
@@ -152,7 +156,7 @@ def finish(
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
     report["round_off"] = sorted(silent)
-    errors = job.plan.errors if job.plan else {}
+    errors = kinds.errors_of(report)
     figures = panels.figures_of(
         task.system.outputs,
         trajectory.times,
