@@ -53,8 +53,9 @@ GRAVITY = 9.81  #: where the excitation says none [m/s2]
 LONG = 10.0  #: usual duration, in units of sqrt(L/g)
 SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
 BENDING = 0.1  #: usual moment, in units of F L
-STEPS = 1500
-PERIOD = 60.0  #: usual steps, in all and in a period of the last frequency or a turn: shapes are wanted, not paths
+# shapes are wanted, not paths
+STEPS = 1500  #: usual ones, in all
+PERIOD = 60.0  #: steps in a period of the last frequency, or in a turn
 FINER = 4  #: factor by which they are more where the motion fails with these
 WITHIN = 0.1  #: part of a strain that is asked for, by which that of a training may differ
 #: strain that is tried for, over the one asked for, and the least part of the states that is inside

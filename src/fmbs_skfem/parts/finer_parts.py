@@ -42,9 +42,9 @@ from . import departures, loads_met
 #: one hardly counts
 QUIET = 0.3
 ROUND = 1e-6  #: part of what a mechanism of this size and mass does in its time that counts as none
-JUMP = 0.2
-SUDDEN = 4.0
-BESIDE = 2  #: change between two samples that is a jump, over the range and over those about it; how many
+JUMP = 0.2  #: change between two samples that is a jump, over the range
+SUDDEN = 4.0  #: and over the changes around
+BESIDE = 2  #: samples beside a jump
 HOLD = "hold the mechanism once against full bodies (fmbs part check)"
 WHY = "they know no others (`fmbs part info` says why)"
 

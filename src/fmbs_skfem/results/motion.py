@@ -37,8 +37,8 @@ from .marks import MARKERS
 
 #: made where it is asked for only: it takes longer than all others
 RECOVERED = "von_mises_recovered"
-WINDINGS = 5
-WIDTH = 0.05  #: of springs in pictures, and half their width over the length
+WINDINGS = 5  #: of springs in pictures
+WIDTH = 0.05  #: half of that of springs, over their length
 
 
 def frames(

@@ -42,8 +42,8 @@ from .saint_venant import Integrals, Solution
 from .section_shapes import Outline, Shear
 
 SYMMETRIC = 1e-3  #: relative asymmetry of Cowper's matrix that is an error of the mesh
-AXIAL = [0, 4, 5]
-SHEAR = [1, 2, 3]  #: places of N, M_y, M_z and of V_y, V_z, T in S
+AXIAL = [0, 4, 5]  #: places of N, M_y, M_z in S
+SHEAR = [1, 2, 3]  #: of V_y, V_z, T
 
 
 @dataclass(frozen=True, eq=False)

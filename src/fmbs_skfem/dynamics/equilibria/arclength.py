@@ -80,8 +80,8 @@ ASIDE = (
 # those of its last digits
 SLOW = 0.5  #: contraction from which a correction may be round-off
 TINY = 1e-6  #: correction over the size of the system that never is
-STATES = 4
-AMPLE = 4.0  #: states that differ in their last digits, and times their largest correction that is round-off
+STATES = 4  #: that differ in their last digits
+AMPLE = 4.0  #: times the largest correction of these that is round-off
 #: part by which tangents on both sides of a branch point differ at most in what is theirs
 SAME = 0.1
 MANY = 1_000_000  #: pivots that count as negative where their number is not known

@@ -45,8 +45,8 @@ FLOOR = 50.0  #: corrections up to this times the round-off of positions are rou
 # a ring that a tilt of its plane hardly bends takes 35 corrections with anything from 0.2 to 0.5,
 # 72 with 0.1, 87 with 1
 DOWNHILL = 0.2  #: longest corrections downhill over the size of the mechanism
-STEEPER = 4.0
-SHIFTS = 20  #: factor between shifts of the stiffness, and most that are tried
+STEEPER = 4.0  #: factor between shifts of the stiffness
+SHIFTS = 20  #: of them, at most
 #: of the metric beside a singular tangent, and the rest of the residual that it may leave
 LITTLE, SOLVES = (
     1e-9,

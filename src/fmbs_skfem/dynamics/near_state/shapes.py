@@ -27,8 +27,8 @@ from .linear import Linear
 
 #: force on a motion, over the largest of which its stiffness is made, that is round-off
 UNHELD = 1e-12
-LISTED = 0.01
-FEW = 4  #: share from which a body is listed, and how many are
+LISTED = 0.01  #: share from which a body is listed
+FEW = 4  #: bodies that are listed
 #: distance of a shape from free motions, over its own size, up to which it is one of them
 ALIKE = 1e-3
 

@@ -37,8 +37,8 @@ SHOWN = (
 )
 LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
 LARGEST_ETA, SMALLEST_ETA = 1e-2, 1e-6
-REFINED = 3
-DECADE = 10.0  #: halvings of an interval of eps, down to this ratio of its ends
+REFINED = 3  #: halvings of an interval of eps, at most
+DECADE = 10.0  #: ratio of its ends down to which it is halved
 TRIALS = 8  #: of eps, and of eta
 #: ratio of errors that no longer fall while eps falls by so much: by ten, modes may be the same
 FLAT, FAR = (

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from ...scenes import Scene
     from ...scenes.analyses.analysis import States, StateTable
 
-SLOW = 1e-7
-DRAWN = 16
-SAMPLES = 600  #: least rate drawn over the largest, states up to whose rate is drawn, frequencies
+SLOW = 1e-7  #: least rate that is drawn, over the largest
+DRAWN = 16  #: states up to whose rate is drawn
+SAMPLES = 600  #: frequencies
 PICTURE, ANIMATION, SERIES = "modes.png", "mode_{}.gif", "modes"
 
 Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `solving`
