@@ -24,7 +24,7 @@ from types import ModuleType
 from . import wings
 from .core import imports, listing
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results", "studies"]
 
 listing.install(__name__)
