@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.errors import InputError, closest, listed, say
+from ..core.errors import InputError, say
 from ..core.notices import Notice
 from ..core.values import arguments
 from ..core.values.arguments import checked
@@ -89,10 +89,8 @@ def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> N
         raise InputError(
             say(where, expected, f"{accuracy} of a system without outputs", "add outputs")
         )
+    require_known(where, system.outputs, wanted)
     for name, one in wanted.items():
-        if name not in system.outputs:
-            known = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
-            raise InputError(say(where, known, f"'{name}'") + closest(name, system.outputs))
         if not isinstance(one, int | float) or not 0.0 < one < 1.0:
             raise InputError(say(where, expected, f"{one!r} for '{name}'"))
 
@@ -278,7 +276,7 @@ class LiveRun:
     def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
         """What reads outputs of some names, made when they are first asked for."""
         system = self.run.model.system
-        require_known("run.outputs", system, names)
+        require_known("run.outputs", system.outputs, names)
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
         known = [
             (name, system.outputs[name], one)

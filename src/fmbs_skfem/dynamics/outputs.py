@@ -7,7 +7,7 @@ Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant load
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Sized
+from collections.abc import Iterable, Sequence, Sized
 from functools import partial
 from typing import NamedTuple
 
@@ -367,14 +367,13 @@ def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.nda
     return y + system.sensors.offset[rows], rate, change
 
 
-def require_known(where: str, system: System, names: Sequence[str]) -> None:
+def require_known(where: str, outputs: Iterable[str], names: Iterable[str]) -> None:
     """InputError for a name that is none of the outputs."""
+    known = list(outputs)
     for name in names:
-        if name not in system.outputs:
-            expected = (
-                f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
-            )
-            raise InputError(say(where, expected, f"'{name}'") + closest(name, system.outputs))
+        if name not in known:
+            expected = f"one of the outputs {listed(known, name, 'of which there are none')}"
+            raise InputError(say(where, expected, f"'{name}'") + closest(name, known))
 
 
 @checked
@@ -382,7 +381,7 @@ def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[
     """Named outputs, all by default: column name -> values (s,)."""
     columns = dict[str, np.ndarray]()
     system = trajectory.system
-    require_known("outputs", system, names or ())
+    require_known("outputs", system.outputs, names or ())
     y, rate, change = read_sensors(trajectory)
     read = rows_read(system)
     require_distinct_columns(system.outputs)
