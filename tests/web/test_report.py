@@ -300,6 +300,16 @@ def test_records_with_values_of_another_kind_are_corrupt(
     ) == (8, True, True), done.err
 
 
+def test_outputs_that_are_no_numbers_are_reported(tmp_path: Path) -> None:
+    """The balance of energy of an equilibrium: files have null for it, and pages a dash."""
+    ends = {"min": None, "max": None, "final": None}
+    columns = {"output_columns": {"tip": ["tip"]}, "round_off": [], "labels": {}}
+    done = fmbs("report", results(tmp_path, outputs={"tip": ends}, **columns), "--no-bodies")
+    assert done.code == 0, done.err
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<td>tip [m]</td><td>-</td><td>-</td><td>-</td>" in text
+
+
 def test_a_record_of_what_no_scene_made_is_reported(tmp_path: Path) -> None:
     """Of the exact cases, and of a saved model."""
     results(tmp_path, provenance={"file": None, "files": {}, "scene": None})
