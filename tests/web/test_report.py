@@ -264,6 +264,7 @@ def test_results_that_are_not_as_they_were_written_make_no_page(tmp_path: Path) 
         ("outputs.csv", "t,tip\n0,0\n1,2\n"),
         ("outputs.units.json", "{"),
         ("report.json", "[" * 100_000),
+        ("outputs.units.json", '{"t": "\\ud800"}'),
     ):
         results(tmp_path)
         (tmp_path / name).write_text(content)
@@ -283,6 +284,7 @@ WRONG = {
     "end": [[]],
     "units": 1.0,
     "outputs": {"tip": None},
+    "parameter_units": {"E": [1]},
     "provenance": {"files": []},
 }
 
@@ -298,6 +300,35 @@ def test_records_with_values_of_another_kind_are_corrupt(
         f"{tmp_path / 'report.json'}: expected a " in done.err,
         f" as {key}" in done.err,
     ) == (8, True, True), done.err
+
+
+UNLIKE = {
+    "accuracy": {"wanted": 1.0},
+    "events": [{"name": "stop"}],
+    "parameter_units": {"E": "Pa"},
+}
+
+
+@pytest.mark.parametrize("key", UNLIKE)
+def test_records_without_what_their_readers_look_for_are_corrupt(key: str, tmp_path: Path) -> None:
+    """Whichever part of the page reads it: the command that repeats it, its facts, its tables."""
+    done = fmbs("report", results(tmp_path, **{key: UNLIKE[key]}), "--no-bodies")
+    told = "report.json: expected a record as a study writes it" in done.err
+    assert (done.code, told) == (8, True), done.err
+
+
+@pytest.mark.parametrize("key", ["step", "cells", "wanted"])
+def test_a_plan_of_another_kind_is_corrupt(key: str, tmp_path: Path) -> None:
+    """What was found for an accuracy, with which a scene is run again for its page."""
+    done = fmbs("view", results(tmp_path, accuracy={key: [1]}), "--no-open")
+    assert (done.code, f" as accuracy.{key}, got " in done.err) == (8, True), done.err
+
+
+def test_outputs_without_a_title_are_corrupt(tmp_path: Path) -> None:
+    results(tmp_path, files=[])
+    (tmp_path / "outputs.csv").write_text("")
+    done = fmbs("report", tmp_path, "--no-bodies")
+    assert (done.code, "expected a table with titles" in done.err) == (8, True), done.err
 
 
 def test_outputs_that_are_no_numbers_are_reported(tmp_path: Path) -> None:
