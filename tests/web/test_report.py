@@ -354,6 +354,17 @@ def test_a_table_of_somebody_else_is_named_where_it_is_no_text(tmp_path: Path) -
     assert (done.code, "measured.csv: expected a table of text in UTF-8" in done.err) == (3, True)
 
 
+def test_a_table_with_rows_of_other_lengths_is_named(tmp_path: Path) -> None:
+    """Lines without any cell, as at the end of files of other programs, are no rows."""
+    table = results(tmp_path) / "measured.csv"
+    table.write_text("\na,b\n1,2\n\n")
+    assert fmbs("report", tmp_path, "--no-bodies").code == 0
+    table.write_text("a,b\n1,2\n1,2,3\n")
+    done = fmbs("report", tmp_path, "--no-bodies", "--force")
+    told = "measured.csv: expected 2 cells in every row, as there are titles, got 3 in row 2"
+    assert (done.code, told in done.err) == (3, True), done.err
+
+
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
     assert "no report in it" in fmbs("report", tmp_path).err
     (tmp_path / "report.json").write_text("{", encoding="utf-8")

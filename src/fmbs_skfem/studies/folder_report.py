@@ -196,14 +196,29 @@ def read_units(folder: Path) -> dict[str, str]:
 
 
 def columns(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows of a table."""
+    """Heads and rows of a table; lines without any cell are left out."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            heads, *rows = list(csv.reader(file)) or [[]]
+            heads, *rows = [cells for cells in csv.reader(file) if cells] or [[]]
     except (UnicodeDecodeError, csv.Error, OSError) as problem:
-        remedy = "save it in UTF-8, or move it out of the folder"
-        raise InputError(say(f"{path}", "a table of text in UTF-8", problem, remedy)) from problem
+        raise unread(path, "a table of text in UTF-8", problem, "save it in UTF-8") from problem
     return heads, rows
+
+
+def beside(path: Path, display: DisplayUnits) -> str:
+    """The section of a table other than that of the outputs, whoever has written it."""
+    heads, rows = columns(path)
+    for k, cells in enumerate(rows, start=1):
+        if len(cells) != len(heads):
+            expected = f"{len(heads)} cells in every row, as there are titles"
+            raise unread(path, expected, f"{len(cells)} in row {k}", "mend it")
+    numbers = [[number(text) for text in cells] for cells in rows]
+    return report.section(path.name, report.table("", *display.columns(heads, numbers)))
+
+
+def unread(path: Path, expected: str, got: object, remedy: str) -> InputError:
+    """A table in the folder that is none."""
+    return InputError(say(f"{path}", expected, got, f"{remedy}, or move it out of the folder"))
 
 
 def sections(
@@ -234,13 +249,7 @@ def sections(
         )
     for path in sorted(folder.glob("*.csv")):
         if path.name != OUTPUTS:
-            heads, rows = columns(path)
-            yield report.section(
-                path.name,
-                report.table(
-                    "", *display.columns(heads, [[number(text) for text in row] for row in rows])
-                ),
-            )
+            yield beside(path, display)
     yield report.section("Pictures", *pictures(folder))
     for name, one in origins.items():
         with reports.reading(folder / name):
