@@ -40,6 +40,7 @@ from ..core.storage.validation import (
 )
 from ..core.values import arrays
 from ..core.values.arguments import checked
+from ..core.values.fields import Length
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import BasisTable, Curve
@@ -345,7 +346,7 @@ def cable(
 
 
 @checked
-def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.03) -> Body:
+def point_mass(name: str, mass: float, position: np.ndarray, radius: Length = 0.03) -> Body:
     """A mass point at a position (c,) [m]; its only place is `center`.
 
     `mass` [kg] is positive and finite, else InputError; `radius` [m] is that of its picture.

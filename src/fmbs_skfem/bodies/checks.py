@@ -18,6 +18,7 @@ from numpy.random import Generator
 
 from ..core.errors import InputError, require, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from . import laws, strain_law
 from .cable_law import STRAIGHT
 from .laws import Law
@@ -91,6 +92,7 @@ class LawCase:
         return D
 
 
+@checked
 def check_law(
     law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, seed: int = 0
 ) -> None:

@@ -28,6 +28,7 @@ from ..core.compiling.entries import call, call_now
 from ..core.compiling.jit import jit
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.container import ENUMS, Arrays, encode
+from ..core.values.arguments import blamed
 
 #: functions of a law
 KINDS = (
@@ -59,6 +60,7 @@ class Law:
     EDGE_PRESSURE: ClassVar[Law]
     BEAM: ClassVar[Law]
 
+    @blamed
     def __init__(
         self,
         name: str,

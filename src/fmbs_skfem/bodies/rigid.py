@@ -20,6 +20,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.values.arguments import blamed
 from ..shapes import plate_audit, plate_meshes
 from ..shapes.plate_meshes import PlateMesh
 from .body import Body, place
@@ -31,6 +32,7 @@ SLIM = 0.02  #: drawn radius over the extent of a body
 Numbers = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
 
+@blamed
 def rigid(
     name: str,
     mass: float,

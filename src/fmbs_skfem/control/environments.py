@@ -124,10 +124,16 @@ class Plant(Env):
         return (
             self.observation,
             self.worth(given),
-            self.run.ended or bool(self.ends(self.last)),
+            self.run.ended or self.is_over(),
             late,
             {},
         )
+
+    def is_over(self) -> bool:
+        """Whether the episode ends with the last outputs; InputError where that is no yes or no."""
+        found = self.ends(self.last)
+        arguments.require("Plant: ends, what it gives", found, bool)
+        return bool(found)
 
     def worth(self, given: Columns) -> float:
         """The reward of the last outputs and of inputs that led to them; InputError for one that is

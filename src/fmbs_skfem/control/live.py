@@ -24,6 +24,7 @@ from ..core.notices import Notice
 from ..core.values import arguments
 from ..core.values.arguments import checked
 from ..core.values.inputs import Held
+from ..core.values.problems import shown
 from ..dynamics.checkpoint import Checkpoint
 from ..dynamics.integration import begun, take_step
 from ..dynamics.measuring import Meter, RowMeter, motion_of
@@ -215,9 +216,10 @@ class LiveRun:
         """
         if names is None:
             return self.measured(self.meter)
-        if not isinstance(names, Iterable):
-            raise InputError(say("run.outputs", "names of outputs", repr(names)))
-        key = (names,) if isinstance(names, str) else tuple(names)
+        given = names if isinstance(names, Iterable) and not isinstance(names, str) else (names,)
+        key = (*given,)
+        if not all(isinstance(name, str) for name in key):
+            raise InputError(say("run.outputs", "names of outputs", shown(names)))
         meter = self.meters.get(key) or self.meter_of(key)
         if isinstance(meter, Meter):
             return self.measured(meter)

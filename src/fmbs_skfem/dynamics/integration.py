@@ -91,6 +91,8 @@ def integrate(
     """
     steps = steps_in(scheme, duration)
     stored = len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1
+    if states is not None and states < 1:
+        raise InputError(say("integrate: states", "at least 1", states))
     fitting(system, steps, stored if states is None else min(stored, states))
 
     def repeat(other: System, shown: Progress | None) -> Trajectory:

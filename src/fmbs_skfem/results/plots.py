@@ -18,6 +18,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.display import SI, DisplayUnits, largest_of
 from . import charts, palette, speed
 from .charts import plain
@@ -452,6 +453,7 @@ def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None
             raise InputError(say(f"{where}, '{name}'", expected, f"shape {np.shape(values)}"))
 
 
+@checked
 def save(figure: Figure, path: Path | str) -> Path:
     """Write a figure to a file. As PNG it is drawn by the canvas itself: `savefig` would lay it out
     twice, for the same pixels.

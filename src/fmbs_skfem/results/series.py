@@ -21,6 +21,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage import durable
+from ..core.values.arguments import checked
 from . import frames as frames_
 from .frames import Array, Frames
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     import meshio
 
 
+@checked
 def write(frames: Frames, folder: Path | str, name: str) -> Path:
     """Write the series into `folder` and return the path of `name`.pvd; a series of that name is
     replaced.

@@ -22,6 +22,7 @@ from ..core.notices import notify
 from ..core.values import expressions
 from ..core.values.arguments import checked
 from ..core.values.expressions import Expression
+from ..core.values.fields import Count
 from ..core.values.inputs import Source
 from ..shapes import meshes
 from ..shapes.surface import Surface
@@ -43,7 +44,7 @@ SUBJECT = re.compile(r"(body|joint|load|output|controller|event|monitor) '([^']*
 
 
 @checked
-def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
+def system(scene: Scene, cells: Count | None = None, allow_outside: bool = False) -> System:
     """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 
     `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the

@@ -32,6 +32,7 @@ from ..core.errors import InputError, closest, say
 from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups
@@ -103,6 +104,7 @@ def _(space: PlateTangents, cell: Ints, xi: Floats) -> Floats:
 
 
 # ------------------------------------------------------------------------------------------------------------- surfaces
+@blamed
 def surface(
     points: ArrayLike,
     quads: ArrayLike,

@@ -21,6 +21,7 @@ from ..core import remembered_files
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import meshes
 from .table import Curve, Floats, Ints, inside
 
@@ -65,6 +66,7 @@ class Smooth:
         return np.asarray(self.spline(inside("curve", xi, *self.spline.x[[0, -1]]), derivative))
 
 
+@blamed
 def through(points: ArrayLike) -> tuple[Floats, Curve]:
     """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open
     polyline.
@@ -217,6 +219,7 @@ def read(path: Path, group: str | None, repair: bool = False, unit: float = 1.0)
     )
 
 
+@blamed
 def cut(line: Line, cells: int | None = None, refine: int = 1) -> Line:
     """The same line with other cells: `cells` of equal length, or every cell split into `refine`.
 

@@ -39,6 +39,7 @@ from numpy.typing import ArrayLike
 
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import ancf_plate, groups, plate_audit
 from . import surface as surfaces
 from .ancf_plate import Arc
@@ -274,6 +275,7 @@ def _(space: Conforming, parent: Parent, order: int) -> tuple[Floats, Floats]:
 
 
 # ------------------------------------------------------------------------------------------------------------- surfaces
+@blamed
 def surface(
     points: ArrayLike,
     cells: ArrayLike,

@@ -23,6 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from ..core.errors import InputError, closest, say
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import line, seams, table
 from . import surface as surfaces
 from .surface import DERIVATIVES, ORDERS, Parent, Surface
@@ -248,6 +249,7 @@ def _local(patch: Patch) -> Ints:
 
 
 # ---------------------------------------------------------------------------------------------------------------- surface
+@blamed
 def surface(
     patches: Patch | Mapping[str, Patch],
     control: ArrayLike | Mapping[str, ArrayLike],
@@ -459,6 +461,7 @@ def _alike(sides: Sequence[tuple[int, Patch]], step: int) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------- shapes, refinement
+@blamed
 def refine(
     patch: Patch,
     control: ArrayLike,
@@ -519,6 +522,7 @@ def _refine_line(
     return line.insert_knots(spline, coefficients, np.repeat(inner, spline.degree - smooth))
 
 
+@blamed
 def rectangle(
     length: float,
     width: float,
@@ -541,6 +545,7 @@ def rectangle(
     return refine(Patch(_OPEN, _OPEN, 1, 1), control, cells1, cells2, degree, continuity)
 
 
+@blamed
 def cylinder_panel(
     radius: float,
     length: float,

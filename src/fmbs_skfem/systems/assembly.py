@@ -26,7 +26,7 @@ from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..core.values import arguments, fields
+from ..core.values import arguments, arrays, fields
 from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..shapes import line, surface
@@ -479,12 +479,17 @@ def initial_velocity(
             field += np.outer(
                 part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim)
             )
-        spin = motion.angular_velocity
-        omega = np.atleast_1d(np.asarray(() if spin is None else spin, dtype=float))
-        if omega.size and layout.dim == 2:
-            field += float(omega[0]) * places @ np.array([[0.0, 1.0], [-1.0, 0.0]])
-        elif omega.size:
-            field += np.cross(vector(f"initial '{part.name}'", omega, 3), places)
+        if motion.angular_velocity is not None:
+            omega = arrays.finite(
+                np.atleast_1d(motion.angular_velocity),
+                f"initial '{part.name}': angular_velocity",
+                "a number [rad/s]" if layout.dim == 2 else "3 numbers [rad/s]",
+                1 if layout.dim == 2 else 3,
+            )
+            if layout.dim == 2:
+                field += omega[0] * places @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+            else:
+                field += np.cross(omega, places)
         v.append(field.ravel())
     return np.concatenate(v)
 
@@ -650,7 +655,7 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
 
 
 @checked
-def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
+def eliminate(system: System, tolerance: fields.Tolerance = ranks.EXACT) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r),
     found by `echelon.solve`.
 

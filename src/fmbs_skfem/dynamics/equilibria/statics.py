@@ -18,7 +18,7 @@ from ...core.errors import InputError, SolverError, say
 from ...core.notices import Notice, Progress, notify
 from ...core.storage.records import dataclass
 from ...core.values.arguments import checked
-from ...systems import compiled
+from ...systems import compiled, operators
 from ...systems.compiled import Compiled, compile_system
 from ...systems.connections.mechanism import refuse_held_drives
 from ...systems.connections.redundancy import without_redundant
@@ -123,7 +123,7 @@ def solve_statics(
     refuse_held_drives(system)
     model = compile_system(system)
     start = unloaded(model)
-    start = start if begin is None else replace(start, x=begin)
+    start = start if begin is None else replace(start, x=operators.read(system, "begin", begin))
 
     def at(factor: float) -> Compiled:
         return pressure.at_load_factor(model, factor)

@@ -155,6 +155,9 @@ def linearise(
         if multipliers is None
         else operators.read_multipliers(model.constraints, multipliers)
     )
+    if memory is not None:
+        kept = len(model.memory)
+        memory = arrays.finite(memory, "memory", f"what forces keep, ({kept},)", kept)
     J = compiled.gap(model, x, t)[1]
     K = compiled.tangent(model, x, multipliers, t, 0.0, memory)
     C = compiled.tangent(model, x, multipliers, t, 1.0, memory) - K

@@ -19,7 +19,7 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import as_dense, squares
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ...core.values.arguments import checked
+from ...core.values.arguments import checked, fields_blamed, require
 from ...systems import free_motions
 from ...systems.connections import mechanism
 from ...systems.system import System, project
@@ -46,7 +46,11 @@ class Shapes:
     captions: tuple[str, ...]  #: (i,) what they are, in a few words
 
     def __post_init__(self) -> None:
-        sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
+        require("Shapes: system", self.system, System)
+        require("Shapes: x", self.x, np.ndarray)
+        require("Shapes: captions", self.captions, tuple[str, ...])
+        with fields_blamed(self):
+            sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
         if sizes != (
             (self.system.size,),
             (self.system.size, len(self.captions)),

@@ -29,6 +29,7 @@ from ...core.algebra import ranks, saddle
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage import durable
 from ...core.storage.records import dataclass
+from ...core.values import arrays
 from ...core.values.arguments import checked
 from ...systems import compiled
 from ...systems.compiled import compile_system
@@ -97,11 +98,9 @@ class StateSpace:
         j) complex.
         """
         one = np.eye(len(self.A))
+        omega = arrays.finite(omega, "transfer: omega", "frequencies (s,)", None, empty=True)
         return np.array(
-            [
-                self.C @ np.linalg.solve(1j * w * one - self.A, self.B) + self.D
-                for w in np.asarray(omega, dtype=float)
-            ]
+            [self.C @ np.linalg.solve(1j * w * one - self.A, self.B) + self.D for w in omega]
         )
 
     def save(self, path: Path | str) -> Path:

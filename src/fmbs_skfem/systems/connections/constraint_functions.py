@@ -85,6 +85,8 @@ def needs_axis(axis: Ground | None, dim: int) -> Iterator[tuple[str, Problem]]:
             "axis",
             Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]"),
         )
+    elif axis is not None and len(axis) != 3:
+        yield "axis", Problem("an axis of 3 numbers", f"{len(axis)} of them")
 
 
 def needs_other_side(to: At | Ground | None) -> Iterator[tuple[str, Problem]]:
