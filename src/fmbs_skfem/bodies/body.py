@@ -281,6 +281,12 @@ def cable(
     the mesh points; one that is curved in space is `limp`, and said to be. `points` is the number
     of quadrature points a cell, see `cable_points` for that by default and those that are refused.
     `law` is one of r' and r''; `numbers` are those of its section beside EA, EI and kappa0.
+
+        >>> from fmbs_skfem.bodies import Circular, Material, cable
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> arm = cable("arm", segment(10), Circular(0.01), Material(1e9, 1800.0), dim=2)
+        >>> f"{arm.total_mass:.4f} kg", sorted(arm.places)
+        ('0.1414 kg', ['left', 'right'])
     """
     if not ancf and (degree < 2 or not 1 <= continuity < degree):
         got = f"degree {degree}, continuity {continuity}"
@@ -349,6 +355,11 @@ def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.0
     """A mass point at a position (c,) [m]; its only place is `center`.
 
     `mass` [kg] is positive and finite, else InputError; `radius` [m] is that of its picture.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> point_mass("ball", 0.5, np.array([0.0, 2.0])).total_mass
+        0.5
     """
     positive(f"body '{name}'", mass=mass)
     at = arrays.finite(position, f"body '{name}': position", "2 or 3 finite numbers [m]", None)[

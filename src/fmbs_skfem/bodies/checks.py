@@ -103,6 +103,9 @@ def check_law(
     for the quadratic curvature and the membrane) at random gradients. Stiffnesses and weights are
     of order one, so that no part of the energy hides behind another. Errors are relative, up to the
     `tolerance`. InputError, too, where the law does not serve the dimension.
+
+        >>> from fmbs_skfem.bodies import Law, check_law
+        >>> check_law(Law.EXACT, dim=2)  # silent: it holds
     """
     where = f"check_law({law.name}, dimension {dim})"
     random = np.random.default_rng(seed)

@@ -78,6 +78,13 @@ def plate(
     InputError where a thickness is not positive, a rim has the name of a point of the mesh or an
     edge that the surface does not have, edges of two rims share a side, patches are in several
     pieces, or points of a planar body are out of the plane.
+
+        >>> from fmbs_skfem.bodies import Material, plate
+        >>> from fmbs_skfem.shapes import nurbs
+        >>> shape = nurbs.surface(*nurbs.rectangle(2.0, 1.0, 4, 2))
+        >>> sheet = plate.plate("sheet", shape, 0.01, Material(70e9, 2700.0, 0.3))
+        >>> f"{sheet.total_mass:.1f} kg"
+        '54.0 kg'
     """
     where = f"body '{name}'"
     positive(where, thickness=float(np.min(thickness)))

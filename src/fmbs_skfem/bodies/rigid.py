@@ -56,6 +56,12 @@ def rigid(
     point has not c finite coordinates, or a place `center` or `frame` is elsewhere.
 
     Source: J. Garcia de Jalon, Multibody Syst. Dyn. 18 (2007) 15-33, doi:10.1007/s11044-007-9068-0.
+
+        >>> from fmbs_skfem.bodies import rigid
+        >>> ends = {"left": (0.0, 0.0), "right": (1.0, 0.0)}
+        >>> rod = rigid.rigid("rod", 0.6, 0.05, (0.5, 0.0), dim=2, places=ends)
+        >>> rod.total_mass, sorted(rod.places)
+        (0.6, ['center', 'left', 'right'])
     """
     where = f"body '{name}'"
     positive(where, mass=mass)

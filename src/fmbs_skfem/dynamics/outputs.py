@@ -36,6 +36,16 @@ DELTA = 1e-6  #: relative time difference for Phi_t
 def energies(trajectory: Trajectory) -> np.ndarray:
     """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work
     + lost) [J], (s, 4).
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> ball = point_mass("ball", 2.0, np.zeros(2))
+        >>> falling = systems.assemble([ball], [], [systems.loads.Gravity((0.0, -10.0))])
+        >>> motion = dynamics.integrate(falling, dynamics.GeneralizedAlpha(0.01), 1.0)
+        >>> kinetic, strain, potential, balance = dynamics.energies(motion)[-1].round(6)
+        >>> float(kinetic), float(potential)
+        (100.0, -100.0)
     """
     found = balance_of(trajectory)
     return np.column_stack([found.stored, found.balance])
@@ -379,7 +389,17 @@ def require_known(where: str, system: System, names: Sequence[str]) -> None:
 
 @checked
 def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Named outputs, all by default: column name -> values (s,)."""
+    """Named outputs, all by default: column name -> values (s,).
+
+    >>> import numpy as np
+    >>> from fmbs_skfem import dynamics, systems
+    >>> from fmbs_skfem.bodies import point_mass
+    >>> place = {"ball": systems.probes.Position(systems.At("ball"))}
+    >>> rest = systems.assemble([point_mass("ball", 2.0, np.ones(2))], outputs=place)
+    >>> motion = dynamics.integrate(rest, dynamics.GeneralizedAlpha(0.01), 0.02)
+    >>> dynamics.outputs(motion)
+    {'ball_x': array([1., 1., 1.]), 'ball_y': array([1., 1., 1.])}
+    """
     columns = dict[str, np.ndarray]()
     system = trajectory.system
     require_known("outputs", system, names or ())

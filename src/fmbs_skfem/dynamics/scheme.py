@@ -72,6 +72,10 @@ class GeneralizedAlpha:
     Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`. With a
     `local_error` a step is taken in 1, 2, 4, ... or 32 parts, as few as keep its error below that,
     see `compiled_step.parts`.
+
+        >>> from fmbs_skfem.dynamics import GeneralizedAlpha
+        >>> GeneralizedAlpha(1e-3, rho_inf=1.0).coefficients  # alpha_m, alpha_f, gamma, beta
+        (0.5, 0.5, 0.5, 0.25)
     """
 
     step: float

@@ -530,6 +530,11 @@ def rectangle(
 ) -> tuple[Patch, Floats]:
     """A rectangle, xi1 along x, xi2 along y; its corner `origin` of 2 or 3 coordinates says how
     many control points have.
+
+        >>> from fmbs_skfem.shapes import nurbs
+        >>> sheet = nurbs.surface(*nurbs.rectangle(2.0, 1.0, cells1=4, cells2=2))
+        >>> sheet.count, sorted(sheet.edges)
+        (35, ['xi1_max', 'xi1_min', 'xi2_max', 'xi2_min'])
     """
     if not (np.isfinite([length, width]).all() and min(length, width) > 0.0):
         raise InputError(

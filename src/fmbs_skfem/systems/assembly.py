@@ -121,6 +121,16 @@ def assemble(
     their names: see `additions`. `eliminate` takes out what is linear. InputError for no body,
     bodies of different dimensions or of one name, joints of one name, columns of one name, places
     and names that do not exist, and keywords that nothing registers.
+
+        >>> from fmbs_skfem.bodies import Circular, Material, cable
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At, assemble, joints, loads, probes
+        >>> arm = cable("arm", segment(10), Circular(0.01), Material(1e9, 1800.0), dim=2)
+        >>> hinge = joints.Pin("hinge", At("arm", "left"))
+        >>> weight = loads.Gravity((0.0, -9.81))
+        >>> tip = {"tip": probes.Position(At("arm", "right"))}
+        >>> assemble([arm], [hinge], [weight], outputs=tip)
+        <System 44 unknowns, 2 constraints: arm>
     """
     for name, value, kind in (
         ("bodies", bodies, Iterable[Body]),
@@ -658,6 +668,14 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     by name. An initial state that does not satisfy the rows is moved onto them with a notice,
     velocities by the least kinetic energy of the change. Pivots are larger than `tolerance`,
     relative; `full` of the result is the system itself, from which reactions are recovered.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import At, assemble, eliminate, joints
+        >>> bead = point_mass("bead", 2.0, np.zeros(2))
+        >>> raw = assemble([bead], [joints.Slider("rail", At("bead"), (1.0, 0.0))])
+        >>> raw, eliminate(raw)
+        (<System 2 unknowns, 1 constraints: bead>, <System 1 unknowns, 0 constraints: bead>)
     """
     rows, A, a = linear_part(system)
     if len(rows) == 0:

@@ -48,6 +48,12 @@ def check_joint(
 
     Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s];
     errors are relative, up to the `tolerance`.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import At, check_joint, joints
+        >>> pair = [point_mass("a", 1.0, np.zeros(2)), point_mass("b", 1.0, np.ones(2))]
+        >>> check_joint(pair, joints.RigidLink("link", At("a"), At("b")))  # silent: it holds
     """
     system = replace(assemble(bodies, [joint]), elastic=())
     random = generator(seed)
@@ -94,6 +100,12 @@ def check_force(
 
     Derivatives by positions and velocities are those of its forces at a random state, and what
     reads velocities takes energy out, unless the load says that it `drives`.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import At, check_force, springs
+        >>> spring = springs.SpringDamper("spring", At("a"), (0.0, 1.0), stiffness=20.0)
+        >>> check_force([point_mass("a", 1.0, np.zeros(2))], spring)  # silent: it holds
     """
     system = assemble(bodies, loads=[load])
     random = generator(seed)

@@ -70,6 +70,13 @@ def strain_energy(system: System, x: ArrayLike) -> float:
     """Strain energy of all bodies [J] at unknowns x (n,), without linear springs.
 
     InputError for an array of another shape.
+
+        >>> from fmbs_skfem import bodies, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> rod = bodies.cable("rod", segment(2), bodies.Given(100.0, 1.0, 1.0), dim=2)
+        >>> system = systems.assemble([rod])
+        >>> f"{systems.strain_energy(system, 1.2 * system.x0):.3f} J"  # EA (1.2^2 - 1)^2 / 8
+        '2.420 J'
     """
     return compiled.strain_energy(compiled.compile_system(system), read(system, "x", x))
 

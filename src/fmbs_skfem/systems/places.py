@@ -40,6 +40,10 @@ class At:
     its start [m].
 
     A point mass or a rigid body is a place by itself, at its centre of mass.
+
+        >>> from fmbs_skfem.systems import At
+        >>> str(At("arm", "left")), str(At("arm", 0.25))
+        ('arm.left', 'arm at 0.25 m')
     """
 
     body: str

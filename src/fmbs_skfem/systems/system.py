@@ -444,6 +444,14 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are
     projected orthogonally; they are exact when they lie in the range of V. InputError where an
     elastic term is a polynomial of the unknowns, which stays in them.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import assemble, change_coordinates
+        >>> plane = assemble([point_mass("bead", 2.0, np.zeros(2))])
+        >>> line = change_coordinates(plane, np.array([[3.0], [4.0]]), np.zeros(2))
+        >>> line.mass.tolist()  # V^T M V
+        [[50.0]]
     """
 
     if V.ndim != 2 or V.shape[0] != system.size or np.shape(d) != (system.size,):

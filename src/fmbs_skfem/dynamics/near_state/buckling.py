@@ -85,6 +85,17 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes
     bends before is left out, as small beside its size; `follow_path` finds what happens. InputError
     where loads never take the stiffness away, do not change it or not grow in proportion, or the
     system is free to move.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import bodies, dynamics, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At
+        >>> beam = bodies.cable("beam", segment(4), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> clamp = systems.joints.Clamp("clamp", At("beam", "left"))
+        >>> force = systems.loads.PointForce("force", At("beam", "right"), (-1.0, 0.0))
+        >>> column = systems.eliminate(systems.assemble([beam], [clamp], [force]))
+        >>> f"{dynamics.buckling(column, 1).factors[0]:.3f}, {np.pi**2 * 0.5 / 4:.3f}"  # Euler
+        '1.234, 1.234'
     """
     if uneven := uneven_histories(system, time):
         got = f"another history of {listed(uneven)} up to t = {time:g} s"

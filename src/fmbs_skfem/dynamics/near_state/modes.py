@@ -88,6 +88,15 @@ def vibration_modes(
     reference, and are refused there. Found by Lanczos iteration on the inverse of the bordered
     matrix, shifted a little below zero so that free bodies have one; where most modes are wanted,
     by a dense solution on the null space of the constraints.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import bodies, dynamics, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> beam = bodies.cable("beam", segment(4), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> clamp = systems.joints.Clamp("clamp", systems.At("beam", "left"))
+        >>> found = dynamics.vibration_modes(systems.assemble([beam], [clamp]), 1)
+        >>> f"{found.angular_frequencies[0]:.2f}, {1.8751**2 * np.sqrt(0.5 / 0.1):.2f} rad/s"
+        '7.86, 7.86 rad/s'
     """
     if x is None:
         free_motions.refuse_limp("vibration_modes", system)

@@ -122,6 +122,13 @@ def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sampl
     Below a tolerance of 1e-6 the search runs on the compressed form. A G that is stored in blocks
     is searched as `weights_from_gram(gram(blocks), tolerance)` or, `R, y = compress(blocks)`,
     `weights(R, tolerance, b=y)`.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.reduction import ecsw
+        >>> G = np.array([[1.0, 2.0, 3.0], [1.0, 1.0, 1.0]])  # two equations, three cells
+        >>> found = ecsw.weights(G, 1e-10)
+        >>> found.indices.tolist(), found.weights.round(6).tolist()
+        ([0, 2], [1.5, 1.5])
     """
     where = "ecsw.weights"
     _check_tolerance(tolerance, where)

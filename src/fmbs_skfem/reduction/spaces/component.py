@@ -53,6 +53,13 @@ def body_level(system: System) -> dict[str, tuple[str, ...]]:
 
     Joints between bodies then keep their rows in the reduced model, or are eliminated where they
     are linear and the plan says so.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import reduction, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> pair = systems.assemble([point_mass(name, 1.0, np.zeros(2)) for name in "ab"])
+        >>> reduction.body_level(pair), reduction.system_level(pair)
+        ({'a': ('a',), 'b': ('b',)}, {'system': ('a', 'b')})
     """
     return {name: (name,) for name, _, _ in system.coordinates}
 

@@ -83,6 +83,14 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
     stored ones by default.
 
     InputError where states were not stored at these times.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, reduction, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> rest = systems.assemble([point_mass("ball", 2.0, np.ones(2))])
+        >>> motion = dynamics.integrate(rest, dynamics.GeneralizedAlpha(0.01), 0.1)
+        >>> reduction.snapshots(motion, 0.05).q.tolist()
+        [[1.0, 1.0], [1.0, 1.0], [1.0, 1.0]]
     """
     times = trajectory.times
     if interval is None:
@@ -234,6 +242,22 @@ def reduce_system(
     they keep multipliers. `configurations` (s, q) are states at which dependent rows are looked
     for. InputError where a component has too few modes for the constraints that link it to others,
     or a basis belongs to another model.
+
+        >>> from fmbs_skfem import bodies, dynamics, reduction, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At, joints, loads
+        >>> beam = bodies.cable("beam", segment(10), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> hinge, weight = joints.Pin("hinge", At("beam", "left")), loads.Gravity((0.0, -9.81))
+        >>> raw = systems.assemble([beam], [hinge], [weight])
+        >>> full = dynamics.integrate(systems.eliminate(raw), dynamics.GeneralizedAlpha(5e-3), 0.5)
+        >>> components = reduction.body_level(raw)
+        >>> found = reduction.bases(raw, reduction.snapshots(full, 0.01), components, 1e-8)
+        >>> small = reduction.reduce_system(raw, components, found)
+        >>> small
+        <System 6 unknowns, 0 constraints: beam>
+        >>> motion = dynamics.integrate(small, dynamics.GeneralizedAlpha(5e-3), 0.5)
+        >>> reduction.compare(full, motion).maximum < 1e-2
+        True
     """
     component.require_body_coordinates("reduce_system", system)
     check_components(system, components)

@@ -79,6 +79,13 @@ def basis(
     positive definite; `tolerance` holds in a `second` one as well, which may be semidefinite.
     InputError for snapshots that are not finite or do not move, and without exactly one of the two
     limits.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.reduction import pod
+        >>> t = np.linspace(0.0, 1.0, 9)
+        >>> states = np.outer([3.0, 4.0], np.sin(t))  # (n, s), all along one direction
+        >>> pod.basis(states, tolerance=1e-12).modes.T.round(3).tolist()
+        [[0.6, 0.8]]
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
@@ -177,6 +184,10 @@ def truncation(singular_values: ArrayLike, tolerance: float) -> int:
 
     `singular_values` are (i,). InputError where they are not finite or all zero, and for a
     tolerance outside of 0 to 1.
+
+        >>> from fmbs_skfem.reduction import pod
+        >>> pod.truncation([1.0, 0.1, 0.01], 1e-3)  # 0.01^2 / 1.0101 is left out
+        2
     """
     s = np.asarray(singular_values, dtype=np.float64)
     if s.ndim != 1 or s.size == 0 or not np.all(np.isfinite(s)) or not np.max(s) > 0.0:
