@@ -169,7 +169,12 @@ def cable_sections(random: Generator, dim: int, bent: bool) -> np.ndarray:
 
 
 def cable_reference(section: np.ndarray, dim: int) -> np.ndarray:
-    """r0' = e_x, r0'' = kappa0 e_y, (2c, p, e)."""
+    """References of a cable with the curvature of a section.
+
+        r0' = e_x,    r0'' = kappa0 e_y
+
+    (2c, p, e).
+    """
     u = np.zeros((2 * dim, *section.shape[1:]))
     u[0], u[dim + 1] = 1.0, section[2]
     return u
@@ -194,8 +199,10 @@ def surface_sections(random: Generator, law: Law, bent: bool) -> np.ndarray:
 
 
 def surface_reference(random: Generator, section: np.ndarray, dim: int) -> np.ndarray:
-    """r0,1 = e_x, r0,2 = e_y, and r0,ij with the normal parts b0_ij and any tangential parts, (k c,
-    p, e).
+    """References of a shell (k c, p, e), with the normal parts b0_ij of a section and any
+    tangential parts.
+
+        r0,1 = e_x,    r0,2 = e_y,    n.r0,ij = b0_ij
     """
     tangents = np.zeros((2, dim, *section.shape[1:]))
     tangents[0, 0], tangents[1, 1] = 1.0, 1.0

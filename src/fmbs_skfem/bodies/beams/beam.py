@@ -77,9 +77,12 @@ def beam(
     `Section.of_beam`. d_2 is the part of `direction` (3,) across the line, or points `towards` a
     point (3,) [m]; `twist` [rad] turns it about the line, see `orientation`. `group` picks a named
     group of lines. `origin` (3,) [m] and `rotation` (3, 3) place the mesh with all that is given in
-    it, x -> origin + rotation x: the section turns with its line, and so do `direction` and the
-    point `towards`. Where the axes turn by more in a cell than splines follow, a notice says how
-    many cells do.
+    it:
+
+        x <- origin + rotation x
+
+    The section turns with its line, and so do `direction` and the point `towards`. Where the axes
+    turn by more in a cell than splines follow, a notice says how many cells do.
     """
     curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
     if len(breaks) <= FEWEST:
