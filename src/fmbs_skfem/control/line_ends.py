@@ -36,8 +36,11 @@ REMEDIES = (
 
 
 class SlideEnd(NamedTuple):
-    """A joint that slides: its name, a row of it, and its place s = read @ x + offset on a line of
-    some length [m].
+    """A joint that slides: its name, a row of it, and its place on a line.
+
+        s = read @ x + offset
+
+    The line has some length [m].
     """
 
     joint: str

@@ -186,7 +186,10 @@ def others(count: int, some: np.ndarray) -> np.ndarray:
 
 
 def squares(v: np.ndarray, M: Array) -> np.ndarray:
-    """Squared norms v_i^H M v_i (i,) of columns v (n, i), which may be complex, in a symmetric
-    matrix M (n, n).
+    """Squared norms (i,) of columns v (n, i), which may be complex.
+
+        v_i^H M v_i
+
+    in a symmetric matrix M (n, n).
     """
     return np.asarray(np.real(np.sum(np.conj(v) * (M @ v), axis=0)))

@@ -168,9 +168,11 @@ def refuse_cycles(quantity: Quantity, dimension: Dimension, got: object) -> None
 def measure(text: str) -> Quantity:
     """A number with or without a unit as a quantity.
 
-    >>> from fmbs_skfem.core.values.units import measure
-    >>> measure("70 GPa").value, round(measure("60 rpm").value, 6)
-    (70000000000.0, 6.283185)
+    A Problem where the text is none, or the unit is not known.
+
+        >>> from fmbs_skfem.core.values.units import measure
+        >>> measure("70 GPa").value, round(measure("60 rpm").value, 6)
+        (70000000000.0, 6.283185)
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= LENGTH_LIMIT else None
     if match is None:
