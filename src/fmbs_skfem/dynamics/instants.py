@@ -195,7 +195,12 @@ def quintic(
     c: np.ndarray,
     c1: np.ndarray,
 ) -> np.ndarray:
-    """The quintic with y, y1, slopes d, d1 and second derivatives c, c1 at 0 and 1."""
+    """The quintic with y, y1, slopes d, d1 and second derivatives c, c1 at 0 and 1.
+
+        H(s, y, d, c) + H(1 - s, y1, - d1, c1),    H = (1 - s)^3 ((1 + 3 s + 6 s^2) y + s (1 + 3 s) d + s^2 c / 2)
+
+    s in [0, 1].
+    """
     r = 1.0 - s
 
     def half(

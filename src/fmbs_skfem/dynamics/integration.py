@@ -73,6 +73,8 @@ def integrate(
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the
     end, or after the steps listed.
 
+        M q'' + f(q, q', t) - Q(t) + Phi_q^T lambda = 0,    Phi(q, t) = 0
+
     It starts in the reference, or in the equilibrium of the loads:
     `GeneralizedAlpha(step, start="equilibrium")`.
 

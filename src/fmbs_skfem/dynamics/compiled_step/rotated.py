@@ -171,7 +171,12 @@ def rotate(table: Any) -> int:
 
 @jit
 def add_share(R: Rotations, a: int, b: int, dim: int) -> None:
-    """border += Q_a T_ab Q_b^T, T the condensed tangent of a beam between its shared points."""
+    """Add the condensed tangent T_ab of a beam between its shared points to the border.
+
+        border += Q_a T_ab Q_b^T
+
+    `R` holds the rotations Q (a, c, c).
+    """
     Q, P = R.turns[R.sides[a, 4]], R.turns[R.sides[b, 4]]
     first, second = dim * R.sides[a, 0], dim * R.sides[b, 0]
     for i in range(dim):
@@ -375,8 +380,11 @@ def solve_inside(table: Any, x: np.ndarray) -> None:
 
 @jit
 def condense(table: Any) -> None:
-    """`reach` = W^-1 V, and the shares of beams condensed to their shared points: K_a - V_a^T W^-1
-    V_a.
+    """What beams have inside, condensed to their shared points.
+
+        `reach` = W^-1 V,    K_a - V_a^T W^-1 V_a
+
+    The latter are the shares of beams.
     """
     R = opened(table).rotations
     dim = R.groups.shape[1]

@@ -314,8 +314,10 @@ def judge_changes(table: Any) -> int:
 
 @routine
 def find_touch(table: Any, _: Any) -> int:
-    """Where a force begins or ends first on x + t v + t^2 q'' / 2, of t up to touch[0] [s]: DONE, t
-    before it in touch[0], behind it in touch[1].
+    """Where a force begins or ends first on a way, of t up to touch[0] [s]: DONE, t before it in
+    touch[0], behind it in touch[1].
+
+        x + t v + t^2 q'' / 2
 
     TOO_LONG where none does. What changes by less than SLIGHT of all that begins and ends up to the
     end of the way does not count.
@@ -703,8 +705,9 @@ def is_near(table: Any) -> bool:
 
 @jit
 def try_straight(table: Any) -> int:
-    """The step that failed once more, from constant q'' and with first factors at x + h v; the
-    status.
+    """The step that failed once more, from constant q''; the status.
+
+        first factors at x + h v
 
     Where steps are large guesses compress what is stiff along its axis, and there tangents are
     indefinite: corrections of 25 mm are followed by one of 14 m. On a straight way nothing that
@@ -796,8 +799,10 @@ def jump(table: Any, _: Any) -> int:
     """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories
     that jump there; the status.
 
-    (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0:    as loads that begin with a step, see `initial`.
-    What predicts the next step jumps as well, so that steps on both sides are of second order.
+        (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0
+
+    as loads that begin with a step, see `initial`. What predicts the next step jumps as well, so
+    that steps on both sides are of second order.
     """
     S = opened(table)
     s = S.state

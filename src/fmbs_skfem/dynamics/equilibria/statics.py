@@ -106,8 +106,10 @@ def solve_statics(
     progress: Progress | None = None,
     begin: np.ndarray | None = None,
 ) -> Trajectory:
-    """Equilibria at the load factors 0, 1/steps, ..., 1, as a Trajectory over them; the factor 1
-    stands for `time` [s].
+    """Equilibria at the load factors s = 0, 1/steps, ..., 1, as a Trajectory over them; the factor
+    1 stands for `time` [s].
+
+        f(x) - Q(s) + Phi_x^T lambda = 0,    Phi(x, s) = 0
 
     Loads without a history and constant displacements grow with the load factor, histories and
     drives are followed. A load step that does not converge, or leaves the path of equilibria, is

@@ -59,8 +59,9 @@ FOUND = 1e-10  #: of the largest inverse of a factor: smaller ones are round-off
 
 @dataclass(frozen=True)
 class BucklingModes:
-    """Where the predicted stiffness is singular: (K0 + k K1) v = 0, for load factors k (i,) and
-    shapes v (n, i).
+    """Where the predicted stiffness is singular, for load factors k (i,) and shapes v (n, i).
+
+        (K0 + k K1) v = 0
 
     A structure buckles at `factors[0]` times its loads, as far as its equilibria are on a straight
     path up to there.
@@ -76,7 +77,9 @@ class BucklingModes:
 
 @checked
 def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes:
-    """The `count` load factors of least size at which K0 + k K1 is singular.
+    """The `count` load factors k of least size at which the stiffness is singular.
+
+        (K0 + k K1) v = 0
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of
     a hundredth of the least one. Loads without a potential may have no factor: theirs count only
