@@ -79,8 +79,10 @@ def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
     """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box.
 
-    G = E[max(z(x) - z*, 0)] with z* the largest mean at a sample. Source: Jones, Schonlau, Welch
-    1998, doi 10.1023/A:1008306431147.
+        G = E[max(z(x) - z*, 0)]
+
+    with z* the largest mean at a sample. Source: Jones, Schonlau, Welch 1998, doi
+    10.1023/A:1008306431147.
     """
     from scipy.special import ndtr
 

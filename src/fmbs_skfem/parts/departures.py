@@ -120,7 +120,9 @@ def first_of(names: list[str]) -> str:
 def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b).
 
-    u[k c, s, g] = sum_b table[k, g, b] z[s, b, c].
+        u[k c, s, g] = sum_b table[k, g, b] z[s, b, c]
+
+    k c rows, derivative by derivative.
     """
     (K, P, b) = table.shape
     (s, _, dim) = z.shape

@@ -81,8 +81,11 @@ class Excitation:
     """What a body is moved by; None: forces as large as its weight, times and frequencies of a
     pendulum of its size L in g.
 
-    Usual values for a body of mass m and size L: forces m g, moments F L / 10, 10 sqrt(L/g) long,
-    sweeps up to 1.6 sqrt(g/L). Random numbers follow from `seed` alone.
+    Usual values for a body of mass m and size L are
+
+        F = m g,    moments F L / 10,    10 sqrt(L/g) long,    sweeps up to 1.6 sqrt(g/L)
+
+    Random numbers follow from `seed` alone.
     """
 
     runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
@@ -110,8 +113,9 @@ class Excitation:
 def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation:
     """The excitation with what it leaves open, for a body, its loads times `scale`.
 
-    `scale` s multiplies force, moment and gravity; the spin grows as sqrt(s), and times that are
-    not given shrink as 1/sqrt(s).
+        force, moment, gravity ~ s,    spin ~ sqrt(s),    times ~ 1/sqrt(s)
+
+    with s = `scale`; times that are given stay.
     """
     pace = np.sqrt(scale * (excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration

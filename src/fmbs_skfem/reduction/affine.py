@@ -62,8 +62,9 @@ class Order:
 class Varying:
     """The numbers of one leaf that depend on parameters.
 
-    a(mu)[positions] = P(mu)^T mixture values, with P (t,) the Lagrange polynomials of the t nodes
-    of its grid, `values` (q, n).
+        a(mu)[positions] = P(mu)^T mixture values
+
+    with P (t,) the Lagrange polynomials of the t nodes of its grid, `values` (q, n).
     """
 
     place: Place
@@ -395,8 +396,10 @@ def worst_error(
 
 
 def decompose_rows(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows j of values (t, n), the first among them, and X (t, q) with values = X values[j] to
+    """Rows j (q,) of values (t, n), the first among them, and X (t, q) by which all follow to
     round-off.
+
+        values = X values[j]
 
     Interpolative decomposition: H. Cheng, Z. Gimbutas, P. Martinsson, V. Rokhlin, SIAM J. Sci.
     Comput. 26 (2005) 1389-1404, doi 10.1137/030602678.

@@ -103,7 +103,9 @@ class ReducedModel:
 class TrainedReduction:
     """What makes a reduced system of the full system at any parameters.
 
-    One basis a component for all parameters: q^b = q0^b(mu) + m^b + U^b xi^b.
+        q^b = q0^b(mu) + m^b + U^b xi^b
+
+    One basis a component for all parameters.
     """
 
     bases: Bases  #: of deviations from the initial state
@@ -239,7 +241,9 @@ def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[Fa
 def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
     """Modes of every component from what is kept of all runs, of deviations from the initial state.
 
-    Modes (n, r) of U_1 S_1, U_2 S_2, ... (50), truncated to the plan's eps or number of modes;
+        [U_1 S_1, U_2 S_2, ...]    (50)
+
+    Modes (n, r) are their left singular vectors, truncated to the plan's eps or number of modes;
     `raw` is a full system of the family. InputError where nothing moves.
     """
     plan = task.plan

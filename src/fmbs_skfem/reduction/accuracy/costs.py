@@ -186,8 +186,10 @@ def by_component(
 def multiplications(dofs: Mapping[str, int], modes: Mapping[str, int], width: int) -> int:
     """p from the coordinates touched and the modes of every component.
 
-    p = sum_b N_b (w r_b + r_b^2), w = `width`, N_b = `dofs`, r_b = `modes` (46). Source: Hou, Liu,
-    Hu 2020, doi 10.1016/j.cma.2019.112690.
+        p = sum_b N_b (w r_b + r_b^2)    (46)
+
+    with w = `width`, N_b = `dofs`, r_b = `modes`. Source: Hou, Liu, Hu 2020, doi
+    10.1016/j.cma.2019.112690.
     """
     return sum(
         dofs[name] * (width * modes[name] + modes[name] ** 2) for name in modes if name in dofs

@@ -146,6 +146,8 @@ def bases(
     """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps =
     `tolerance` (14) or to `modes`.
 
+        q^b = U^b xi^b + qbar^b,    U^bT W U^b = 1,    eps >= sum_{i>r} s_i^2 / sum_i s_i^2
+
     Modes are orthonormal in the mass of the component over that of all bodies; the initial state is
     kept in every basis. Snapshots are first projected onto the linear constraints inside the
     component, and modes onto the directions that keep them, so that these constraints vanish to
@@ -186,8 +188,10 @@ def bases(
 
 
 def keeping(system: System, rows: np.ndarray, A: np.ndarray, basis: Basis) -> Basis:
-    """A basis of coordinates (n,) whose modes keep A q = 0, A (m, n), and hold all that rigid
-    bodies among them do by themselves.
+    """A basis of coordinates (n,) whose modes U keep rows A (m, n), and hold all that rigid bodies
+    among them do by themselves.
+
+        A U = 0
 
     Their axes turn far: modes of a training would let them deform, and their joints would not
     close.
@@ -234,8 +238,9 @@ def reduce_system(
     eliminate: bool = False,
     configurations: np.ndarray | None = None,
 ) -> System:
-    """The reduced system of a full one (with all multipliers), a System again: q = V x + qbar, V =
-    diag(U^b), equations (21).
+    """The reduced system of a full one (with all multipliers), a System again.
+
+        q = V x + qbar,    V = diag(U^b),    V^T (M q'' + F + Q + Phi_q^T lambda) = 0    (21)
 
     `found` has the basis of every component, `components` names their bodies, each in exactly one.
     `eliminate` removes the linear constraints between components by pivoted columns (33); otherwise
@@ -359,8 +364,11 @@ def clean_diagonal(A: Matrix) -> Matrix:
 def block_basis(
     system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis]
 ) -> tuple[np.ndarray, np.ndarray, tuple[tuple[str, int, int], ...]]:
-    """V (q, r) with one block a component, the mean (q,), and where each component's unknowns
-    stand.
+    """Basis of all components, and where each component's unknowns stand.
+
+        q = V x + mean,    V = diag(U^b)
+
+    V (q, r), mean (q,).
     """
     total = sum(found[name].modes.shape[1] for name in components)
     V = np.zeros((system.size, total))

@@ -25,8 +25,10 @@ Indices = NDArray[np.intp]
 
 
 def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
-    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows
-    of T are the identity.
+    """T (r,r-m) and x0 (r,) by which linear constraints are eliminated; y are entries of x: their
+    rows of T are the identity.
+
+        D (T y + x0) + d = 0    for every y
 
     Equations (33) to (36), D (m,r), d (m,). InputError where there are as many constraints as
     modes, or dependent ones.
