@@ -90,7 +90,9 @@ class Rayleigh:
 @dataclass(frozen=True)
 @checked
 class Motion:
-    """Rigid velocity field of a body at the start, v = velocity + angular_velocity x (r - center).
+    """Rigid velocity field of a body at the start.
+
+        v = velocity + angular_velocity x (r - center)
 
     The `center`, by default the origin of the scene, is the point that has the velocity: state it
     where a body moves and turns.
@@ -378,8 +380,11 @@ def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
 
 
 def orthonormal(part: Body, draft: Draft) -> None:
-    """The axes of every frame of a body stay unit vectors at right angles: (e_i . e_j - delta_ij) /
-    (1 + delta_ij) = 0.
+    """The axes of every frame of a body stay unit vectors at right angles.
+
+        (e_i . e_j - delta_ij) / (1 + delta_ij) = 0
+
+    one row a pair i <= j.
     """
     dim = part.dim
     for frame in part.frames:
@@ -501,7 +506,9 @@ def initial_velocity(
 
 def rates_of_unknowns(system: System, count: int) -> np.ndarray:
     """v0 (q,) in which the last `count` coordinates, which joints bring, follow from the motion of
-    the bodies: Phi_q v0 = 0.
+    the bodies.
+
+        Phi_q v0 = 0
 
     Drives are left out: where they begin with another rate, they change velocities.
     """
@@ -661,8 +668,10 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
 
 @checked
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
-    """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r),
-    found by `echelon.solve`.
+    """The system without its time-independent linear constraints, with sparse T (n, r), found by
+    `echelon.solve`.
+
+        x = T y + d
 
     Redundant rows are dropped with a notice; contradictory rows raise Contradiction with the joints
     by name. An initial state that does not satisfy the rows is moved onto them with a notice,

@@ -191,15 +191,20 @@ def length(system: System) -> float:
 
 def difference(function: Function, x: np.ndarray, d: np.ndarray) -> np.ndarray:
     """Derivative of a function of x (n,) along d (n,) by the fourth-order central difference with
-    the step `STEP`.
+    the step h = `STEP`.
+
+        (f(x - 2 h d) - 8 f(x - h d) + 8 f(x + h d) - f(x + 2 h d)) / (12 h)
     """
     f = {k: function(x + k * STEP * d) for k in (-2, -1, 1, 2)}
     return (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * STEP)
 
 
 def row_size(row: np.ndarray, d: np.ndarray) -> float:
-    """Size |row| . |d| of a product of a row (n,) and d (n,) without cancellation; 1 for a row of
-    zeros.
+    """Size of a product of a row (n,) and d (n,) without cancellation.
+
+        |row| . |d|
+
+    1 for a row of zeros.
     """
     return float(np.abs(row) @ np.abs(d)) or 1.0
 
@@ -215,8 +220,9 @@ def check_tangent(
     tolerance: float,
     v: np.ndarray | None = None,
 ) -> None:
-    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force
-    that turns with d.
+    """K d against differences, relative to |K d| and to the change of a force that turns with d.
+
+        K d = d/ds (f + Phi_x^T lambda)(x + s d)
 
     x and v (n,), multipliers (m,), `time` [s]; InputError where an error is above the `tolerance`.
     """
@@ -241,7 +247,9 @@ def check_tangent(
 def check_energy(
     where: str, model: Compiled, x: np.ndarray, random: Generator, tolerance: float
 ) -> None:
-    """Elastic force f . d against differences of the strain energy at x (n,); `model` has no loads.
+    """Elastic force against differences of the strain energy at x (n,); `model` has no loads.
+
+        f . d = d/ds U(x + s d)
 
     InputError where an error is above the `tolerance`.
     """
@@ -286,8 +294,11 @@ def check_rates(
 def check_loss(
     where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float
 ) -> None:
-    """What reads velocities takes energy out: v . (f(x, v) - f(x, 0)) >= 0 at x and v (n,) and
-    `time` [s]; else InputError.
+    """What reads velocities takes energy out, at x and v (n,) and `time` [s]; else InputError.
+
+        v . (f(x, v) - f(x, 0)) >= 0
+
+    to the `tolerance`, relative.
     """
     whole, still = (
         compiled.forces(model, x, v, time),

@@ -30,12 +30,19 @@ DIGITS = 8.0 * float(np.finfo(np.float64).eps)
 
 
 def weight(parts: Sequence[Body]) -> float:
-    """Mass of all bodies, 1 where they have none [kg]: the w of |u| = sqrt(u^T W u / w)."""
+    """Mass w [kg] of all bodies, 1 where they have none.
+
+        |u| = sqrt(u^T W u / w)
+
+    in which it makes sizes [m] of displacements.
+    """
     return sum(part.total_mass for part in parts) or 1.0
 
 
 def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:
-    """W = M + D (q, q), the mass M (q, q) itself where all coordinates have one [kg m2 per unit2].
+    """Metric W (q, q), the mass M (q, q) itself where all coordinates have one [kg m2 per unit2].
+
+        W = M + D
 
     D is the diagonal of `massless`; `parts` are the bodies whose coordinates q are, one behind the
     other.

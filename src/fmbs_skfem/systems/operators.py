@@ -40,8 +40,9 @@ def tangent(
     multipliers: ArrayLike | None = None,
     rate: float = 0.0,
 ) -> csr_array:
-    """d/dx (f + Phi_x^T lambda) + rate df/dv, (n, n) [N/m], exact; lambda (m,), zero by default,
-    `rate` [1/s].
+    """Tangent (n, n) [N/m] of a system, exact; lambda (m,), zero by default, `rate` [1/s].
+
+        d/dx (f + Phi_x^T lambda) + rate df/dv
 
     InputError for arrays of another shape.
     """

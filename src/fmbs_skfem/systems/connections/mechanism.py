@@ -267,7 +267,12 @@ def ties(
 
 
 def common(system: System) -> np.ndarray:
-    """Motions (z, 3 or 6) of all bodies as one: z_b = (t + w x (c_b - c), w)."""
+    """Motions (z, 3 or 6) of all bodies as one.
+
+        z_b = (t + w x (c_b - c), w)
+
+    with the centres c_b of the bodies and their mean c.
+    """
     dim = system.dim
     size = system.scale
     blocks = []
@@ -408,8 +413,9 @@ def dependences(
     phi: np.ndarray | None = None,
     kept: np.ndarray | None = None,
 ) -> list[Dependence]:
-    """Rows of J (m, u) that follow from others: row = sum_i w_i row_i; with values phi the gap phi
-    - sum_i w_i phi_i.
+    """Rows of J (m, u) that follow from others, with their values phi the gap.
+
+        row = sum_i w_i row_i,    gap = phi - sum_i w_i phi_i
 
     Rows `kept` (m,) are those that others follow from, as far as possible.
     """

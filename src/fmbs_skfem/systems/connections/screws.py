@@ -43,7 +43,9 @@ class Screw(Joint):
 
     A positive lead is a right-handed thread: `at` turns about the axis and moves along it. The
     screw has no friction of its own, so that a force turns it; its reaction `thrust` is the force
-    along the axis, whose moment about it is - lead / 2 pi times as large.
+    along the axis, and its moment about it
+
+        - lead / 2 pi thrust
 
     {type: screw, at: nut.frame, to: frame.frame, axis: [0, 0, 1], lead: 5 mm}
     """

@@ -40,13 +40,23 @@ def product(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int, i: int, j
 
 @jit
 def arm(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int) -> complex:
-    """u . e_1 + i u . e_2 with u of a and e of b."""
+    """The direction u of a place a in axes e of another one, as a complex number.
+
+        w = u . e_1 + i u . e_2
+
+    of 3 c components a and b.
+    """
     return complex(product(a, b, F, k, U, FIRST), product(a, b, F, k, U, SECOND))
 
 
 @jit
 def slope(y: np.ndarray, F: ConstraintRecord, k: int, part: int) -> complex:
-    """dw/dy by the component `part` of u, e_1, e_2, of 3 c components."""
+    """Derivative of `arm` by one of its 3 c components.
+
+        dw/dy
+
+    by the component `part` of u, e_1, e_2.
+    """
     dim = F.rows.shape[1] // VECTORS
     which = part // dim
     c = part % dim

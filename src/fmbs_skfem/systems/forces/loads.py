@@ -246,8 +246,9 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
 
 @dataclass(frozen=True)
 class TorsionSpring(Load):
-    """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`,
-    against `to` or the ground.
+    """Torque about z, in space about `axis`, against `to` or the ground.
+
+        - stiffness (theta - rest_angle) - damping dtheta/dt
 
     In space `to` carries the axis, which is that of the reference. theta is the angle turned since
     the reference, its turns counted: of less than half a turn a step.
@@ -445,7 +446,9 @@ def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np
     """Add one probe row that holds all nodal forces (b, c) [N] of a load on a plate or shell, times
     its history.
 
-    The row is sum_bc values_bc q_bc, its force 1. InputError where a value is not finite.
+        sum_bc values_bc q_bc
+
+    is the row, its force 1. InputError where a value is not finite.
     """
     if not np.isfinite(values).all():
         raise InputError(say(where(load), "finite numbers", "others"))

@@ -99,8 +99,9 @@ def act_on_one_side(
     contact, see `contacts`.
 
     The change of a force N is to change no speed by more than resolution^2 times the largest so
-    far, of the mass of the body at one end, and of both together where there are two, m_A m_B /
-    (m_A + m_B).
+    far, of the mass of the body at one end, and of both together where there are two:
+
+        m_A m_B / (m_A + m_B)
     """
     if not load.resolution:
         return draft.forces.act(f"one_sided{kind}", rows, law)
@@ -114,7 +115,12 @@ def act_on_one_side(
 
 
 def distance(load: Between, draft: Draft) -> float:
-    """Distance |r_at - r_to| of the places in the reference [m]."""
+    """Distance of the places in the reference.
+
+        |r_at - r_to|
+
+    [m].
+    """
     layout = draft.layout
     name = where(load)
     ends = [layout.reference(name, end) for end in (load.at, load.to)]
@@ -142,8 +148,11 @@ def need_direction(load: Between, draft: Draft) -> None:
 
 @dataclass(frozen=True)
 class SpringDamper(Between):
-    """Pulls with stiffness (d - length) + damping d' at a distance d; `length` without force, by
-    default that of the reference.
+    """Pulls two places at a distance d together.
+
+        stiffness (d - length) + damping d'
+
+    `length` is the distance without force, by default that of the reference.
 
     {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 20 N/m, damping: 0.1 N s/m}
     """

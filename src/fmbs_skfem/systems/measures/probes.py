@@ -482,8 +482,11 @@ class AngularVelocity(Probe):
     """Angular velocity [rad/s]: about z or, in space, its component along `axis`, or all three as
     NAME_x, NAME_y, NAME_z.
 
-    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2
-    1 - e_k e_k^T) w = sum_k e_k x e_k'; one vector alone has no rate about itself.
+    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares:
+
+        sum_k (|e_k|^2 1 - e_k e_k^T) w = sum_k e_k x e_k'
+
+    One vector alone has no rate about itself.
 
     {type: angular_velocity, at: rotor.frame, axis: [0, 0, 1]}
     """
@@ -726,8 +729,9 @@ class Distance(Probe):
 
 @dataclass(frozen=True)
 class Energy(Probe):
-    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of
-    all loads and drives.
+    """Kinetic, strain, potential energy and balance [J].
+
+        balance = kinetic + strain - work of all loads and drives
 
     Equilibria have no balance (NaN): nothing moves from one to the next.
 

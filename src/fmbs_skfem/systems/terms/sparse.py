@@ -24,8 +24,10 @@ NONE = np.zeros(0, np.int32)
 
 @dataclass(frozen=True)
 class Pattern:
-    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of K = T^T K_p T (n,
-    n).
+    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of the matrix in
+    unknowns (n, n).
+
+        K = T^T K_p T
     """
 
     keys: np.ndarray  #: (z,) row * n + column of every entry
