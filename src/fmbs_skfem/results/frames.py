@@ -169,7 +169,12 @@ def check(where: str, body: Shown, instants: int) -> None:
 
 
 def displacement(body: Shown) -> Array:
-    """u = r - r0, (s,x,3) [m]."""
+    """Displacement of a body from its reference.
+
+        u = r - r0
+
+    (s, x, 3) [m].
+    """
     return body.points - body.reference[None]
 
 

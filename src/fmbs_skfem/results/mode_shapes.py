@@ -46,7 +46,9 @@ def longest(real: Frames, imaginary: Frames) -> np.ndarray:
     """Largest displacements (i,) [m] over a period of bodies and joints, from the state and its
     displacements by Re v and Im v.
 
-    |Re (a - i b) exp(i phase)|^2 is at most ((a.a + b.b) + sqrt((a.a - b.b)^2 + 4 (a.b)^2)) / 2.
+        max |Re (a - i b) exp(i phase)|^2 = ((a.a + b.b) + sqrt((a.a - b.b)^2 + 4 (a.b)^2)) / 2
+
+    over all phases.
     """
     found = []
     for a, b in zip(frames_.places(real), frames_.places(imaginary), strict=True):

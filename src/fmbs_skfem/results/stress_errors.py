@@ -47,7 +47,12 @@ class Recovered:
 
     @property
     def errors(self) -> Array:
-        """|s* - s| (x,), the larger one of both faces [Pa]."""
+        """Errors of the stresses (x,) [Pa].
+
+            |s* - s|
+
+        of the recovered stresses s*, the larger one of both faces.
+        """
         return _size(self.smooth - self.raw)
 
     @property

@@ -62,17 +62,19 @@ def loads(
     *,
     extensions: str | None = None,
 ) -> schema.Scene:
-    """The scene in a text, as `read`; mesh paths are relative to `folder`.
+    """The scene in a text, as `read`.
 
-    >>> from fmbs_skfem import scenes
-    >>> scene = scenes.loads('''
-    ... schema: 1
-    ... dimension: 2
-    ... bodies: {ball: {type: point_mass, mass: 500 g, position: [0, 2]}}
-    ... analysis: {type: dynamic, duration: 1 s, step: 1 ms}
-    ... ''')
-    >>> scene.bodies["ball"].mass  # in SI units
-    0.5
+    Mesh paths are relative to `folder`.
+
+        >>> from fmbs_skfem import scenes
+        >>> scene = scenes.loads('''
+        ... schema: 1
+        ... dimension: 2
+        ... bodies: {ball: {type: point_mass, mass: 500 g, position: [0, 2]}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+        ... ''')
+        >>> scene.bodies["ball"].mass  # in SI units
+        0.5
     """
     with consents.given(extensions):
         return _warn(

@@ -479,8 +479,9 @@ def _coefficients(space: BSpline, coefficients: ArrayLike) -> Floats:
 def hermite_to_bspline(hermite: Hermite) -> sparse.csr_array:
     """Map (b, b) from positions and slopes to the coefficients in `uniform(hermite.breaks, 3, 1)`.
 
-    d_2i = r_i - h_- r'_i / 3,  d_2i+1 = r_i + h_+ r'_i / 3,  with the cells h_- and h_+ beside node
-    i, zero beyond the ends.
+        d_2i = r_i - h_- r'_i / 3,    d_2i+1 = r_i + h_+ r'_i / 3
+
+    with the cells h_- and h_+ beside node i, zero beyond the ends.
     """
     blocks = _changes(hermite.breaks)
     places = np.arange(len(blocks) + 1)

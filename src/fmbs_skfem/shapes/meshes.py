@@ -72,11 +72,13 @@ def polyline(points: Floats) -> LineMesh:
 def segment(
     cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)
 ) -> LineMesh:
-    """Equal cells from `start` to `end` [m] with the point groups `left` and `right`.
+    """Equal cells along a line from `start` to `end` (3,) [m].
 
-    >>> from fmbs_skfem.shapes.meshes import segment
-    >>> segment(2).points.tolist()
-    [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    Its point groups are `left` and `right`.
+
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> segment(2).points.tolist()
+        [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
     """
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     return polyline(a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None])

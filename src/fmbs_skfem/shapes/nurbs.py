@@ -205,8 +205,10 @@ def local_functions(spline: line.BSpline, ties: Mapping[int, float]) -> tuple[In
     """Functions (e, b) of the spans of one direction, and what they are of the B-splines there (e,
     b, b).
 
-    In place of a tied function c_k = t c_k-1 + (1 - t) c_k+1 a span before it has c_k+1, one after
-    it c_k-1; ends of a closed direction, both tied, go round.
+        c_k = t c_k-1 + (1 - t) c_k+1
+
+    In place of such a tied function a span before it has c_k+1, one after it c_k-1; ends of a
+    closed direction, both tied, go round.
     """
     p = spline.degree
     last = spline.count - 1
@@ -556,8 +558,9 @@ def cylinder_panel(
     degree: int = 3,
     continuity: int | None = None,
 ) -> tuple[Patch, Floats]:
-    """A part of a circular cylinder about the y-axis, exactly: r = (radius sin phi, y, radius cos
-    phi), normal outwards.
+    """A part of a circular cylinder about the y-axis, exactly, with its normal outwards.
+
+        r = (radius sin phi, y, radius cos phi)
 
     xi1 runs from phi = angle0 to angle1 [rad], less than half a turn (weights 1, cos((angle1 -
     angle0) / 2), 1), xi2 along y.

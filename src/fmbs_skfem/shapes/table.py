@@ -94,9 +94,11 @@ def rows(values: Floats, nodes: Ints, count: int) -> sparse.csr_array:
 
 def quotient(numerators: Floats, denominators: Floats, orders: Ints) -> Floats:
     """Derivatives (x, k, b) of R = A / W from those of A (x, k, b) and of W (x, k), which are of
-    these orders (k, axes):
+    these orders (k, axes).
 
-    R^(a) = (A^(a) - sum_{0 <= b < a} binomial(a, b) W^(a - b) R^(b)) / W.
+        R^(a) = (A^(a) - sum_{0 <= b < a} binomial(a, b) W^(a - b) R^(b)) / W
+
+    By the rule of Leibniz, order by order.
     """
     place = {tuple(order): k for k, order in enumerate(orders.tolist())}
     found = np.empty_like(numerators)
