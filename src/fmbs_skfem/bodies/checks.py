@@ -181,7 +181,12 @@ def cable_reference(section: np.ndarray, dim: int) -> np.ndarray:
 
 
 def cable_gradients(random: Generator, dim: int) -> np.ndarray:
-    """Random gradients with |r'| between 0.7 and 1.3, (2c, p, e)."""
+    """Random gradients of a cable.
+
+        0.7 <= |r'| <= 1.3
+
+    (2c, p, e).
+    """
     u = random.normal(size=(2 * dim, POINTS, CELLS))
     u[:dim] *= random.uniform(0.7, 1.3, (POINTS, CELLS)) / np.linalg.norm(u[:dim], axis=0)
     return u

@@ -49,8 +49,9 @@ class SobolIndices:
 
 
 def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """Points (N (d + 2), d): A, B, A_B^1, ..., A_B^d below each other, N = `count`, of a scrambled
-    Sobol sequence in 2 d.
+    """Points (N (d + 2), d) of a scrambled Sobol sequence in 2 d, N = `count`, below each other.
+
+        A, B, A_B^1, ..., A_B^d    A_B^i is A with the column i of B
 
     d parameters, values [SI] in their order. InputError for a count below 1.
     """

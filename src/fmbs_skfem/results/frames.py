@@ -296,8 +296,11 @@ def magnify(frames: Frames, start: Frames, factor: float) -> Frames:
 
 
 def with_error(frames: Frames, full: Frames) -> Frames:
-    """`frames` with the field 'error', e = |r - r_full| [m]; same instants, bodies and sampling
-    points in both.
+    """`frames` with the field 'error'.
+
+        e = |r - r_full|    [m]
+
+    Both have the same instants, bodies and sampling points.
     """
     if frames.times.shape != full.times.shape or not np.allclose(
         frames.times, full.times, rtol=0, atol=1e-9 * np.ptp(full.times)

@@ -100,7 +100,12 @@ def coloured(frames: Frames, largest: float) -> tuple[Frames, PictureOptions]:
 
 
 def distance(body: Shown) -> np.ndarray:
-    """|r - r_state| (s, x) [m]; the state is the first instant."""
+    """Distances (s, x) [m] from the first instant.
+
+        |r - r_state|
+
+    which is the state about which shapes are.
+    """
     return np.asarray(np.linalg.norm(body.points - body.points[:1], axis=2))
 
 

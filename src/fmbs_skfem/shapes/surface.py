@@ -114,8 +114,10 @@ def quadrature(space: Any, parent: Parent, order: int) -> tuple[Floats, Floats]:
 
 
 def monomials(powers: Ints, xi: Floats) -> Floats:
-    """Derivatives (x, 6, m) of the monomials x^i y^j, exponents `powers` (m, 2), at the points xi
-    (x, 2).
+    """Derivatives (x, 6, m) of the monomials of the exponents `powers` (m, 2), at the points xi (x,
+    2).
+
+        x^i y^j    and its derivatives 1, 2, 11, 22, 12
     """
     degree = int(powers.max())
     table = np.zeros((len(xi), 2, 3, degree + 1))

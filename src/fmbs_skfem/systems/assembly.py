@@ -75,8 +75,11 @@ SNAP = 1e-12  #: distance from a break, over the length of a line, that is round
 @dataclass(frozen=True)
 @checked
 class Rayleigh:
-    """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on
-    strains only.
+    """Rayleigh damping of all bodies; stiffness-proportional damping acts on strains only.
+
+        C = mass M + stiffness K
+
+    `mass` [1/s], `stiffness` [s].
     """
 
     mass: Annotated[float, fields.quantity("1/s", ">= 0")] = 0.0

@@ -185,7 +185,12 @@ def directions(system: System, random: Generator) -> np.ndarray:
 
 
 def length(system: System) -> float:
-    """AMPLITUDE times the root mean square of the coordinates [m]."""
+    """Size of displacements by which states are changed [m].
+
+        AMPLITUDE sqrt(mean(x^2))
+
+    of the coordinates x (n,).
+    """
     return AMPLITUDE * (float(np.sqrt(np.mean(system.lift(system.x0) ** 2))) or 1.0)
 
 

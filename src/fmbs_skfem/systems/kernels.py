@@ -29,10 +29,12 @@ class Operator(NamedTuple):
     """A constant symmetric matrix in the storage that its product is fastest in; the other storages
     are empty.
 
-    diagonals[k, i] = A[i, i + offsets[k]] for bands, `rows` for sparse systems, `store` for dense
-    ones. `rows` holds one row for `components` unknowns where A = rows (x) identity, which reads
-    less memory. `store` is also what the iteration matrix adds: lower band (n, d+1) or dense (n,
-    n); it has no rows for sparse systems.
+        diagonals[k, i] = A[i, i + offsets[k]]
+
+    for bands, `rows` for sparse systems, `store` for dense ones. `rows` holds one row for
+    `components` unknowns where A = rows (x) identity, which reads less memory. `store` is also what
+    the iteration matrix adds: lower band (n, d+1) or dense (n, n); it has no rows for sparse
+    systems.
     """
 
     offsets: Integers
@@ -44,7 +46,9 @@ class Operator(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """t terms value s(t) y_i y_j of `systems.system.Constraints`.
+    """t terms of `systems.system.Constraints`.
+
+        value s(t) y_i y_j
 
     `pair` is the first probe pair of a term with second derivatives, -1 of others.
     """

@@ -80,7 +80,12 @@ def length_of(part: Body, size: float) -> float:
 
 
 def spread(places: np.ndarray) -> float:
-    """Largest distance of places (x, c) from their mean [m]."""
+    """Largest distance of places r (x, c) from their mean [m].
+
+        max |r - mean r|
+
+    0 of a single place.
+    """
     return (
         float(np.linalg.norm(places - places.mean(axis=0), axis=1).max(initial=0.0))
         if len(places)
@@ -102,7 +107,11 @@ def origin(parts: Sequence[Body]) -> np.ndarray:
 
 
 def extent(parts: Sequence[Body], probes: np.ndarray | None = None) -> float:
-    """Size of a mechanism: the largest distance of its points from their mean [m].
+    """Size L of a mechanism [m].
+
+        L = max |r - mean r|
+
+    over its points r.
 
     Of a single point the largest of its probe rows (j,), as the length of a link that holds it; 1 m
     where nothing has a size.

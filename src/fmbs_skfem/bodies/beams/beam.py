@@ -218,8 +218,12 @@ def beam_numbers(
 
     Directors yield by 1/R to an axial force and by 1/(2 R) to a shear force, in series with the
     section: its compliance is less by that, so that both together have the given one. The shares of
-    points that do not lock act on Gamma and E; where Gamma and kappa are coupled, C = (A, B; B^T,
-    D), on all of C but D - B^T A^-1 B of kappa: what both leave has no negative directions.
+    points that do not lock act on Gamma and E; where Gamma and kappa are coupled, on all of C but
+    the latter of
+
+        C = (A, B; B^T, D),    D - B^T A^-1 B
+
+    of kappa: what both leave has no negative directions.
     """
     fields = reference.reshape(-1, FIELDS, 3)
     table, values, weights = arc_length_table(space, fields[:, 0], locking.POINTS)

@@ -419,8 +419,10 @@ def apply(table: Any, which: Any) -> int:
 
 @jit
 def apply_row(table: Any, x: np.ndarray) -> None:
-    """x <- W'^-1 x: into the directions in which W was factored, the shared points, all others, and
-    back.
+    """Solve with the rotated factors: into the directions in which W was factored, the shared
+    points, all others, and back.
+
+        x <- W'^-1 x
     """
     S = opened(table)
     R = S.rotations

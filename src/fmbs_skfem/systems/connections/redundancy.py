@@ -62,8 +62,10 @@ AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it
 
 @dataclass(frozen=True)
 class StartRows:
-    """Constraints at t = 0 on the coordinates z = x[used] that they read: called with z (u,), Phi
-    (m,) and Phi_z (m, u).
+    """Constraints at t = 0 on the coordinates that they read: called with z (u,), Phi (m,) and
+    Phi_z (m, u).
+
+        z = x[used]
     """
 
     terms: kernels.Terms

@@ -140,8 +140,10 @@ class SlidingForce(Load):
 
 @dataclass(frozen=True)
 class SlidingFriction(Load):
-    """Coulomb's friction of what slides along a line, by its force across the line, and viscous
-    `damping`.
+    """Coulomb's friction of what slides along a line at v, by its force N across the line, and
+    viscous `damping`.
+
+        F = - (coefficient |N| tanh(v / speed) + damping v)
 
     From a sliding `speed` of 0.76 of its own on the force is within a quarter of `coefficient` N,
     from 2 on within 4 %; below it falls to zero, so that what sticks creeps. In equilibria it is

@@ -100,6 +100,8 @@ def where(load: Load) -> str:
 class Gravity(Load):
     """Uniform acceleration of all bodies.
 
+        dF = acceleration dm
+
     {type: gravity, acceleration: [0, 0, -9.81 m/s^2]}
     """
 
@@ -114,7 +116,9 @@ class Gravity(Load):
 
 @dataclass(frozen=True)
 class PointForce(Load):
-    """A force of fixed direction at a point, times `history`.
+    """A force of fixed direction at a point.
+
+        force history(t)
 
     {type: point_force, at: beam.right, force: [0, -5 N], history: sin(10 * t)}
     """

@@ -21,7 +21,12 @@ from ..kernels import Csr
 
 
 class LowRank(NamedTuple):
-    """Terms L^T R of the derivatives of a state, k of them, on q probe rows each and of rank r."""
+    """Terms of the derivatives of a state, k of them.
+
+        H = L^T R
+
+    on q probe rows each and of rank r.
+    """
 
     used: Integers  #: (1,) how many there are
     rows: IntegerMatrix  #: (k, q)

@@ -178,6 +178,8 @@ class Rope(Between):
     """Pulls where it is longer than `length`, by default its length in the reference, and never
     pushes.
 
+        N = stiffness s + damping s' >= 0    where s = d - length > 0
+
     {type: rope, at: beam.right, to: [1 m, 0.5 m], stiffness: 1 kN/m, length: 0.6 m}
     """
 
@@ -204,6 +206,8 @@ class Rope(Between):
 class Stop(Between):
     """Pushes two places apart that are nearer than `gap`: in distance or, with `direction`, as seen
     along it from `to` to `at`.
+
+        N = stiffness s + damping s' >= 0    where s = gap - d > 0
 
     Damping acts while they touch, from the first instant on: a `smoothing` takes the jump out of
     it. It stops where it would pull; with `cut: false` it may (the law of Kelvin and Voigt). Steps
@@ -249,8 +253,9 @@ class Stop(Between):
 
 @dataclass(frozen=True)
 class ConstantForce(Between):
-    """Pulls two places together with a force, times `history`, at any distance; a negative one
-    pushes.
+    """Pulls two places together at any distance; a negative force pushes.
+
+        force history(t)
 
     {type: constant_force, at: beam.right, to: [1 m, 1 m], force: 20 N}
     """

@@ -682,8 +682,10 @@ class Deflection(Probe):
 
 @dataclass(frozen=True)
 class Distance(Probe):
-    """Distance [m] between two places, or a place and a fixed point, and its rate [m/s], in the
+    """Distance d [m] between two places, or a place and a fixed point, and its rate [m/s], in the
     columns NAME and NAME_rate.
+
+        d = |r_at - r_to|,    d' = (r_at - r_to) . (r_at - r_to)' / d
 
     At a distance of 0 it has no direction, and its rate is 0.
 

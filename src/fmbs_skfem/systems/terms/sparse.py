@@ -70,8 +70,11 @@ def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -
 
 
 def entries(local: np.ndarray, n: int) -> np.ndarray:
-    """Keys row * n + column (row >= column) of the entries of all lower triangles, (l (l + 1) / 2,
-    e).
+    """Keys of the entries of all lower triangles of cells.
+
+        row * n + column,    row >= column
+
+    (l (l + 1) / 2, e).
     """
     low, column = np.tril_indices(len(local))
     # one integer an entry, row times n plus column, so that sorting sorts rows and columns at once
