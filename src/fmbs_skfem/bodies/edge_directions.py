@@ -302,5 +302,10 @@ def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[NodeLines
 
 
 def sine(a: Floats, b: Floats) -> float:
-    """Sine of the angle between two directions (2,)."""
+    """Sine of the angle between two directions (2,).
+
+        (a x b) / (|a| |b|)
+
+    with the sign of a turn from a to b.
+    """
     return float((a[0] * b[1] - a[1] * b[0]) / (np.linalg.norm(a) * np.linalg.norm(b)))

@@ -255,6 +255,8 @@ def call_dissipation(
     """Heat [W] of a damping time of 1 s in compiled code, as `dissipation`, with the `addresses` of
     a law that is damped.
 
+        sum_pe weight v . dR/dv
+
     u and `rate` (k c, p, e), section (i, p, e), `room` for one number a point, (p e,) or more.
     """
     call(

@@ -174,8 +174,11 @@ def fibre_strains(
 
 
 def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Gamma [-] and kappa [1/m] (6, ...) of a beam, of gradients u (24, ...), less those in its
-    `section` (i, ...).
+    """Strains (6, ...) of a beam from its reference, Gamma [-] and kappa [1/m].
+
+        Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic)
+
+    of gradients u (24, ...), less those in its `section` (i, ...).
     """
     first = strain_law.FIRST
     return np.asarray(

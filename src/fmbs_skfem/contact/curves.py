@@ -113,6 +113,10 @@ def correction(
 ) -> tuple[Scalar, Scalar]:
     """Newton's correction of (p, q) for (5), of those which are not held; the way down where it is
     no minimum.
+
+        (f_pp f_pq; f_pq f_qq) (dp, dq) = - (f_p, f_q),    f = |A - B|^2 / 2
+
+    as of `separate`.
     """
     one, other, pp, pq, qq = separate(dim, w)
     # Gauss's matrix, which is never negative, where the curve bends away; the derivative of what

@@ -265,8 +265,11 @@ def meet_flat(y: np.ndarray, corners: np.ndarray, p: np.ndarray) -> tuple[float,
 
 @jit
 def extents(y: np.ndarray, corners: np.ndarray, at: np.ndarray) -> tuple[float, float]:
-    """Longest side of all flat triangles (h, 3), and how far the cubic ones can be away: a third of
-    the largest D_ij - side.
+    """Longest side of all flat triangles, and how far the cubic ones can be away.
+
+        max |x_j - x_i|,    1/3 max |D_ij - (x_j - x_i)|
+
+    of vertices i and j of triangles (h, 3).
     """
     long, bulge = 0.0, 0.0
     for f in range(len(corners)):

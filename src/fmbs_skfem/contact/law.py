@@ -56,7 +56,12 @@ def require_law(law: np.ndarray, power: np.ndarray, name: str) -> None:
 
 @jit
 def carried(x: Scalar, value: float, slope: float) -> Scalar:
-    """The function of x with a value and a slope at its real part."""
+    """A function of x, real or complex, with a value and a slope at its real part.
+
+        value + slope (x - Re x)
+
+    Branches of one-sided laws are taken once so.
+    """
     # a function of the real part by its derivative: branches of one-sided laws are then taken once
     return value + slope * (x - x.real)
 

@@ -190,7 +190,12 @@ def find(
 
 @jit
 def away(F: Any, w: np.ndarray) -> float:
-    """The gap of the places in w[0:6]."""
+    """The gap of the places in w[0:6] [m].
+
+        |A - B| - R_A - R_B
+
+    with the radii of both beams.
+    """
     square = 0.0
     for c in range(F.dim):
         square += (w[0, c] - w[3, c]) ** 2

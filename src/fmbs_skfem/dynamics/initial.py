@@ -401,7 +401,12 @@ def jump(
 
 
 def change_of(solve: Solver, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
-    """What a push f (n,) and a gap (m,) make of velocities, (n,)."""
+    """What a push f (n,) and a gap g (m,) make of velocities, (n,).
+
+        [[M, J^T], [J, 0]] (dv, l) = (f, - g)
+
+    0 of a system without joints.
+    """
     return solve(f, -gap)[0] if len(gap) else np.zeros(len(f))
 
 

@@ -131,7 +131,10 @@ def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calib
 def half_width(calibration: Calibration, indicator: float) -> float:
     """Half the width of the band at an indicator [decades].
 
-    At least 0.1 decades; `indicator` I is positive and finite.
+        t s sqrt(1 + 1 / k + (log10 I - m)^2 / moment)
+
+    with Student's t of the level, the spread s and the number k of pairs, at least 0.1 decades;
+    `indicator` I is positive and finite.
     """
     from scipy.special import stdtrit
 

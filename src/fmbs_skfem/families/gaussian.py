@@ -74,7 +74,12 @@ class Process:
 
     @cached_property
     def factor(self) -> Array:
-        """Lower Cholesky factor of K (k, k)."""
+        """Cholesky factor (k, k) of the covariance of the samples.
+
+            L L^T = K = cov(z, z) + var(n) 1
+
+        L lower.
+        """
         return np.asarray(
             cholesky(
                 self.covariance(self.points) + self.noise * np.eye(len(self.points)), lower=True

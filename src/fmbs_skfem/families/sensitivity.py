@@ -105,8 +105,12 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0
 
 
 def estimate(table: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """S_i and ST_i (d,) of values (N, d + 2), with the mean of A and B subtracted, which takes
-    noise from S_i.
+    """Sobol indices (d,) of values (N, d + 2) in columns A, B, A_B^i, with the variance V of A and
+    B.
+
+        S_i = mean((B - m) (A_B^i - A)) / V,    ST_i = mean((A - A_B^i)^2) / (2 V)
+
+    The mean m of A and B is subtracted, which takes noise from S_i.
     """
     a, b, mixed = table[:, 0], table[:, 1], table[:, 2:]
     both = table[:, :2]

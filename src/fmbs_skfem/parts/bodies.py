@@ -126,7 +126,12 @@ def with_places(part: Body, S: np.ndarray) -> np.ndarray:
 
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Coordinates z (s, m, c) of the states (s, b, c) of a full body nearest in the mass."""
+    """Coordinates z (s, m, c) of the states (s, b, c) of a full body, nearest in the mass.
+
+        z = (S^T W S)^-1 S^T W q
+
+    as of `projected`.
+    """
     found = projected(part, S, as_columns(states))
     return found.reshape(S.shape[1], len(states), -1).transpose(1, 0, 2)
 

@@ -60,7 +60,12 @@ class Departure:
 
     @property
     def excess(self) -> float:
-        """How far the value is outside, over the trained range."""
+        """How far the value is outside of what was trained.
+
+            max(value - high, low - value) / (high - low)
+
+        infinite where the trained range is a single value.
+        """
         low, high = self.trained
         return max(self.value - high, low - self.value) / (high - low) if high > low else np.inf
 

@@ -361,7 +361,12 @@ def turns(part: Body, place: str) -> bool:
 
 
 def sweep(told: Excitation, random: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """sin(phi(t)) w(t) of times (s,) [s], with a phase and frequencies of its own."""
+    """A history over times (s,) [s], with a phase and frequencies of its own.
+
+        sin(phi(t)) w(t)
+
+    with a window w.
+    """
     assert told.slowest is not None
     assert told.fastest is not None
     assert told.duration is not None

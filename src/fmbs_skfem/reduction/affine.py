@@ -237,7 +237,12 @@ def misfit(
 
 
 def basis(nodes: np.ndarray, x: float, logarithmic: bool) -> np.ndarray:
-    """l_j(x) of all nodes (j,)."""
+    """Lagrange polynomials of all nodes (j,) at x.
+
+        l_j(x) = prod_{i != j} (x - x_i) / (x_j - x_i)
+
+    of one parameter, or of its logarithm.
+    """
     if logarithmic:
         nodes = np.log(nodes)
         x = float(np.log(x))
@@ -249,7 +254,12 @@ def basis(nodes: np.ndarray, x: float, logarithmic: bool) -> np.ndarray:
 
 
 def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.ndarray:
-    """P_t at values (d,), for all nodes of the grid (t,)."""
+    """Lagrange polynomials P (t,) of all nodes of the grid at values x (d,).
+
+        P_t = prod_d l_j(x_d),    t = (j_1, .., j_d)
+
+    see `basis`, by the nodes of every parameter.
+    """
     weights = np.ones(1)
     for points, degree, logarithmic, x in zip(
         nodes, order.degrees, order.logarithmic, row, strict=True

@@ -201,10 +201,13 @@ def keep_factors(
 
 
 def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
-    """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q).
+    """Truncated factors of a component's deviations X from its initial state, for snapshots q (s,
+    q).
 
-    Rigid components keep all directions, components at rest have none. eps of the factors is 1e-4
-    of that of the plan, or 1e-20 where the plan has a number of modes.
+        X ~ U S W^T,    sum_{i>r} s_i^2 / sum_i s_i^2 <= 1e-4 eps
+
+    Rigid components keep all directions, components at rest have none. eps is that of the plan;
+    where it has a number of modes, the bound is 1e-20.
     """
     rows = rows_of(raw, members)
     W = metric_of(raw, rows)

@@ -438,8 +438,11 @@ def run_without(
 
 
 def missed_part(task: TrainingTask, raw: System, run: FullRun, system: System) -> float:
-    """What the space of a reduced system misses of a run, over its displacements: the least error
-    that there can be.
+    """What the space of a reduced system misses of a run, the least error that there can be.
+
+        int |q - P q|_M dt / int |q - q0|_M dt
+
+    P takes states q to the nearest ones of the space.
     """
     q = states(task, raw, run)
     nearest = (system.lift.matrix @ component.projected(system, q).T).T + system.lift.offset
@@ -467,10 +470,12 @@ def with_system(task: TrainingTask, case: Case, system: System) -> Case:
 
 
 def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:
-    """I of equation (49) of a reduced motion; `task.family` gives the full system whose residual is
-    taken.
+    """Error indicator [m s] of a reduced motion; `task.family` gives the full system whose residual
+    is taken.
 
-    [m s], see `errors.indicator`; `motion` is that of the reduced case at `values`.
+        I = c int |R|_g dt    (49)
+
+    See `errors.indicator`; `motion` is that of the reduced case at `values`.
     """
     case = task.driven(task.family(values))
     return errors.indicator(case.system, motion, case.scheme)

@@ -57,7 +57,12 @@ class Recovered:
 
     @property
     def mean(self) -> float:
-        """Root of the mean square of the error over the surface, as a part of the largest stress."""
+        """Mean error of the stresses of a surface.
+
+            sqrt(mean |s* - s|^2) / largest stress
+
+        over the surface; 0 without a stress.
+        """
         square = float(np.average(self.errors**2, weights=self.weights))
         return float(np.sqrt(square)) / self.largest if self.largest > 0.0 else 0.0
 

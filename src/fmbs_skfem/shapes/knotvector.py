@@ -169,6 +169,8 @@ def levels(
     """The functions of degree 0 .. p that live on the spans (x,), of rising number, (x,) each, by
     the recursion of Cox and de Boor.
 
+        N_i^p = (xi - t_i) / (t_{i+p} - t_i) N_i^{p-1} + (t_{i+p+1} - xi) / (t_{i+p+1} - t_{i+1}) N_{i+1}^{p-1}
+
     Each step takes an argument (x,) of its own, which counts from `start`: equal ones give
     functions, others their polar forms.
     """

@@ -111,6 +111,8 @@ class BSpline(Keeping):
 class Hermite(Keeping):
     """Cubic Hermite functions: function 2i carries the position of node i, 2i+1 its slope dr/dxi.
 
+        1 - 3 u^2 + 2 u^3,  h (u - 2 u^2 + u^3),  3 u^2 - 2 u^3,  h (u^3 - u^2)    u from 0 to 1 in a cell of the length h
+
     The gradient-deficient ANCF cable: Gerstmayr and Shabana, Nonlinear Dynamics 45 (2006),
     doi:10.1007/s11071-006-1856-1.
     """

@@ -130,7 +130,12 @@ def monomials(powers: Ints, xi: Floats) -> Floats:
 
 
 def side_points(parent: Parent, side: Ints, s: Floats) -> Floats:
-    """Parent points (x, 2) at the fractions s (x,) of the sides (x,)."""
+    """Parent points (x, 2) at the fractions s (x,) of the sides (x,).
+
+        start + s (end - start)
+
+    s from 0 to 1.
+    """
     corners = VERTICES[parent]
     start, end = corners[side], corners[(side + 1) % int(parent)]
     return start + np.asarray(s)[:, None] * (end - start)

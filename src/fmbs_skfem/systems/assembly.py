@@ -451,7 +451,12 @@ def terms_of(known: Constraints) -> TermCollector:
 def uniform_field(
     layout: Coordinates, parts: list[Body], accelerations: list[np.ndarray]
 ) -> np.ndarray:
-    """Coordinates of the sum of all gravity fields (c,) [m/s2]."""
+    """Coordinates (q,) of the sum g of all gravity fields (c,) [m/s2].
+
+        1 (x) g
+
+    with the coordinates of the field 1 of every body.
+    """
     total = sum(accelerations, np.zeros(layout.dim))
     return np.concatenate([np.kron(part.constant, total) for part in parts])
 

@@ -280,6 +280,8 @@ def check_rates(
     """The derivative by velocities that the tangent adds against differences of the forces, at x
     and v (n,) and `time` [s].
 
+        C d = d/ds f(x, v + s d)
+
     InputError where an error is above the `tolerance`.
     """
     none = np.zeros(model.constraints)
@@ -318,6 +320,8 @@ def check_loss(
 def check_mass(where: str, system: System) -> None:
     """Mass symmetric and without negative directions, relative to its largest entry; massless
     frames have none at all.
+
+        M = M^T,    v^T M v >= 0
     """
     M = as_dense(system.mass)
     largest = float(np.abs(M).max())

@@ -681,7 +681,13 @@ def strain_energy(model: Compiled, x: np.ndarray) -> float:
 
 
 def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (m,) and Phi_x (m, n) at x (n,) and t [s], in the order of `system.constraints.names`."""
+    """Constraints and their derivatives at x (n,) and t [s], in the order of
+    `system.constraints.names`.
+
+        Phi (m,),    Phi_x = Phi_y P (m, n)
+
+    with the probe rows y = P x + y0.
+    """
     phi, jacobian = constraints_at(model, x[None, :], np.array([t]))
     return phi[0], np.asarray(jacobian @ model.system.probes.matrix)
 

@@ -22,8 +22,9 @@ from .system import System
 
 @checked
 def force(system: System, x: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> np.ndarray:
-    """f (n,) [N]: elastic and damping forces minus loads at unknowns x (n,) and rates v (n,), zero
-    by default, at time t [s].
+    """Forces (n,) [N] at unknowns x (n,) and rates v (n,), zero by default, at time t [s].
+
+        f = elastic forces + damping forces - loads
 
     InputError for arrays of another shape.
     """
@@ -58,8 +59,10 @@ def tangent(
 
 @checked
 def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (m,) and Phi_x (m, n) at unknowns x (n,) and time t [s], in the order of
+    """Constraints and their derivatives at unknowns x (n,) and time t [s], in the order of
     `system.constraints.names`.
+
+        Phi (m,),    Phi_x (m, n)
 
     InputError for an array of another shape.
     """

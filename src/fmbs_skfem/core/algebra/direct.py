@@ -528,5 +528,10 @@ def solve(factors: Factors, b: np.ndarray) -> np.ndarray:
 
 
 def residual(matrix: csr_array, x: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """b - A x, for one x (n,) or for every row of x (k, n)."""
+    """Residual for one x (n,) or for every row of x (k, n).
+
+        b - A x
+
+    b as x, A (n, n).
+    """
     return b - (matrix @ x.T).T

@@ -37,7 +37,12 @@ def lengths(a: np.ndarray) -> np.ndarray:
 
 
 def unit_rows(a: np.ndarray) -> np.ndarray:
-    """Rows of a (m, n) scaled to length 1; rows of zeros stay."""
+    """Rows of a (m, n) scaled to length 1.
+
+        a_i / |a_i|
+
+    Rows of zeros stay.
+    """
     return np.asarray(a / lengths(a)[:, None])
 
 

@@ -126,7 +126,12 @@ def predict(table: Any) -> None:
 
 @jit
 def algorithmic(method: Method, new: float, old: float, a: float) -> float:
-    """a1 from q1'', q0'' and a0."""
+    """Algorithmic acceleration at the end of a step, from that at its begin.
+
+        a1 = ((1 - alpha_f) q1'' + alpha_f q0'' - alpha_m a0) / (1 - alpha_m)
+
+    of one unknown.
+    """
     # a product with the inverse: the divisor is one for all unknowns, and a division costs several
     # products
     return ((1.0 - method.af) * new + method.af * old - method.am * a) * (1.0 / (1.0 - method.am))
@@ -413,7 +418,12 @@ def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
 
 @jit
 def correction_size(table: Any) -> float:
-    """The size of dq [m] of the correction in rhs."""
+    """Size of the correction in rhs [m].
+
+        |dq| = sqrt(sum_n norm_n dq_n^2)
+
+    with the weights of `evaluation.Arrays`.
+    """
     S = opened(table)
     norm = S.arrays.norm
     square = 0.0
@@ -455,8 +465,10 @@ def apply(table: Any) -> None:
 def goal(method: Method, change: float, iteration: int, begun: float, rotated: bool) -> float:
     """Remaining error of q [m] at which the iteration may stop.
 
-    `change` is the second difference of q'' in the step before [m/s2], `begun` the first correction
-    of this one [m].
+        max(min(tolerance, sharp change), floor)
+
+    The tolerance is that of the method, or less beside `begun`. `change` is the second difference
+    of q'' in the step before [m/s2], `begun` the first correction of this one [m].
     """
     # the sharper goal is beta h^2 beside q'': below the round-off of forces over c it would never
     # be met

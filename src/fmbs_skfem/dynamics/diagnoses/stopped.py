@@ -79,7 +79,12 @@ class StoppedSolve:
 
     @cached_property
     def matrix(self) -> csr_array:
-        """W at the trial state (n, n)."""
+        """Iteration matrix (n, n) at the trial state.
+
+            W = K + gh C + bh M
+
+        with bh and gh of the step.
+        """
         at = self.at if self.h else self.good
         bh, gh = self.short
         return csr_array(
@@ -183,8 +188,10 @@ def saddle_of(stop: StoppedSolve) -> Saddle | None:
 
 
 def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
-    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced
+    """Smallest singular value of A relative to |A|, and the right vector y (n + m,) in balanced
     unknowns.
+
+        |A y| / |A|,    |y| = 1
 
     None for more than 20000 unknowns, and where the matrix is not finite or has no factors.
     """

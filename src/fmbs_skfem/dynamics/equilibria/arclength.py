@@ -143,11 +143,21 @@ class PathProblem:
     control: ArcLength
 
     def measure(self, a: np.ndarray, b: np.ndarray) -> float:
-        """Product of two displacements in the metric."""
+        """Product of two displacements (n,) in the metric W.
+
+            a^T W b
+
+        of `systems.lengths`.
+        """
         return float(a @ (self.model.system.metric @ b))
 
     def size(self, a: np.ndarray) -> float:
-        """Length of a displacement."""
+        """Length of a displacement (n,).
+
+            sqrt(a^T W a)
+
+        see `measure`.
+        """
         return float(np.sqrt(max(self.measure(a, a), 0.0)))
 
     @property
@@ -157,7 +167,12 @@ class PathProblem:
 
     @property
     def long(self) -> float:
-        """Length of a displacement of all points by the size of the system."""
+        """Length of a displacement of all points by the size L of the system.
+
+            L sqrt(w)
+
+        with the mass w of `systems.lengths`.
+        """
         return float(self.model.system.scale * np.sqrt(self.model.system.weight))
 
 

@@ -197,8 +197,10 @@ def move(
 def soften(
     model: Compiled, at: Equilibrium, path: tuple[np.ndarray, np.ndarray], probe: float, wide: float
 ) -> csr_array:
-    """K1 (n, n), by which the tangent changes with the load factor along the path (n,), (m,) of an
-    equilibrium.
+    """K1 (n, n), by which the tangent changes with the load factor k along the path (n,), (m,) of
+    an equilibrium.
+
+        K1 = dK/dk
 
     Quotients of states up to `wide` away: loads of a hundredth of those that buckle move a stiff
     structure by a millionth of its size, and its strains then have six digits less than positions.

@@ -72,7 +72,12 @@ class VibrationModes:
 
     @property
     def angular_frequencies(self) -> np.ndarray:
-        """Angular frequencies (i,) [rad/s], 0 where the equilibrium is unstable."""
+        """Angular frequencies (i,) [rad/s].
+
+            omega = sqrt(max(omega^2, 0))
+
+        0 where the equilibrium is unstable.
+        """
         return np.sqrt(np.maximum(self.squares, 0.0))
 
 
@@ -365,7 +370,9 @@ def whole_pairs(values: np.ndarray, count: int) -> int:
 def without_round_off(values: np.ndarray) -> np.ndarray:
     """Eigenvalues (i,) on the axes of the complex plane where they are there but for round-off.
 
-    Real or imaginary parts up to 1e-9 of |s| become zero.
+        |Re s| <= 1e-9 |s|    or    |Im s| <= 1e-9 |s|
+
+    become zero.
     """
     real, imaginary = (
         np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part)
@@ -388,8 +395,10 @@ def once(values: np.ndarray, shapes: np.ndarray, still: float) -> np.ndarray:
     """Which motions (i,) are left when those slower than `still` [rad/s], sorted, are kept only
     where their shapes (n, i) are new.
 
-    A free motion u = a + b t has the eigenvalue 0 twice with one shape; round-off parts it into s
-    and -s, real or imaginary, where damped motions have negative real parts alone.
+        u = a + b t
+
+    Such a free motion has the eigenvalue 0 twice with one shape; round-off parts it into s and -s,
+    real or imaginary, where damped motions have negative real parts alone.
     """
     slow = int(np.sum(np.abs(values) <= still))
     if abs(values[:slow].real.sum()) > MIRRORED * np.abs(values[:slow]).sum():
@@ -514,7 +523,9 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
 def largest_one(shapes: np.ndarray) -> np.ndarray:
     """Shapes (n, i) with the largest entry 1.
 
-    Every column is divided by its entry of largest size, which may be complex.
+        v / v_k,    k the entry of largest size, which may be complex
+
+    column by column.
     """
     return np.asarray(shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])])
 

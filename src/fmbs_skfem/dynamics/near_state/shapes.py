@@ -74,8 +74,10 @@ class Free:
 
 @checked
 def shares(shapes: Shapes) -> dict[str, np.ndarray]:
-    """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is
+    """Parts (i,) of every motion v that belong to the bodies b, to components of a model that is
     saved without them.
+
+        Re sum_(i in b) conj(v_i) (M v)_i / v^H M v    (1)
 
     Where a motion has no mass, W of `systems.lengths` takes the place of M.
     """
@@ -174,8 +176,9 @@ def stands_alone(linear: Linear, free: Free) -> bool:
 def are_free(vectors: np.ndarray, free: Free, metric: csr_array | np.ndarray) -> np.ndarray:
     """Which motions (n, i) are combinations of free ones, (i,) bool.
 
-    What is left of v without its part along Y, in the `metric` (n, n), is at most a thousandth of
-    it.
+        |v - Y Y^+ v|_W <= 1e-3 |v|_W
+
+    What is left of v without its part along Y, in the `metric` W (n, n), is so little.
     """
     Y = free.vectors
     if not Y.shape[1]:

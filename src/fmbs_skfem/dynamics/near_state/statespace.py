@@ -260,7 +260,12 @@ def slope(system: System, x: np.ndarray, time: float, name: str, start: float) -
 
 
 def residual_flexibility(linear: Linear, V: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """R (n, j) of (3) for modes V (n, r) and inputs that push by Q_w (n, j)."""
+    """What the modes that are left out bend at rest, R (n, j) of (3).
+
+        K R + Phi_x^T l + M V k = Q_w,    Phi_x R = 0,    V^T M R = 0
+
+    for modes V (n, r) and inputs that push by Q_w (n, j).
+    """
     rows = np.concatenate([linear.rows, V.T @ linear.mass])
     found = saddle.regular_solution(
         saddle.matrix(linear.stiffness, rows), np.pad(push, [(0, len(rows)), (0, 0)])

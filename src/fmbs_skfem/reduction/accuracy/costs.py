@@ -63,7 +63,12 @@ class Payoff:
 
     @property
     def speedup(self) -> float:
-        """How many times as fast as the full model it is."""
+        """How many times as fast as the full model the reduced one is.
+
+            full_s / run_s
+
+        of one run each.
+        """
         return self.full_s / self.run_s
 
     @property
@@ -73,7 +78,12 @@ class Payoff:
 
     @property
     def runs(self) -> float | None:
-        """Runs after which the training has paid; None where it does not pay."""
+        """Runs after which the training has paid.
+
+            training_s / (full_s - run_s)
+
+        None where it does not pay.
+        """
         return self.training_s / (self.full_s - self.run_s) if self.pays else None
 
     @property

@@ -70,7 +70,12 @@ class Errors:
 
     @property
     def median(self) -> float:
-        """Median distance over the largest displacement."""
+        """Median distance over the largest displacement.
+
+            median_t |q - p| / max_t |q - q0|
+
+        0 without an error.
+        """
         return over(float(np.median(self.distance)), float(self.motion.max()))
 
     @property
@@ -188,7 +193,12 @@ def all_positions(system: System, q: np.ndarray) -> np.ndarray:
 
 
 def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
-    """Root mean squares (s,) [m] of displacements (s, x c) along centre lines."""
+    """Root mean squares (s,) [m] of displacements u (s, x c) along centre lines.
+
+        sqrt(mean_x |u|^2)
+
+    over their x samples.
+    """
     return np.sqrt(dim * np.mean(displacements**2, axis=1))
 
 

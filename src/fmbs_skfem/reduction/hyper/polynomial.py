@@ -176,8 +176,11 @@ def check(sampled: Sampled, beta: float, name: str) -> None:
 
 
 def energy_matrix(sampled: Sampled) -> np.ndarray:
-    """P (m, m), its lower triangle; blocks of points are summed with compensation, so that P is as
-    good as one block.
+    """The lower triangle of P (m, m) of all points.
+
+        P = sum_p s_p s_p^T
+
+    Blocks of points are summed with compensation, so that P is as good as one block.
     """
     points = sampled.section.shape[2]
     fields = np.concatenate([sampled.offset[:, None], sampled.rows], axis=1).reshape(4, points, -1)

@@ -346,8 +346,11 @@ def training_blocks(
     level: Level,
     measure: Measure | None = None,
 ) -> Iterator[np.ndarray]:
-    """Rows (s n) of G for blocks of states (s, n); columns are cells or points of all bodies of the
-    component.
+    """Rows (s r) of the training matrix for blocks of states (s, r).
+
+        G_(s,i),e = (U_e^T F_e(q_s))_i
+
+    Columns e are cells or points of all bodies of the component.
     """
     points = sum(len(sampled_gather(e).cell) for e in members)
     # blocks of states, so that forces of all points stay below BLOCK numbers
@@ -366,8 +369,11 @@ def training_blocks(
 
 
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
-    """Contribution of every cell or point to the force on the body's own unknowns (s, r): (s, r,
-    e).
+    """Contributions of cells or points e to the force on the body's own unknowns.
+
+        U_e^T F_e(q_s)    (s, r, e)
+
+    of states (s, r).
     """
     gather = sampled_gather(elastic)
     points = len(gather.cell)

@@ -238,6 +238,8 @@ def size_of(layout: Coordinates, names: set[str]) -> float:
 def unit(place: str, values: object, size: int) -> np.ndarray:
     """A direction (size,) of length 1.
 
+        d / |d|
+
     InputError, after `place`, for another number of values, zeros alone, or values that are not
     finite.
     """

@@ -180,7 +180,12 @@ def motions(system: System, q: np.ndarray) -> list[np.ndarray]:
 
 
 def turn(apart: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """axis x r for rows r (b, c) and an axis (3,), in the plane about z: (b, c)."""
+    """Velocities (b, c) of points r (b, c) by a turn about an axis (3,).
+
+        axis x r
+
+    in the plane about z.
+    """
     dim = apart.shape[1]
     return np.asarray(np.cross(axis, np.pad(apart, ((0, 0), (0, 3 - dim))))[:, :dim])
 
@@ -210,8 +215,10 @@ def motion_counts(system: System) -> dict[str, int]:
 
 
 def on_motions(system: System, rows: StartRows | None, q: np.ndarray) -> np.ndarray:
-    """Phi_q B (m, z) in the state q (q,), of the constraint rows of a system or of none; rows that
-    all motions satisfy are zero.
+    """Constraints on rigid motions (m, z) in the state q (q,), of the rows of a system or of none;
+    rows that all motions satisfy are zero.
+
+        Phi_q B
 
     z counts the motions of all bodies, 3 or 6 each, as in `motions`.
     """

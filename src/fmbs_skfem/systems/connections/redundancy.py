@@ -192,7 +192,12 @@ def row_lengths(system: System) -> np.ndarray:
 
 
 def lengths(rows: StartRows, J: Array) -> np.ndarray:
-    """Changes (m,) of the gaps by changes of z that count as large, J (m, u)."""
+    """Changes (m,) of the gaps by changes d of z that count as large.
+
+        sqrt(sum_u J_mu^2 d_u^2)
+
+    J (m, u), d (u,).
+    """
     return np.asarray(np.sqrt((J * J) @ rows.scale**2))
 
 

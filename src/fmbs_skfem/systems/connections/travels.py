@@ -30,7 +30,12 @@ D, N, U, FIRST, SECOND, VECTORS = range(6)
 
 @jit
 def product(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int, i: int, j: int) -> float:
-    """a_i . b_j of the vectors i and j of row k, whose components stand in a and b."""
+    """Product of two vectors i and j of row k.
+
+        a_i . b_j
+
+    whose components stand in a and b.
+    """
     dim = F.rows.shape[1] // VECTORS
     total = 0.0
     for c in range(dim):

@@ -49,7 +49,12 @@ def held(F: ForceRecord, k: int, w: Any, c: int) -> float:
 
 @jit
 def resistance(F: ForceRecord, k: int, w: Any) -> tuple[float, float]:
-    """F on s of group k, and dF/ds'."""
+    """Friction of group k along its line, and its derivative by the rate of s.
+
+        F = - (mu N tanh(v / v_0) + c v) |r'|,    v = |r'| s'
+
+    on the coordinate s, with the force N across the line.
+    """
     dim, _, _, cells = along_lines.layout(F, k)
     s = w.y[F.rows[k, 0]]
     rate = w.rates[F.rows[k, 0]]

@@ -63,7 +63,12 @@ def row(room: np.ndarray, last: float) -> float:
 
 @jit
 def slide(room: np.ndarray, last: float) -> float:
-    """p . d of the rows p, then d."""
+    """A coordinate along a direction that turns.
+
+        c = p . d
+
+    of the rows p, then d.
+    """
     c = 0.0
     half = room.shape[1] // 2
     room[SECOND:] = 0.0
@@ -170,7 +175,12 @@ def below(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, fl
 def constant(
     c: float, r: float, p: np.ndarray, h: float
 ) -> tuple[float, float, float, float, float]:
-    """A pull p h(t)."""
+    """A pull along a coordinate c.
+
+        f = - p h(t),    with the potential p h c
+
+    as of `spring`.
+    """
     return -h * p[0], 0.0, 0.0, h * p[0] * c, h * p[0]
 
 

@@ -633,8 +633,10 @@ class Stress(Probe):
 
 @dataclass(frozen=True)
 class Deflection(Probe):
-    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the
-    plane, as a distance in space.
+    """Position of `tip` relative to `root`, normal to the root's unit slope t [m]: with its sign in
+    the plane, as a distance in space.
+
+        t x (r_tip - r_root)    in space    |t x (r_tip - r_root)|
 
     {type: deflection, tip: beam.right, root: beam.left}
     """
