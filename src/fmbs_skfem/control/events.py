@@ -217,7 +217,10 @@ def park_of(draft: Draft, joint: str, coordinate: str) -> Lock:
 
 
 def lock_of(draft: Draft, joint: Joint) -> Lock:
-    """The rows that hold the two places of a joint together."""
+    """The rows that hold the two places of a joint together.
+
+    InputError for a joint that is not between two places, or a place and the ground.
+    """
     at, to = getattr(joint, "at", None), getattr(joint, "to", None)
     if not isinstance(at, At) or joint.coordinates:
         remedy = "lock a latch between two places"

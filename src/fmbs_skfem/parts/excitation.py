@@ -263,6 +263,9 @@ def move(
 ) -> tuple[np.ndarray, Excitation]:
     """States (s, b, c) of all runs with loads as they are, and the excitation with what it leaves
     open.
+
+    InputError for a body without named places; SolverError, with the number of the run, where one
+    fails.
     """
     told = settle(excitation, part)
     random = np.random.default_rng(excitation.seed)

@@ -270,7 +270,10 @@ def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.n
 
 
 def grid_of(known: FamilySamples, order: Order) -> np.ndarray:
-    """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones."""
+    """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones.
+
+    InputError where they are more than MANY.
+    """
     count = math.prod(degree + 1 for degree in order.degrees)
     if count > MANY:
         raise InputError(

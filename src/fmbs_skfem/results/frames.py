@@ -241,6 +241,8 @@ def nearest(times: Array, wanted: Sequence[float]) -> Indices:
 def spread(times: Array, count: int) -> Indices:
     """Indices of `count` of the instants (s,), evenly spread (fewer where there are fewer); of a
     path that turns, its points.
+
+    InputError for a `count` below 1.
     """
     if count < 1:
         raise InputError(say("frames: number of instants", "at least 1", count))

@@ -192,6 +192,8 @@ def _tangents(along: Floats) -> Floats:
 def side_tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
     """Tangents (e, side, 2 ends, 2) along the sides of cells: of the chord, or of the arc that the
     side lies on.
+
+    InputError for an arc along what is no side of a cell.
     """
     ends = plate_audit.sides(cells)
     chords = points[ends[:, :, 1]] - points[ends[:, :, 0]]
@@ -298,7 +300,10 @@ def _folded(result: Surface) -> np.ndarray:
 
 
 def check_folds(result: Surface, cells: Ints) -> None:
-    """The area element is positive at every quadrature point."""
+    """The area element is positive at every quadrature point.
+
+    InputError that names the first cell where it is not, with its nodes.
+    """
     folded = _folded(result)
     if folded.any():
         got = f"the folded cell {int(np.argmax(folded))} with the nodes {groups.list_numbers(cells[np.argmax(folded)])}"

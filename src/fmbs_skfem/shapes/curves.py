@@ -73,6 +73,9 @@ class Smooth:
 def through(points: ArrayLike) -> tuple[Floats, Curve]:
     """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open
     polyline.
+
+    Straight ones stay straight. InputError for fewer than two points, neighbours at one place,
+    points that are not finite, and lines that turn back.
     """
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or len(array) < 2 or array.shape[1] < 1 or not np.isfinite(array).all():

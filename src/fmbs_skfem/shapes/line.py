@@ -131,6 +131,9 @@ class Hermite(Keeping):
 def uniform(cells: int | ArrayLike, degree: int = 3, continuity: int = 1) -> BSpline:
     """Open B-splines of the given continuity over `cells` equal cells of [0, 1], or over the given
     breakpoints (e+1,).
+
+    InputError for no cells, breakpoints that do not rise, and a continuity that the degree does not
+    have.
     """
     whole = isinstance(cells, int | np.integer)
     if np.ndim(cells) == 0 and not (whole and cells >= 1):  # type: ignore[operator]
@@ -402,6 +405,8 @@ def insert_knots(
 ) -> tuple[BSpline, Floats]:
     """The same curve with more knots strictly inside the domain (Boehm, Oslo); coefficients (b, c)
     or (b,).
+
+    InputError for knots outside of it.
     """
     low, high = breaks(space)[[0, -1]]
     extra = inside("insert_knots", knots, low, high)
@@ -427,6 +432,8 @@ def insert_knots(
 def elevate(space: BSpline, coefficients: ArrayLike, times: int = 1) -> tuple[BSpline, Floats]:
     """The same curve with a degree higher by `times`, continuity unchanged; coefficients (b, c) or
     (b,).
+
+    InputError for `times` below 0.
     """
     if not isinstance(times, int | np.integer) or times < 0:
         raise InputError(

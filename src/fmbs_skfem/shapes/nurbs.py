@@ -608,6 +608,8 @@ _OPEN = np.array([0.0, 0.0, 1.0, 1.0])
 def place(shape: Surface, xi1: float, xi2: float, patch: str = "") -> tuple[int, float, float]:
     """Cell and parent coordinates of the knot parameters (xi1, xi2) of a patch: a named point of a
     surface.
+
+    InputError for an unknown patch and for parameters outside of its knots.
     """
     names = list(shape.space.patches)
     if patch not in names:

@@ -177,6 +177,8 @@ def reproduce(space: Any, xi: Floats, derivative: int = 0) -> Floats:
 def inside(where: str, xi: ArrayLike, low: float, high: float) -> Floats:
     """Parameters (x,) of the domain [low, high]; one that misses it by round-off (1e-12 of its
     length) is moved onto its end.
+
+    InputError for others, and for an array of other than one axis.
     """
     array = np.atleast_1d(np.asarray(xi, dtype=float))
     slack = 1e-12 * (high - low)

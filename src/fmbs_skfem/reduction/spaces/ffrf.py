@@ -88,6 +88,8 @@ def floating_fields(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scalar fields (b, 2 + i): 1, arc length, bending modes; squares of the frequencies omega^2
     (i,).
+
+    InputError for a body whose reference line is curved.
     """
     first, last = next((a, b) for body, a, b in system.coordinates if body == name)
     dim = system.dim

@@ -117,6 +117,8 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
 def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Where (k,) wanted times [s] stand among stored ones (s,) [s]; the interval between them tells
     round-off from a wrong time.
+
+    InputError for no times, and for one at which no state is stored.
     """
     near = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     near = near - (wanted - times[near - 1] < times[near] - wanted)
