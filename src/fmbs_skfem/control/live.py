@@ -59,6 +59,24 @@ def start(
     steps twice as long, for half as much again: a warning says where it errs by more. InputError
     for an output that there is not, or none, and for a part that is not between 0 and 1; see
     `beside`.
+
+        >>> from fmbs_skfem import scenes
+        >>> from fmbs_skfem.control.live import start
+        >>> from fmbs_skfem.dynamics import GeneralizedAlpha
+        >>> from fmbs_skfem.scenes import build
+        >>> cart = '''
+        ... schema: 1
+        ... dimension: 2
+        ... inputs: {u: {unit: N}}
+        ... bodies: {cart: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+        ... loads: {push: {type: control_force, at: cart, direction: [1, 0], force: u}}
+        ... outputs: {speed: {type: velocity, at: cart, component: x}}
+        ... '''
+        >>> run = start(build.system(scenes.loads(cart)), GeneralizedAlpha(0.01))
+        >>> run.step({"u": 4.0}, 100)
+        >>> f"{run.outputs()['speed']:.3f} m/s after {run.time:.1f} s"  # u (t - h / 2) / m
+        '1.990 m/s after 1.0 s'
     """
     iteration = newton or Newton()
     run = LiveRun(system, scheme, iteration, observers)

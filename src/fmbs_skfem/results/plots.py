@@ -302,6 +302,8 @@ def singular_values(
 ) -> Figure:
     """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of
     eq. (14) as text.
+
+    InputError for values that do not fall, or are not above 0.
     """
     figure = charts.figure(6.6, 4.4)
     axes = figure.subplots()

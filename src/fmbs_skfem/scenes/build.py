@@ -50,6 +50,14 @@ def system(scene: Scene, cells: Count | None = None, allow_outside: bool = False
     `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the
     scene's project folder. Raises InputError for meshes, places, edges and functions of time that
     do not fit, with file, line and path of keys.
+
+        >>> from fmbs_skfem import scenes, systems
+        >>> from fmbs_skfem.scenes import build
+        >>> raw = build.system(scenes.read("examples/double_pendulum.yaml"))
+        >>> raw
+        <System 1212 unknowns, 6 constraints: I, II>
+        >>> systems.eliminate(raw)
+        <System 1206 unknowns, 0 constraints: I, II>
     """
     check_functions(scene)  # before meshes are read
     return of_parts(scene, parts(scene, cells, allow_outside))

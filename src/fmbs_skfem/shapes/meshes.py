@@ -77,7 +77,14 @@ def polyline(points: Floats) -> LineMesh:
 def segment(
     cells: Count, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)
 ) -> LineMesh:
-    """Equal cells from `start` to `end` [m] with the point groups `left` and `right`."""
+    """Equal cells along a line from `start` to `end` (3,) [m].
+
+    Its point groups are `left` and `right`.
+
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> segment(2).points.tolist()
+        [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    """
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     return polyline(a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None])
 
@@ -155,6 +162,11 @@ def read(path: Path | str, repair: bool = False, unit: float = 1.0) -> LineMesh:
     `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A
     file that has not changed is read once, see `core.remembered_files`; the arrays are the caller's
     own.
+
+        >>> from fmbs_skfem.shapes import meshes
+        >>> mesh = meshes.read("meshes/beam_10.msh")
+        >>> mesh.points.shape, mesh.cells.shape, sorted(mesh.point_groups)
+        ((11, 3), (10, 2), ['left', 'right'])
     """
     path = Path(path)
     where = f"mesh {path}"

@@ -455,6 +455,8 @@ def _mapping(where: str, data: Any) -> dict[str, Any]:
 def write(path: str | Path, shape: Surface) -> None:
     """A surface of `nurbs.surface` as JSON: patches, control points, named points and edges made of
     whole sides.
+
+    InputError for a surface of another interpolation.
     """
     space = shape.space
     if not isinstance(space, nurbs.Nurbs):

@@ -65,6 +65,11 @@ def read(
     and positions of what is wrong. `repair` merges nodes at one place, see `repair`; `unit` is the
     length of the file's unit [m]. A mesh of quads and triangles is split into cells of `corners`
     with a notice, see `splitting`; without `corners` it is refused.
+
+        >>> from fmbs_skfem.shapes import plate_meshes
+        >>> mesh = plate_meshes.read("meshes/plate_8x8.msh", planar=True)
+        >>> mesh.points.shape, mesh.cells.shape, sorted(mesh.edge_groups)
+        ((81, 3), (64, 4), ['bottom', 'left', 'right', 'top'])
     """
     path = Path(path)
     where = f"mesh {path}"

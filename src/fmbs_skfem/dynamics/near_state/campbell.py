@@ -34,8 +34,10 @@ UPWARD = 1e-3  #: by which one that grows is nearer than one that decays as much
 class MotionsAt:
     """Motions at one value of the parameter.
 
-    Eigenvalues growth + i omega with their shapes, complex where bodies do not move in phase, and
-    the mass M that measures these.
+        s = growth + i omega
+
+    Eigenvalues s with their shapes, complex where bodies do not move in phase, and the mass M that
+    measures these.
     """
 
     omega: np.ndarray  #: (i,) [rad/s]
