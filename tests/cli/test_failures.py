@@ -5,6 +5,7 @@ on stderr.
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import h5py
@@ -221,6 +222,23 @@ def test_an_internal_error_without_results_leaves_its_traceback(
     assert done.code == 1
     assert "written: internal_error.json" in done.err
     assert "in wrong" in (tmp_path / "internal_error.json").read_text()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files are letters there")
+def test_names_of_files_that_are_no_text_are_refused(tmp_path: Path) -> None:
+    """Before anything is solved: reports, pages and models could not name them."""
+    odd = tmp_path / os.fsdecode(b"sc\xe4ne")
+    for words in (("check", f"{odd}.yaml"), ("run", "scene.yaml", "--out", odd), ("report", odd)):
+        done = fmbs(*words, "--json")
+        assert (done.code, "sc\\udce4ne" in done.json["message"]) == (3, True), done.err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="such names are refused there")
+def test_control_characters_in_names_of_files_are_written_out(tmp_path: Path) -> None:
+    """A terminal would follow them."""
+    done = fmbs("check", tmp_path / "a\u202eb\x1b[2J.yaml")
+    assert done.code == 3
+    assert "a\\u202eb\\x1b[2J.yaml" in done.err
 
 
 def test_names_are_drawn_as_they_are(tmp_path: Path) -> None:

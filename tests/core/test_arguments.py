@@ -17,11 +17,12 @@ from fmbs_skfem import bodies, dynamics, reduction, scenes, studies, systems
 from fmbs_skfem.control.environments import Plant
 from fmbs_skfem.control.live import start
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.values.arguments import checked, rule_of
+from fmbs_skfem.core.values.arguments import blamed, checked, rule_of
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.families import parametric_model
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build
+from fmbs_skfem.shapes import curves, meshes
 from fmbs_skfem.systems import At, joints, loads, probes
 
 TEXT = """
@@ -176,6 +177,40 @@ CALLS: dict[str, tuple[Callable[..., Any], str]] = {
     "flag": (lambda: studies.run("a.yaml", plots="no"), "run: plots"),
     "parameters": (lambda: studies.run("a.yaml", parameters=["E"]), "run: parameters"),
     "folder": (lambda: studies.run("a.yaml", out=5), "run: out"),
+    "no scene": (lambda: build.system(5), "system: scene: expected a Scene"),
+    "nothing prepared": (lambda: systems.prepare(5), "system: expected a System"),
+    "no list of names": (
+        lambda: start(cart(), GeneralizedAlpha(1e-3)).outputs([[]]),  # type: ignore[list-item]
+        "run.outputs",
+    ),
+    "states": (
+        lambda: dynamics.integrate(cart(), GeneralizedAlpha(1e-3), 0.01, states=-1),
+        "integrate: states",
+    ),
+    "memory": (lambda: dynamics.linearise(cart(), memory=[1.0]), "memory"),
+    "begin": (lambda: dynamics.solve_statics(cart(), begin=[1.0]), "begin"),
+    "captions": (
+        lambda: dynamics.Shapes(cart(), np.zeros(2), np.zeros((2, 1)), None),
+        "Shapes: captions",
+    ),
+    "two spins in the plane": (
+        lambda: systems.assemble([MASS], initial={"m": systems.Motion(None, (1.0, 2.0))}),
+        "angular_velocity",
+    ),
+    "no motions": (
+        lambda: dynamics.campbell([0.0, 1.0], lambda value, count: None),
+        "campbell: find",
+    ),
+    "no points": (lambda: curves.through("abc"), "through: points: expected finite numbers"),
+    "negative radius": (
+        lambda: bodies.point_mass("m", 1.0, np.zeros(2), -1.0),
+        "point_mass: radius: expected a length .* > 0",
+    ),
+    "no cells": (lambda: meshes.segment(0), "segment: cells: expected a number >= 1"),
+    "too large": (
+        lambda: bodies.Circular(1e300),
+        "Circular.diameter: expected a length .* of a size",
+    ),
     "few instants": (lambda: studies.view("a.yaml", instants=1), "view: instants"),
     "choice": (lambda: studies.reduce("a.yaml", level="beam"), "reduce: level"),
     "infinite": (
@@ -201,3 +236,29 @@ def test_a_reward_is_a_number() -> None:
     plant = Plant(cart(), GeneralizedAlpha(1e-3), ["cart"], lambda outputs, inputs: None, 1.0)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="what it gives: expected a finite number, got nothing"):
         plant.step([0.1])
+
+
+def test_an_end_is_yes_or_no() -> None:
+    plant = Plant(cart(), GeneralizedAlpha(1e-3), ["cart"], lambda outputs, inputs: 0.0, 1.0)
+    plant.ends = lambda outputs: np.array([True, False])  # type: ignore[assignment,return-value]
+    with pytest.raises(InputError, match="ends, what it gives: expected true or false"):
+        plant.step([0.1])
+
+
+def test_an_option_that_a_study_has_not_is_named_with_the_study() -> None:
+    with pytest.raises(TypeError, match=r"run\(\) got .* 'plot'; did you mean 'plots'"):
+        studies.run("a.yaml", plot=False)  # type: ignore[call-arg]
+
+
+def test_words_of_its_own_go_before_those_on_arguments() -> None:
+    @blamed
+    def size(x: Sequence[float], limit: float = 1.0) -> float:
+        if len(x) > 2:
+            raise InputError("too many")
+        return limit * len(x)
+
+    assert size([1.0]) == 1.0
+    with pytest.raises(InputError, match="too many"):
+        size("abc")
+    with pytest.raises(InputError, match="size: x: expected a sequence, got 5"):
+        size(5)  # type: ignore[arg-type]

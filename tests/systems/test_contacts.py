@@ -561,7 +561,7 @@ def test_what_is_chosen_where_nothing_is_said_bears_the_weight() -> None:
         ({"stiffness": 1e4, "depth": 0.1}, "floor.*depth: expected no depth without an exponent"),
         (
             {"stiffness": 1e4, "exponent": 0.5, "depth": 0.1},
-            "floor.*exponent: expected an exponent from 1 on",
+            "floor.*exponent: expected a number >= 1",
         ),
     ],
 )

@@ -230,7 +230,7 @@ def test_a_pin_elsewhere_moves_the_initial_state_with_a_notice() -> None:
         (
             2,
             joints.RigidLink("link", A0, B1, -1.0),
-            r"'link'\.length: expected a positive length .*got -1",
+            r"'link'\.length: expected a length .*> 0, got -1",
         ),
         (
             2,

@@ -291,7 +291,7 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (
             2,
             loads.TorsionSpring("spring", A1, None, -1.0),
-            r"'spring'\.stiffness: expected a number that is not negative",
+            r"'spring'\.stiffness: expected a torsional stiffness .*>= 0",
         ),
         (
             3,
@@ -301,7 +301,7 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (
             3,
             loads.TorsionSpring("spring", A1, B1, -1.0, axis=(0, 0, 1)),
-            r"'spring'\.stiffness: expected a number that is not",
+            r"'spring'\.stiffness: expected a torsional stiffness .*>= 0",
         ),
         (
             2,

@@ -264,6 +264,7 @@ def test_results_that_are_not_as_they_were_written_make_no_page(tmp_path: Path) 
         ("outputs.csv", "t,tip\n0,0\n1,2\n"),
         ("outputs.units.json", "{"),
         ("report.json", "[" * 100_000),
+        ("outputs.units.json", '{"t": "\\ud800"}'),
     ):
         results(tmp_path)
         (tmp_path / name).write_text(content)
@@ -283,6 +284,7 @@ WRONG = {
     "end": [[]],
     "units": 1.0,
     "outputs": {"tip": None},
+    "parameter_units": {"E": [1]},
     "provenance": {"files": []},
 }
 
@@ -300,6 +302,45 @@ def test_records_with_values_of_another_kind_are_corrupt(
     ) == (8, True, True), done.err
 
 
+UNLIKE = {
+    "accuracy": {"wanted": 1.0},
+    "events": [{"name": "stop"}],
+    "parameter_units": {"E": "Pa"},
+}
+
+
+@pytest.mark.parametrize("key", UNLIKE)
+def test_records_without_what_their_readers_look_for_are_corrupt(key: str, tmp_path: Path) -> None:
+    """Whichever part of the page reads it: the command that repeats it, its facts, its tables."""
+    done = fmbs("report", results(tmp_path, **{key: UNLIKE[key]}), "--no-bodies")
+    told = "report.json: expected a record as a study writes it" in done.err
+    assert (done.code, told) == (8, True), done.err
+
+
+@pytest.mark.parametrize("key", ["step", "cells", "wanted"])
+def test_a_plan_of_another_kind_is_corrupt(key: str, tmp_path: Path) -> None:
+    """What was found for an accuracy, with which a scene is run again for its page."""
+    done = fmbs("view", results(tmp_path, accuracy={key: [1]}), "--no-open")
+    assert (done.code, f" as accuracy.{key}, got " in done.err) == (8, True), done.err
+
+
+def test_outputs_without_a_title_are_corrupt(tmp_path: Path) -> None:
+    results(tmp_path, files=[])
+    (tmp_path / "outputs.csv").write_text("")
+    done = fmbs("report", tmp_path, "--no-bodies")
+    assert (done.code, "expected a table with titles" in done.err) == (8, True), done.err
+
+
+def test_outputs_that_are_no_numbers_are_reported(tmp_path: Path) -> None:
+    """The balance of energy of an equilibrium: files have null for it, and pages a dash."""
+    ends = {"min": None, "max": None, "final": None}
+    columns = {"output_columns": {"tip": ["tip"]}, "round_off": [], "labels": {}}
+    done = fmbs("report", results(tmp_path, outputs={"tip": ends}, **columns), "--no-bodies")
+    assert done.code == 0, done.err
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<td>tip [m]</td><td>-</td><td>-</td><td>-</td>" in text
+
+
 def test_a_record_of_what_no_scene_made_is_reported(tmp_path: Path) -> None:
     """Of the exact cases, and of a saved model."""
     results(tmp_path, provenance={"file": None, "files": {}, "scene": None})
@@ -311,6 +352,17 @@ def test_a_table_of_somebody_else_is_named_where_it_is_no_text(tmp_path: Path) -
     (results(tmp_path) / "measured.csv").write_bytes(b"t,Kr\xe4fte\n0,1\n")
     done = fmbs("report", tmp_path)
     assert (done.code, "measured.csv: expected a table of text in UTF-8" in done.err) == (3, True)
+
+
+def test_a_table_with_rows_of_other_lengths_is_named(tmp_path: Path) -> None:
+    """Lines without any cell, as at the end of files of other programs, are no rows."""
+    table = results(tmp_path) / "measured.csv"
+    table.write_text("\na,b\n1,2\n\n")
+    assert fmbs("report", tmp_path, "--no-bodies").code == 0
+    table.write_text("a,b\n1,2\n1,2,3\n")
+    done = fmbs("report", tmp_path, "--no-bodies", "--force")
+    told = "measured.csv: expected 2 cells in every row, as there are titles, got 3 in row 2"
+    assert (done.code, told in done.err) == (3, True), done.err
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:

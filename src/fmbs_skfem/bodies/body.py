@@ -40,6 +40,7 @@ from ..core.storage.validation import (
 )
 from ..core.values import arrays
 from ..core.values.arguments import checked
+from ..core.values.fields import Length
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import BasisTable, Curve
@@ -139,10 +140,11 @@ def check_cells(cells: Cells, name: str, sizes: Sizes) -> None:
 @storable
 @dataclass(frozen=True)
 class ShapePoints:
-    """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] z[b, c]: shape
-    functions over all of it.
+    """A law at points of a reduced body, by shape functions over all of it.
 
-    z = q[columns], or matrix @ x + offset of the unknowns x where there is such a matrix.
+        u[(k, c), p] = sum_b table[k, p, b] z[b, c],    z = q[columns]
+
+    or z = matrix @ x + offset of the unknowns x where there is such a matrix.
     """
 
     law: Annotated[Law, Attributes("k=vectors i=rows")]
@@ -202,11 +204,12 @@ def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
 @storable
 @dataclass(frozen=True)
 class Body:
-    """A part with linear interpolation r = N(xi) q and constant mass.
+    """A part whose points are linear in its coordinates q (b, c) [m], so that its mass is constant.
 
-    The b functions are those of the space, or combinations of them by `spread`: where frames slave
-    some, and in reduced bodies. Coordinates q (b, c) [m]; the kinetic energy is the sum of v_c^T
-    mass v_c / 2 over the components c.
+        r = sum_b N_b(xi) q_b,    T = 1/2 sum_c v_c^T mass v_c
+
+    with the kinetic energy T over the components c. The b functions are those of the space, or
+    combinations of them by `spread`: where frames slave some, and in reduced bodies.
     """
 
     name: str
@@ -246,7 +249,12 @@ class Body:
 
     @property
     def total_mass(self) -> float:
-        """Mass 1^T M 1 of the body, with the coordinates `constant` (b,) of the field 1 [kg]."""
+        """Mass of the body [kg].
+
+            1^T M 1
+
+        with the coordinates `constant` (b,) of the field 1.
+        """
         return float(self.constant @ (self.mass @ self.constant))
 
     @property
@@ -276,11 +284,20 @@ def cable(
     """Thin cable or beam along the polyline of a mesh file, one cell of the interpolation per mesh
     cell, or along a line.
 
-    `group` picks a named group of lines; `origin` (c,) [m] and `rotation` (c, c) place the mesh, x
-    -> origin + rotation x. Straight polylines stay straight, others become a smooth spline through
-    the mesh points; one that is curved in space is `limp`, and said to be. `points` is the number
-    of quadrature points a cell, see `cable_points` for that by default and those that are refused.
-    `law` is one of r' and r''; `numbers` are those of its section beside EA, EI and kappa0.
+    `group` picks a named group of lines; `origin` (c,) [m] and `rotation` (c, c) place the mesh:
+
+        x <- origin + rotation x
+
+    Straight polylines stay straight, others become a smooth spline through the mesh points; one
+    that is curved in space is `limp`, and said to be. `points` is the number of quadrature points a
+    cell, see `cable_points` for that by default and those that are refused. `law` is one of r' and
+    r''; `numbers` are those of its section beside EA, EI and kappa0.
+
+        >>> from fmbs_skfem.bodies import Circular, Material, cable
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> arm = cable("arm", segment(10), Circular(0.01), Material(1e9, 1800.0), dim=2)
+        >>> f"{arm.total_mass:.4f} kg", sorted(arm.places)
+        ('0.1414 kg', ['left', 'right'])
     """
     if not ancf and (degree < 2 or not 1 <= continuity < degree):
         got = f"degree {degree}, continuity {continuity}"
@@ -345,10 +362,15 @@ def cable(
 
 
 @checked
-def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.03) -> Body:
+def point_mass(name: str, mass: float, position: np.ndarray, radius: Length = 0.03) -> Body:
     """A mass point at a position (c,) [m]; its only place is `center`.
 
     `mass` [kg] is positive and finite, else InputError; `radius` [m] is that of its picture.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> point_mass("ball", 0.5, np.array([0.0, 2.0])).total_mass
+        0.5
     """
     positive(f"body '{name}'", mass=mass)
     at = arrays.finite(position, f"body '{name}': position", "2 or 3 finite numbers [m]", None)[
@@ -385,8 +407,9 @@ def extent(part: Body) -> float:
 def place(
     where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, rotation: np.ndarray | None
 ) -> np.ndarray:
-    """Points (j, 2 or 3) of a mesh or shape in the frame of the scene, x -> origin + rotation x,
-    (j, c) [m].
+    """Points (j, 2 or 3) of a mesh or shape in the frame of the scene, (j, c) [m].
+
+        x <- origin + rotation x
 
     `origin` (c,) [m] and `rotation` (c, c) are 0 and 1 by default; `where` is the place in
     messages. InputError where points of a planar scene (`dim` 2) are out of the plane z = 0 by more
@@ -503,12 +526,13 @@ def mass_matrix(
     reference: np.ndarray,
     density: float | Callable[[np.ndarray], np.ndarray],
 ) -> csr_array:
-    """m_ij = int rhoA N_i N_j dS, (b, b) [kg], of a line with reference coordinates (b, c) [m] and
-    `density` rhoA [kg/m].
+    """Mass matrix (b, b) [kg] of a line with reference coordinates (b, c) [m] and `density` rhoA
+    [kg/m].
+
+        m_ij = int rhoA N_i N_j dS
 
     A density that changes is a function of the parameters (e, p). One Gauss point a cell more than
-    the degree has: exact where
-    |dr0/dxi| and the density are constant in a cell.
+    the degree has: exact where |dr0/dxi| and the density are constant in a cell.
     """
     table, values, weights = arc_length_table(space, reference, degree_of(space) + 1, 1)
     scale, weights = (

@@ -31,16 +31,8 @@ Arrays: gradients `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of
 the same, `D` = d2W/du2 (2c, 2c, p, e); `section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m]
 and the weight [m] of each point.
 
-All three are one form in the gradient g = (g1, g2) of the curvature (in the plane) or of H/2, whose
-coefficients `Bending` has,
-
-    S = EA eps (r', 0) + pull g,     D and d2R/dv2 = [A, B; B^T, C] with I the identity and J = (0, 1; -1, 0)
-
-    A = alpha I + beta r'r' + gamma g1 g1 - tau (g1 r' + r' g1) - sigma r'' r''
-    B = gamma g1 g2 - tau r' g2 + (sigma + omega) r' r'' - omega r'' r' - sigma (r'.r'') I + skew J
-    C = zeta I + gamma g2 g2 - sigma r' r'
-
-The modulus takes the axial strain eps in alpha from gradients of its own, see `laws.call_modulus`.
+All three are one form in the gradient of the curvature (in the plane) or of H/2, see `Bending`. The
+modulus takes the axial strain eps in alpha from gradients of its own, see `laws.call_modulus`.
 
 Source (strain and curvature of the ANCF cable): Gerstmayr and Irschik, J. Sound Vib. 318 (2008)
 461-487, doi 10.1016/j.jsv.2008.04.019.
@@ -67,6 +59,14 @@ LINES = 4  #: rows of a section
 class Bending(NamedTuple):
     """Energy of bending at a point, its gradient, and coefficients of its second derivatives and of
     those of its dissipation.
+
+        S = EA eps (r', 0) + pull g,    D and d2R/dv2 = [A, B; B^T, C]
+        A = alpha I + beta r'r' + gamma g1 g1 - tau (g1 r' + r' g1) - sigma r'' r''
+        B = gamma g1 g2 - tau r' g2 + (sigma + omega) r' r'' - omega r'' r' - sigma (r'.r'') I + skew J
+        C = zeta I + gamma g2 g2 - sigma r' r'
+
+    with the gradient g = (g1, g2) of the curvature (in the plane) or of H/2, J = (0, 1; -1, 0), and
+    EA eps in alpha and EA in beta beside what is here.
     """
 
     energy: float
@@ -96,7 +96,12 @@ def read(u: np.ndarray, dim: int, q: int) -> tuple[Vector, Vector]:
 
 @inlined
 def planar(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
-    """The curvature with a sign, kappa = r' x r'' / |r'|^n."""
+    """Bending in the plane, where the curvature has a sign.
+
+        kappa = (r' x r'')_z / |r'|^n,    W = EI/2 (kappa - kappa0)^2
+
+    of r = r' and b = r'' (3,); n is 3 (EXACT) or 2 (MATERIAL).
+    """
     # kappa has a sign here, so that kappa0 does: W is smooth where the line is straight
     a = dot(r, r)
     power = fall(a, n)
@@ -113,8 +118,12 @@ def planar(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) ->
 
 @inlined
 def bent(H: float, EA: float, EI: float, kappa0: float) -> tuple[float, float, float, float, float]:
-    """The energy of H = kappa^2, EI (1 - kappa0 / kappa), EI kappa0 / kappa^3, EI / (H + s^2), and
-    s^2 times that.
+    """Energy of bending a length of H = kappa^2, and coefficients of its derivatives and of the
+    damping.
+
+        EI (kappa - kappa0)^2 / 2,  EI (1 - kappa0 / kappa),  EI kappa0 / kappa^3,  EI / (H + s^2),  EI s^2 / (H + s^2)
+
+    with s^2 EI / EA = STRAIGHT.
     """
     # the root is never zero: W depends on H alone where kappa0 is 0, and has to be smooth there
     kappa = math.sqrt(H + (SMALL * kappa0) ** 2 + NEXT_TO_NOTHING)
@@ -131,7 +140,12 @@ def bent(H: float, EA: float, EI: float, kappa0: float) -> tuple[float, float, f
 
 @inlined
 def spatial(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
-    """H = |r' x r''|^2 / |r'|^(2 n)."""
+    """Bending in space by the square of the curvature, which is smooth where the line is straight.
+
+        H = |r' x r''|^2 / |r'|^(2 n)
+
+    of r = r' and b = r'' (3,); n is 3 (EXACT) or 2 (MATERIAL).
+    """
     # H and no kappa: the derivative of a root is infinite where the line is straight
     a = dot(r, r)
     d = dot(b, b)
@@ -163,7 +177,12 @@ def spatial(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -
 
 @inlined
 def quadratic(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
-    """H = r''.r''."""
+    """Bending by the second derivative alone, of straight references.
+
+        H = r''.r''
+
+    of b = r'' (3,) [1/m]; r' is not read.
+    """
     # without r': mass and bending stiffness of a straight line are constant
     W, c, gamma, rho, mu = bent(dot(b, b), EA, EI, kappa0)
     return Bending(
@@ -181,8 +200,11 @@ def quadratic(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float)
 def drag(
     r: Vector, b: Vector, v: Vector, w: Vector, EA: float, B: Bending, whole: bool
 ) -> tuple[Vector, Vector]:
-    """dR/dv by the rates v of r' and w of r''; B has alpha, beta, tau and sigma where it is
-    `whole`.
+    """Damping forces of a damping time of 1 s, by the rates v of r' and w of r''.
+
+        dR/dv,    dR/dw
+
+    B has alpha, beta, tau and sigma where it is `whole`.
     """
     alpha, beta, gamma, tau, zeta = B.viscous
     rv = dot(r, v)
@@ -206,8 +228,10 @@ def drag(
 
 @inlined
 def moment(r: Vector, b: Vector, n: int, dim: int, EI: float, kappa0: float) -> Vector:
-    """EI (k - kappa0) of the curvature vector k = r' x r'' / |r'|^n: kappa0 is about z in the
-    plane, along k in space.
+    """Moment (3,) [N m] of the curvature vector k; kappa0 is about z in the plane, along k in
+    space.
+
+        EI (k - kappa0),    k = r' x r'' / |r'|^n
     """
     k = cross(dot(r, r) ** (-0.5 * n), r, b)
     if dim == 2:
@@ -218,7 +242,12 @@ def moment(r: Vector, b: Vector, n: int, dim: int, EI: float, kappa0: float) -> 
 
 @inlined
 def add_moment(D: np.ndarray, dim: int, q: int, r: Vector, b: Vector, n: int, m: Vector) -> None:
-    """D += d2(m.k)/du2 at point q of a constant moment m, with k = r' x r'' / |r'|^n."""
+    """Add to D (2c, 2c, q) the second derivatives of the work of a constant moment.
+
+        D += d2(m.k)/du2,    k = r' x r'' / |r'|^n
+
+    at point q, of a moment m (3,) [N m].
+    """
     by = n / dot(r, r)
     power = dot(r, r) ** (-0.5 * n)
     work = power * dot(m, cross(1.0, r, b))
@@ -510,8 +539,10 @@ def stresses(
     kappa0: np.ndarray,
     gradients: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """dW/dr' [N] and dW/dr'' [N m], both (..., c), of a cable at gradients (..., 2c), per reference
+    """Derivatives of the energy (..., c) each of a cable at gradients (..., 2c), per reference
     length and without weights.
+
+        dW/dr' [N],    dW/dr'' [N m]
 
     `numbers` are EA [N] and EI [N m2], (...,) each, kappa0 (...,) [1/m]; n as in `curvatures`. With
     n = 0 the reference is straight: kappa0 is not read.

@@ -18,6 +18,7 @@ from numpy.random import Generator
 
 from ..core.errors import InputError, require, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from . import laws, strain_law
 from .cable_law import STRAIGHT
 from .laws import Law
@@ -91,6 +92,7 @@ class LawCase:
         return D
 
 
+@checked
 def check_law(
     law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, seed: int = 0
 ) -> None:
@@ -103,6 +105,9 @@ def check_law(
     for the quadratic curvature and the membrane) at random gradients. Stiffnesses and weights are
     of order one, so that no part of the energy hides behind another. Errors are relative, up to the
     `tolerance`. InputError, too, where the law does not serve the dimension.
+
+        >>> from fmbs_skfem.bodies import Law, check_law
+        >>> check_law(Law.EXACT, dim=2)  # silent: it holds
     """
     where = f"check_law({law.name}, dimension {dim})"
     random = np.random.default_rng(seed)
@@ -166,14 +171,24 @@ def cable_sections(random: Generator, dim: int, bent: bool) -> np.ndarray:
 
 
 def cable_reference(section: np.ndarray, dim: int) -> np.ndarray:
-    """r0' = e_x, r0'' = kappa0 e_y, (2c, p, e)."""
+    """References of a cable with the curvature of a section.
+
+        r0' = e_x,    r0'' = kappa0 e_y
+
+    (2c, p, e).
+    """
     u = np.zeros((2 * dim, *section.shape[1:]))
     u[0], u[dim + 1] = 1.0, section[2]
     return u
 
 
 def cable_gradients(random: Generator, dim: int) -> np.ndarray:
-    """Random gradients with |r'| between 0.7 and 1.3, (2c, p, e)."""
+    """Random gradients of a cable.
+
+        0.7 <= |r'| <= 1.3
+
+    (2c, p, e).
+    """
     u = random.normal(size=(2 * dim, POINTS, CELLS))
     u[:dim] *= random.uniform(0.7, 1.3, (POINTS, CELLS)) / np.linalg.norm(u[:dim], axis=0)
     return u
@@ -191,8 +206,10 @@ def surface_sections(random: Generator, law: Law, bent: bool) -> np.ndarray:
 
 
 def surface_reference(random: Generator, section: np.ndarray, dim: int) -> np.ndarray:
-    """r0,1 = e_x, r0,2 = e_y, and r0,ij with the normal parts b0_ij and any tangential parts, (k c,
-    p, e).
+    """References of a shell (k c, p, e), with the normal parts b0_ij of a section and any
+    tangential parts.
+
+        r0,1 = e_x,    r0,2 = e_y,    n.r0,ij = b0_ij
     """
     tangents = np.zeros((2, dim, *section.shape[1:]))
     tangents[0, 0], tangents[1, 1] = 1.0, 1.0

@@ -86,10 +86,12 @@ def _(space: skfem_surface.Global) -> Ints:
 def determined(
     shape: Surface, sides: Ints, position: bool, slope: bool
 ) -> tuple[Ints, Ints, csr_array]:
-    """Functions that u = 0 (`position`), u,n = 0 (`slope`) along sides (i, 2) determine: q[first] +
-    X q[second] = 0.
+    """Functions that conditions along sides (i, 2) determine by the others, pairs of a cell and a
+    number of its side.
 
-    first (i,), second (j,), X (i, j); sides are pairs of a cell and a number of its side.
+        q[first] + X q[second] = 0    where u = 0 (`position`), u,n = 0 (`slope`)
+
+    first (i,), second (j,), X (i, j).
     """
     orders = derivatives(shape.space)
     assert orders is not None
@@ -168,9 +170,12 @@ def on_slopes(node: NodeLines, d: Floats) -> Floats:
 
 
 def derivative(orders: Ints, *along: Floats) -> Floats:
-    """The derivative of r along none, one or two directions (2,) on the functions (k,) of a node.
+    """The derivative of r along none, one or two directions.
 
-    u,d = d_1 u,1 + d_2 u,2,        u,dn = d_1 n_1 u,11 + (d_1 n_2 + d_2 n_1) u,12 + d_2 n_2 u,22
+        u,d  = d_1 u,1 + d_2 u,2
+        u,dn = d_1 n_1 u,11 + (d_1 n_2 + d_2 n_1) u,12 + d_2 n_2 u,22
+
+    on the functions (k,) of a node, of directions (2,).
     """
     if not along:
         return np.asarray((orders.sum(axis=1) == 0).astype(float))
@@ -183,7 +188,9 @@ def derivative(orders: Ints, *along: Floats) -> Floats:
 
 
 def solved(rows: Floats) -> list[tuple[int, Ints, Floats]]:
-    """Functions (i) of a node that rows (r, k) determine, by others (j,): q_i + x q[j] = 0.
+    """Functions (i) of a node that rows (r, k) determine, by others (j,).
+
+        q_i + x q[j] = 0
 
     Directions of a node differ by ANGLE at least or not at all, so that ranks are clear.
     """
@@ -295,5 +302,10 @@ def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[NodeLines
 
 
 def sine(a: Floats, b: Floats) -> float:
-    """Sine of the angle between two directions (2,)."""
+    """Sine of the angle between two directions (2,).
+
+        (a x b) / (|a| |b|)
+
+    with the sign of a turn from a to b.
+    """
     return float((a[0] * b[1] - a[1] * b[0]) / (np.linalg.norm(a) * np.linalg.norm(b)))

@@ -23,13 +23,14 @@ from .plate import trace
 
 
 def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Functions that u,n = 0 on sides (i, 2) determines: q[first] + X q[second] = 0; first (i,),
-    second (j,), X (i, j).
+    """Functions that u,n = 0 on sides (i, 2) determines, by the others.
 
-    u,n is the derivative of the displacement across the sides, pairs of a cell and a number of its
-    side. Exact where functions off the edge alone can make it vanish, else in the mean of least
-    squares, see the module; at ends where lines meet at a right angle, the derivative along the
-    lines that cross the edge vanishes.
+        q[first] + X q[second] = 0
+
+    first (i,), second (j,), X (i, j). u,n is the derivative of the displacement across the sides,
+    pairs of a cell and a number of its side. Exact where functions off the edge alone can make it
+    vanish, else in the mean of least squares, see the module; at ends where lines meet at a right
+    angle, the derivative along the lines that cross the edge vanishes.
     """
     values, slopes = halves(trace(shape, sides, normal=True))
     exact = ranks.determined(slopes)

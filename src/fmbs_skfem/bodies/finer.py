@@ -30,8 +30,10 @@ def knows_shapes(points: ShapePoints) -> bool:
 
 
 def finer(part: Body) -> Body:
-    """The part with the functions F = [S, T] (b + t) of its training; any other body, or one that
-    knows no T, as it is.
+    """The part with the functions F (b + t) of its training; any other body, or one that knows no
+    T, as it is.
+
+        F = [S, T]
 
     Coordinates of T are zero in the reference, so that a state of the part is one of the finer
     body; mass, spread and frames grow by the blocks of T, and the energy is that of all quadrature

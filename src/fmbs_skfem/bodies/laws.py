@@ -28,6 +28,7 @@ from ..core.compiling.entries import call, call_now
 from ..core.compiling.jit import jit
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.container import ENUMS, Arrays, encode
+from ..core.values.arguments import blamed
 
 #: functions of a law
 KINDS = (
@@ -59,6 +60,7 @@ class Law:
     EDGE_PRESSURE: ClassVar[Law]
     BEAM: ClassVar[Law]
 
+    @blamed
     def __init__(
         self,
         name: str,
@@ -220,7 +222,8 @@ def components(calls: np.ndarray) -> int:
 
 @jit
 def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
-    """W [J] summed over all points in compiled code, as `energy`, with the `addresses` of the law.
+    """Energy W [J] summed over all points in compiled code, as `energy`, with the `addresses` of
+    the law.
 
     u (k c, p, e) and section (i, p, e) are contiguous.
     """
@@ -238,7 +241,9 @@ def call_stress(
     section: np.ndarray,
     S: np.ndarray,
 ) -> None:
-    """S = weight dW/du (+ damping) in compiled code, as `stress`, with the `addresses` of the law.
+    """Stress of a law in compiled code, as `stress`, with the `addresses` of the law.
+
+        S = weight dW/du (+ damping)
 
     u, `rate` and S (k c, p, e), section (i, p, e), all contiguous; beta [s]. S is overwritten.
     """
@@ -251,6 +256,8 @@ def call_dissipation(
 ) -> float:
     """Heat [W] of a damping time of 1 s in compiled code, as `dissipation`, with the `addresses` of
     a law that is damped.
+
+        sum_pe weight v . dR/dv
 
     u and `rate` (k c, p, e), section (i, p, e), `room` for one number a point, (p e,) or more.
     """
@@ -278,13 +285,17 @@ def call_modulus(
     section: np.ndarray,
     D: np.ndarray,
 ) -> None:
-    """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the
-    law.
+    """Modulus of a law in compiled code, as `modulus`, with the `addresses` of the law.
+
+        D = weight d2W/du2 (+ viscosity)
 
     Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether
-    AXIAL forces (and those of shells), those of strains that are LINEAR from there to u, e(held) +
-    de/du (u - held), or ALL. u and `held` (k c, p, e), section (i, p, e), D (k c, k c, p, e), all
-    contiguous; `beta` [-]. D is overwritten.
+    AXIAL forces (and those of shells), those of strains that are LINEAR from there to u,
+
+        e(held) + de/du (u - held),
+
+    or ALL. u and `held` (k c, p, e), section (i, p, e), D (k c, k c, p, e), all contiguous; `beta`
+    [-]. D is overwritten.
     """
     call(calls[MODULUS], (u, held, section, D), (way, u.shape[1], u.shape[2], calls[OPTION]), beta)
     if calls[VISCOSITY] != 0 and beta > 0.0:
@@ -292,8 +303,9 @@ def call_modulus(
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
-    """Strain energy [J] summed over all points: sum_pe weight W(u), of gradients u (k c, p, e) and
-    section (i, p, e).
+    """Strain energy [J] of gradients u (k c, p, e) and a section (i, p, e), summed over all points.
+
+        sum_pe weight W(u)
 
     A pressure that follows gives -p (V - V0), see `pressure_law`.
     """
@@ -303,8 +315,10 @@ def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
 def stress(
     law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray
 ) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p,
-    e).
+    """Stress S (k c, p, e) of gradients u (k c, p, e), and of their rates with the damping time
+    `beta` [s].
+
+        S = weight (dW/du + beta dR/dv)
 
     S is written in place; section (i, p, e), its last row the weight. Where beta is 0 the rates
     have no effect. TypeError for an S that is not contiguous.
@@ -315,11 +329,12 @@ def stress(
 
 
 def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) -> float:
-    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates,
+    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates v,
     summed over all points.
 
-    It is v . dR/dv of the gradient rates v, R half of it: with a damping time beta the power is
-    beta times that. Section (i, p, e).
+        sum_pe weight v . dR/dv
+
+    R is half of it: with a damping time beta the power is beta times that. Section (i, p, e).
     """
     return float(
         call_dissipation(
@@ -329,10 +344,11 @@ def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) 
 
 
 def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """D = weight d2W/du2 + beta d2R/dv2, shape (k c, k c, p, e), symmetric; `beta` [-]: damping
-    time times gh.
+    """Modulus D (k c, k c, p, e) of gradients u (k c, p, e), symmetric.
 
-    gh [1/s] is the factor of derivatives by rates in the iteration matrix, see
-    `systems.evaluation`. D is written in place; u (k c, p, e), section (i, p, e).
+        D = weight (d2W/du2 + beta d2R/dv2)
+
+    `beta` [-] is the damping time times gh [1/s], the factor of derivatives by rates in the
+    iteration matrix, see `systems.evaluation`. D is written in place; section (i, p, e).
     """
     call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, u, 0, beta, section, D)

@@ -59,8 +59,10 @@ def quadratic(A: float, nu: float, e11: float, e22: float, e12: float) -> float:
 
 @inlined
 def stretches(way: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
-    """E11, E22, E12 of tangents c and d that are held for a and b, see `held_product`, or of a and
-    b where they are the same.
+    """Strains of tangents c and d that are held for a and b, see `held_product`, or of a and b
+    where they are the same.
+
+        E_ab = (r,a.r,b - delta_ab) / 2
     """
     e11, e22 = (
         0.5 * (held_product(way, a, a, c, c) - 1.0),
@@ -71,7 +73,12 @@ def stretches(way: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
 
 @inlined
 def strain_rates(a: Vector, b: Vector, v: Vector, w: Vector) -> Vector:
-    """dE11/dt, dE22/dt, dE12/dt of tangents a and b with the rates v and w."""
+    """Rates of the strains of tangents a and b with the rates v and w.
+
+        dE11/dt = a.v,    dE22/dt = b.w,    dE12/dt = (a.w + b.v) / 2
+
+    in the order 11, 22, 12.
+    """
     return dot(a, v), dot(b, w), 0.5 * (dot(a, w) + dot(b, v))
 
 
@@ -85,7 +92,12 @@ def tangents(u: np.ndarray, q: int) -> tuple[Vector, Vector]:
 def energy_at(
     u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """Strain energy [J] summed over all points: W[0]."""
+    """Strain energy of a membrane [J].
+
+        sum weight A/2 (E11^2 + E22^2 + 2 nu E11 E22 + 2 (1 - nu) E12^2)
+
+    over all points: W[0].
+    """
     count = points * cells
     total = 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
@@ -108,8 +120,11 @@ def stress_at(
     law: int,
     beta: float,
 ) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`, C : dE/dt :
-    dE/du), shapes (4, p, e).
+    """Stress of a membrane that is damped.
+
+        S = weight (dW/du + beta C : dE/dt : dE/du)
+
+    (4, p, e), with the damping time `beta` [s] and gradient rates `rate`.
     """
     count = points * cells
     u, section, S = (
@@ -141,8 +156,11 @@ def dissipation_at(
     law: int,
     beta: float,
 ) -> None:
-    """W (p, e) = weight dE/dt : C : dE/dt of gradient rates, what a damping time of 1 s turns into
-    heat [W].
+    """What a damping time of 1 s turns into heat [W] at every point.
+
+        W = weight dE/dt : C : dE/dt
+
+    (p, e), of gradient rates `rate` (4, p, e).
     """
     count = points * cells
     u, rate, section, W = (
@@ -169,11 +187,12 @@ def modulus_at(
     law: int,
     beta: float,
 ) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (4, 4, p, e), symmetric; `beta` [-]: damping
-    time times gh.
+    """Modulus of a membrane (4, 4, p, e), symmetric; `beta` [-]: damping time times gh.
 
-    D11 = N11 I + A r,1 r,1 + G r,2 r,2,  D12 = N12 I + A nu r,1 r,2 + G r,2 r,1,  D22 like D11,  G
-    = A (1 - nu)/2.
+        D   = weight (d2W/du2 + beta (material part))
+        D11 = N11 I + A r,1 r,1 + G r,2 r,2,    D12 = N12 I + A nu r,1 r,2 + G r,2 r,1,    G = A (1 - nu)/2
+
+    and D22 like D11.
     """
     count = points * cells
     # steps in the plane gain nothing from stresses of the state before, and end with a larger rest

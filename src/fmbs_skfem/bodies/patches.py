@@ -53,9 +53,13 @@ def fold_springs(
     """Stiffness (n, n) that keeps the angle along lines where NURBS patches are continuous only;
     None where there are none.
 
-    It is `interfaces.penalty_stiffness` with the bending stiffness E t^3 / (12 (1 - nu^2)) [N m]
-    and acts on every component alike [N/m]. `thickness` t [m] is a number or one a cell (e,).
-    InputError where a patch of degree 1 has several cells in that direction.
+    It is `interfaces.penalty_stiffness` and acts on every component alike [N/m], with the bending
+    stiffness [N m]
+
+        E t^3 / (12 (1 - nu^2))
+
+    `thickness` t [m] is a number or one a cell (e,). InputError where a patch of degree 1 has
+    several cells in that direction.
     """
     if not isinstance(shape.space, nurbs.Nurbs):
         return None

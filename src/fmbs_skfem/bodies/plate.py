@@ -74,10 +74,20 @@ def plate(
     """Plate or shell of a surface; planar (dim 2) ones carry membrane forces only.
 
     `thickness` [m] is one number or one a cell (e,); `rims` makes rigid frames of named edges;
-    `origin` (c,) [m] and `rotation` (c, c) place the reference shape, x -> origin + rotation x.
+    `origin` (c,) [m] and `rotation` (c, c) place the reference shape:
+
+        x <- origin + rotation x
+
     InputError where a thickness is not positive, a rim has the name of a point of the mesh or an
     edge that the surface does not have, edges of two rims share a side, patches are in several
     pieces, or points of a planar body are out of the plane.
+
+        >>> from fmbs_skfem.bodies import Material, plate
+        >>> from fmbs_skfem.shapes import nurbs
+        >>> shape = nurbs.surface(*nurbs.rectangle(2.0, 1.0, 4, 2))
+        >>> sheet = plate.plate("sheet", shape, 0.01, Material(70e9, 2700.0, 0.3))
+        >>> f"{sheet.total_mass:.1f} kg"
+        '54.0 kg'
     """
     where = f"body '{name}'"
     positive(where, thickness=float(np.min(thickness)))
@@ -242,8 +252,9 @@ def numbers_of(
 def mass_matrix(
     shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float
 ) -> csr_array:
-    """m_ij = int rho t N_i N_j dA (b, b) [kg] over the functions of a surface with the reference
-    (b, c) [m].
+    """Mass matrix (b, b) [kg] over the functions of a surface with the reference (b, c) [m].
+
+        m_ij = int rho t N_i N_j dA
 
     `thickness` t [m] is a number or one a cell (e,), `density` rho [kg/m3]. The quadrature is of
     one order more than that of the stiffness.
@@ -342,9 +353,11 @@ def seen(rows: csr_array, shape: Surface, sides: np.ndarray) -> csr_array:
 
 
 def middle(ends: np.ndarray) -> np.ndarray:
-    """Centre (c,) of the circle through the ends of sides (i, 2, c), or the middle of a line.
+    """Centre (c,) [m] of the circle through the ends of sides (i, 2, c), or the middle of a line.
 
-    |x|^2 - 2 x . c = const by least squares of least norm about the mean of the sides.
+        |x|^2 - 2 x . c = const
+
+    by least squares of least norm about the mean of the sides.
     """
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     mean = np.einsum("i,iec->c", length, ends) / (2.0 * length.sum())

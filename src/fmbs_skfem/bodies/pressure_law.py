@@ -3,14 +3,9 @@ the deformed configuration.
 
     surface   f = p r,1 x r,2          edge   f = p J^T r,1,   J^T (x, y) = (y, -x)          force per reference area or length
 
-The force acts on r alone, S = -weight (f, 0, 0). Its moduli are the symmetric part of -weight
-df/du,
-
-    D(r r,1) = weight p/2 [r,2 x],   D(r r,2) = -weight p/2 [r,1 x]                     edge   D(r r,1) = -weight p/2 J^T
-
-What is left out of the tangent is an integral along the rim alone: it vanishes where the surface is
-closed or the rim is held, and the matrix is exact there. So does the work that is not the change of
--p V,
+The force acts on r alone. Its moduli are the symmetric part of -weight df/du; what is left out of
+the tangent is an integral along the rim alone: it vanishes where the surface is closed or the rim
+is held, and the matrix is exact there. So does the work that is not the change of -p V,
 
     V = 1/3 int r . (r,1 x r,2) dA         edge   V = 1/2 int r . J^T r,1 ds
 
@@ -43,7 +38,12 @@ ROWS, EDGE_ROWS = 9, 4  #: of gradients
 def energy_at(
     u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """-p (V - V0) [J] summed over all points: W[0]."""
+    """Energy of a pressure that follows a surface [J].
+
+        -p (V - V0),    V = 1/3 int r . (r,1 x r,2) dA
+
+    summed over all points: W[0].
+    """
     count = points * cells
     total = 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
@@ -57,7 +57,12 @@ def energy_at(
 def stress_at(
     u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """S = -weight (p r,1 x r,2, 0, 0), shapes (9, p, e)."""
+    """Stress of a pressure that follows a surface.
+
+        S = -weight (p r,1 x r,2, 0, 0)
+
+    (9, p, e), as the gradients.
+    """
     count = points * cells
     u, section, S = (
         carray(u, (ROWS, count)),
@@ -75,7 +80,11 @@ def stress_at(
 def modulus_at(
     u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """D = weight sym(-df/du), shape (9, 9, p, e)."""
+    """Modulus of a pressure that follows a surface (9, 9, p, e): the symmetric part, without the
+    integral along the rim.
+
+        D(r r,1) = weight p/2 [r,2 x],    D(r r,2) = -weight p/2 [r,1 x]
+    """
     count = points * cells
     u, section, D = (
         carray(u, (ROWS, count)),
@@ -113,7 +122,12 @@ def edge_energy_at(
 def edge_stress_at(
     u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """S = -weight (p J^T r,1, 0), shapes (4, p, e)."""
+    """Stress of a pressure that follows an edge in the plane.
+
+        S = -weight (p J^T r,1, 0),    J^T (x, y) = (y, -x)
+
+    (4, p, e), as the gradients.
+    """
     count = points * cells
     u, section, S = (
         carray(u, (EDGE_ROWS, count)),
@@ -130,7 +144,12 @@ def edge_stress_at(
 def edge_modulus_at(
     u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """D = weight sym(-df/du), shape (4, 4, p, e)."""
+    """Modulus of a pressure that follows an edge in the plane.
+
+        D(r r,1) = -weight p/2 J^T,    J^T (x, y) = (y, -x)
+
+    (4, 4, p, e), the symmetric part.
+    """
     count = points * cells
     section, D = carray(section, (LINES, count)), carray(D, (EDGE_ROWS, EDGE_ROWS, count))
     D[:] = 0.0

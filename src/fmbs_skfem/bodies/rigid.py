@@ -20,6 +20,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.values.arguments import blamed
 from ..shapes import plate_audit, plate_meshes
 from ..shapes.plate_meshes import PlateMesh
 from .body import Body, place
@@ -31,6 +32,7 @@ SLIM = 0.02  #: drawn radius over the extent of a body
 Numbers = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
 
+@blamed
 def rigid(
     name: str,
     mass: float,
@@ -56,6 +58,12 @@ def rigid(
     point has not c finite coordinates, or a place `center` or `frame` is elsewhere.
 
     Source: J. Garcia de Jalon, Multibody Syst. Dyn. 18 (2007) 15-33, doi:10.1007/s11044-007-9068-0.
+
+        >>> from fmbs_skfem.bodies import rigid
+        >>> ends = {"left": (0.0, 0.0), "right": (1.0, 0.0)}
+        >>> rod = rigid.rigid("rod", 0.6, 0.05, (0.5, 0.0), dim=2, places=ends)
+        >>> rod.total_mass, sorted(rod.places)
+        (0.6, ['center', 'left', 'right'])
     """
     where = f"body '{name}'"
     positive(where, mass=mass)
@@ -192,15 +200,21 @@ def triangles(cells: np.ndarray) -> np.ndarray:
 
 
 def areas(corners: np.ndarray) -> np.ndarray:
-    """Areas (i,) of triangles (i, 3, c) [m2]: sqrt(|a|^2 |b|^2 - (a.b)^2) / 2 of two sides a and b."""
+    """Areas (i,) of triangles [m2] by two of their sides a and b.
+
+        sqrt(|a|^2 |b|^2 - (a.b)^2) / 2
+
+    of corners (i, 3, c) [m].
+    """
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     gram = np.sum(a * a, axis=1) * np.sum(b * b, axis=1) - np.sum(a * b, axis=1) ** 2
     return np.asarray(0.5 * np.sqrt(gram))
 
 
 def area_moments(cells: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Area [m2], centroid (c,) [m] and int (x - centroid) (x - centroid)^T dA (c, c) [m4] of cells
-    (e, 3 or 4, c) [m].
+    """Area [m2], centroid (c,) [m] and second moments (c, c) [m4] of cells (e, 3 or 4, c) [m].
+
+        int (x - centroid) (x - centroid)^T dA
 
     Exact for flat triangles; quadrilaterals are parted into two.
     """
@@ -218,7 +232,12 @@ def area_moments(cells: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def normal_moments(cells: np.ndarray) -> np.ndarray:
-    """int n n^T dA (3, 3) [m2] over cells (e, 3 or 4, 3) [m], with their unit normals n."""
+    """Second moments (3, 3) [m2] of the unit normals of cells.
+
+        int n n^T dA
+
+    of corners (e, 3 or 4, 3) [m].
+    """
     corners = triangles(cells)
     n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.asarray(np.einsum("ic,id,i->cd", n, n, 0.5 / np.linalg.norm(n, axis=1)))

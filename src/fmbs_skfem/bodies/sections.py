@@ -185,7 +185,9 @@ class Section(Declared, ABC):
 @dataclass(frozen=True)
 @checked
 class Circular(Section):
-    """Solid circular section (round, rod, wire). A = pi d^2/4, I = pi d^4/64.
+    """Solid circular section (round, rod, wire).
+
+        A = pi d^2/4,    I = pi d^4/64
 
     {shape: circular, diameter: 10 mm}
     """
@@ -210,7 +212,9 @@ class Circular(Section):
 @dataclass(frozen=True)
 @checked
 class Rectangular(Section):
-    """Solid rectangular section (square, flat, strip). A = w h, I = w h^3/12.
+    """Solid rectangular section (square, flat, strip).
+
+        A = w h,    I = w h^3/12
 
     Of a cable the `height` is in the plane of bending; of a beam it is along z, and the `width`
     along y.

@@ -65,7 +65,12 @@ def frame_of(u: np.ndarray, q: int) -> Frame:
 
 @inlined
 def strains(u: np.ndarray, section: np.ndarray, q: int, frame: Frame) -> tuple[Vector, Vector]:
-    """E11, E22, E12, and b_i - b0_i, i = 11, 22, 12: minus the curvatures [1/m]."""
+    """Strains of a shell [-], and minus the changes of its curvatures [1/m].
+
+        E_ab = (r,a.r,b - delta_ab)/2,    b_i - b0_i,  b_i = n.r,i
+
+    at point q, each as 11, 22, 12.
+    """
     a1, a2, _, _, n = frame
     b1, b2, b3 = dot(n, vector(u, 2, q)), dot(n, vector(u, 3, q)), dot(n, vector(u, 4, q))
     return stretches(AXIAL, a1, a2, a1, a2), (
@@ -77,13 +82,23 @@ def strains(u: np.ndarray, section: np.ndarray, q: int, frame: Frame) -> tuple[V
 
 @inlined
 def projections(u: np.ndarray, q: int, dual: Vector) -> Vector:
-    """G_i^a, i = 11, 22, 12, of r^a."""
+    """Second derivatives along a dual tangent r^a.
+
+        G_i^a = r,i.r^a,    i = 11, 22, 12
+
+    at point q of gradients u (15, q).
+    """
     return dot(dual, vector(u, 2, q)), dot(dual, vector(u, 3, q)), dot(dual, vector(u, 4, q))
 
 
 @inlined
 def rates(u: np.ndarray, v: np.ndarray, q: int, frame: Frame) -> tuple[Vector, Vector]:
-    """dE/dt and db_i/dt = n.(v,i - G_i^a v,a) of gradient rates v."""
+    """Rates of the strains and of b_i by gradient rates v.
+
+        dE_ab/dt = (v,a.r,b + r,a.v,b)/2,    db_i/dt = n.(v,i - G_i^a v,a)
+
+    at point q of gradients u and v (15, q).
+    """
     a1, a2, c1, c2, n = frame
     v1 = vector(v, 0, q)
     v2 = vector(v, 1, q)
@@ -98,14 +113,24 @@ def rates(u: np.ndarray, v: np.ndarray, q: int, frame: Frame) -> tuple[Vector, V
 
 @inlined
 def moments(B: float, nu: float, k: Vector) -> Vector:
-    """m = dW/db_i = (M11, M22, 2 M12), the moduli of bending times k."""
+    """Moments by the changes k of curvature.
+
+        m = dW/db_i = (M11, M22, 2 M12)
+
+    with the bending stiffness B [N m].
+    """
     M = hooke(B, nu, k[0], k[1], k[2])
     return M[0], M[1], 2.0 * M[2]
 
 
 @inlined
 def quadratics(section: np.ndarray, q: int, E: Vector, k: Vector) -> float:
-    """weight (A E:C:E + B k:C:k) / 2."""
+    """Energy of a point by its strains and changes of curvature [J].
+
+        weight (A E:C:E + B k:C:k) / 2
+
+    with the section (7, q) of point q.
+    """
     stretching = quadratic(section[0, q], section[2, q], E[0], E[1], E[2])
     return section[6, q] * (stretching + quadratic(section[1, q], section[2, q], k[0], k[1], k[2]))
 
@@ -114,7 +139,12 @@ def quadratics(section: np.ndarray, q: int, E: Vector, k: Vector) -> float:
 def energy_at(
     u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float
 ) -> None:
-    """Strain energy [J] summed over all points: W[0]."""
+    """Strain energy of a shell [J].
+
+        sum weight (A E:C:E + B k:C:k) / 2
+
+    over all points: W[0].
+    """
     count = points * cells
     total = 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
@@ -137,7 +167,12 @@ def dissipation_at(
     law: int,
     beta: float,
 ) -> None:
-    """W (p, e) = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt) of gradient rates [W]."""
+    """What a damping time of 1 s turns into heat [W] at every point.
+
+        W = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt)
+
+    (p, e), of gradient rates `rate` (15, p, e).
+    """
     count = points * cells
     u, v, section, W = (
         carray(u, (ROWS, count)),
@@ -163,8 +198,10 @@ def stress_at(
     law: int,
     beta: float,
 ) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p,
-    e).
+    """Stress of a shell (15, p, e), of E + beta dE/dt and b + beta db/dt with a damping time `beta`
+    [s].
+
+        S = weight dW/du (+ damping)
     """
     count = points * cells
     u, section, S = (
@@ -184,8 +221,11 @@ def stress_at(
 
 @inlined
 def balance(u: Any, section: Any, q: int, frame: Frame, E: Vector, k: Vector, S: Any) -> None:
-    """dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12), of strains
-    and curvatures.
+    """Stress of a point by its strains and changes of curvature.
+
+        dW/dr,a = N_ab r,b - m_i G_i^a n,    dW/dr,i = m_i n,    m = (M11, M22, 2 M12)
+
+    into S (15, q) at point q.
     """
     a1, a2, c1, c2, n = frame
     weight, nu = section[6, q], section[2, q]
@@ -219,9 +259,9 @@ def modulus_at(
     law: int,
     beta: float,
 ) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]:
-    damping time times gh.
+    """Modulus of a shell (15, 15, p, e), symmetric; `beta` [-]: damping time times gh.
 
+    D = weight d2W/du2 + beta (material part)
     (r,a r,b):  N_ab I + A C:r,c r,d + f n n + g^a r^b n + g^b n r^a,  g^a = m_i G_i^a,
                 f = C_ij G_i^a G_j^b - m_i b_i (r^a.r^b),  C_ij the moduli of bending
     (r,i r,a):  -(C_ij G_j^a n + m_i r^a) n        (r,i r,j):  C_ij n n

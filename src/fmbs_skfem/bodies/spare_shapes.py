@@ -27,8 +27,10 @@ def nothing() -> np.ndarray:
 @storable
 @dataclass(frozen=True)
 class MissingShapes:
-    """The functions F = [S, T] (f) of a part, S (b) its shape functions, at all quadrature points
-    (g) of its body.
+    """The functions F (f) of a part at all quadrature points (g) of its body, with its shape
+    functions S (b).
+
+        F = [S, T],    T^T W T = 1,    S^T W T = 0
 
     T are the next functions of its training, orthonormal in the mass over that of the body and
     orthogonal to S.

@@ -53,8 +53,11 @@ def begin(first: int, c: np.ndarray, e: np.ndarray) -> None:
 def add_products(
     of: np.ndarray, factors: np.ndarray, share: float, u: np.ndarray, v: np.ndarray, e: np.ndarray
 ) -> None:
-    """e_k += share f_t u_i . v_j over all terms t (strain k, vectors i and j in a row of `of`), u
-    and v (3 n, q).
+    """Add products of vectors to strains, of all terms t.
+
+        e_k += share f_t u_i . v_j
+
+    strain k, vectors i and j in a row of `of`; u and v (3 n, q).
     """
     for t in range(len(of)):
         k = of[t, 0]
@@ -71,8 +74,12 @@ def add_products(
 def add_forces(
     of: np.ndarray, parts: np.ndarray, c: np.ndarray, e: np.ndarray, s: np.ndarray
 ) -> None:
-    """s_k += weight C_kl e_l over all pairs (k, l, row of C in the sections c (i, q)), of which
-    that row has a part.
+    """Add forces that belong to strains, over all pairs (k, l) of which a row of `parts` has a
+    part.
+
+        s_k += weight C_kl e_l
+
+    with the row of C in the sections c (i, q).
     """
     weight = c[len(c) - 1]
     for t in range(len(of)):
@@ -354,8 +361,11 @@ FUNCTIONS = functions("beam", 8, FREE, HELD)
 
 
 def strains(u: np.ndarray) -> np.ndarray:
-    """Gamma, kappa and E (12, ...) of a beam at gradients (8, 3, ...), without those of the
-    reference.
+    """Strains (12, ...) of a beam, without those of the reference.
+
+        Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic),    E_ij = d_i . d_j
+
+    of gradients u (8, 3, ...).
     """
     return np.stack(
         [

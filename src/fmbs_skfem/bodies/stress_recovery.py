@@ -76,8 +76,9 @@ def check_shapes(
 
 
 def strains(u: np.ndarray, dim: int) -> np.ndarray:
-    """Green-Lagrange strain E_ab = (r,a.r,b - delta_ab)/2, (3, ...) as 11, 22, 12 [-], of gradients
-    u (k c, ...).
+    """Green-Lagrange strain (3, ...) as 11, 22, 12 [-] of gradients u (k c, ...).
+
+        E_ab = (r,a.r,b - delta_ab)/2
 
     `dim` is c; of the vectors of u the first two are read.
     """
@@ -173,8 +174,11 @@ def fibre_strains(
 
 
 def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Gamma [-] and kappa [1/m] (6, ...) of a beam, of gradients u (24, ...), less those in its
-    `section` (i, ...).
+    """Strains (6, ...) of a beam from its reference, Gamma [-] and kappa [1/m].
+
+        Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic)
+
+    of gradients u (24, ...), less those in its `section` (i, ...).
     """
     first = strain_law.FIRST
     return np.asarray(
@@ -183,7 +187,12 @@ def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
 
 
 def normals(u: np.ndarray) -> np.ndarray:
-    """Unit normals n = r,1 x r,2 / |r,1 x r,2| (3, ...) of the gradients u (15, ...) of a shell."""
+    """Unit normals (3, ...) of a shell.
+
+        n = r,1 x r,2 / |r,1 x r,2|
+
+    of the gradients u (15, ...).
+    """
     n = np.cross(u[:3], u[3:6], axis=0)
     return np.asarray(n / np.linalg.norm(n, axis=0))
 
@@ -215,8 +224,9 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
 
 
 def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Change of curvature k_ab = b0_ab - n.r,ab, (3, ...) as 11, 22, 12 [1/m], of the gradients u
-    (15, ...) of a shell.
+    """Change of curvature (3, ...) as 11, 22, 12 [1/m] of the gradients u (15, ...) of a shell.
+
+        k_ab = b0_ab - n.r,ab
 
     b0 are the rows 3 to 5 of the section (7, ...). Where k is positive, it stretches the face z =
     t/2; zeros of a membrane.
@@ -245,8 +255,9 @@ def stresses(
     section: np.ndarray,
     thickness: float | np.ndarray,
 ) -> np.ndarray:
-    """Second Piola-Kirchhoff stress (3, 3, ...), level by component, at z = -t/2, 0, t/2 [Pa]: S(z)
-    = N/t + 12 z M/t^3.
+    """Second Piola-Kirchhoff stress (3, 3, ...) [Pa], level by component, at z = -t/2, 0, t/2.
+
+        S(z) = N/t + 12 z M/t^3
 
     Of strains (3, ...) [-] and changes of curvature (3, ...) [1/m], with the section (i, ...) of
     the law and the thickness t [m], a number or (...). A membrane has the same stress at all

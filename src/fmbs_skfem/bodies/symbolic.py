@@ -93,10 +93,11 @@ def quadratic_dissipation(
     strains: Callable[..., Sequence[Expression]],
     stiffness: Callable[..., Sequence[Sequence[Expression]]],
 ) -> Dissipation:
-    """R = (de/dt)^T C (de/dt) / 2 of strains e of vectors and a section, with the section stiffness
-    C.
+    """Dissipation of strains e of vectors and a section, with the section stiffness C, in symbols.
 
-    `strains(r, *section)` gives e (i,), `stiffness(*section)` gives C (i, i), both in symbols.
+        R = (de/dt)^T C (de/dt) / 2
+
+    `strains(r, *section)` gives e (i,), `stiffness(*section)` gives C (i, i).
     """
 
     def dissipation(r: Vectors, v: Vectors, *section: Expression) -> Expression:
@@ -107,7 +108,9 @@ def quadratic_dissipation(
 
 
 def rate(value: Expression, r: Vectors, v: Vectors) -> Expression:
-    """Time derivative of a function of the gradients: the sum of d value/dr v over all components.
+    """Time derivative of a function of the gradients.
+
+        sum_kc d value / dr_kc v_kc
 
     `r` and `v` are k vectors (c,) in symbols and their rates.
     """

@@ -39,7 +39,10 @@ def combine(f: float, a: Vector, h: float, b: Vector) -> Vector:
 
 @inlined
 def held_product(way: int, u: Vector, v: Vector, a: Vector, b: Vector) -> float:
-    """a.b of vectors that are held for u and v, or what is LINEAR from there to u.v, see
-    `laws.call_modulus`.
+    """Product of vectors a, b that are held for u, v, see `laws.call_modulus`.
+
+        a.b    or, where `way` is LINEAR,    a.v + u.b - a.b
+
+    The latter is what is linear in u - a and v - b of u.v.
     """
     return dot(a, v) + dot(u, b) - dot(a, b) if way == LINEAR else dot(a, b)

@@ -14,6 +14,7 @@ import click
 
 from ..core.errors import FmbsError, InputError, say
 from ..core.storage import durable
+from ..core.values.problems import printable
 from ..studies import text_tables
 from ..studies.result import width_of
 
@@ -53,7 +54,10 @@ def tell(text: str) -> None:
 
 
 def fold(text: str, stream: TextIO | None) -> str:
-    """A text whose lines end between words where a terminal would end them inside of one."""
+    """A text whose lines end between words where a terminal would end them inside of one, and whose
+    control characters, as in names of files, are written out.
+    """
+    text = "\n".join(printable(line) for line in text.split("\n"))
     return (
         "\n".join(text_tables.fill(text, width_of(stream)))
         if stream is not None and stream.isatty()

@@ -196,8 +196,11 @@ class Touch(Load, ABC):
         return np.ones(2) if linear else np.array([self.exponent, depth])
 
     def share(self, mass: float) -> float:
-        """Change of speed that a change of force makes in a second, over the one allowed a step; 0
-        where no step is divided.
+        """Change of speed that a change of force makes in a second, over the one allowed a step.
+
+            1 / (mass resolution^2)
+
+        0 where no step is divided.
         """
         return 1.0 / (mass * self.resolution**2) if self.resolution else 0.0
 

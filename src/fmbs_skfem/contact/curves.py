@@ -34,7 +34,12 @@ PARALLEL = 1e-6  #: smallest curvature along A, over that along B, that is belie
 
 @jit
 def shares(u: Scalar, k: int, h: float) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Derivatives by u, the k-th ones, of a piece by its rows r_0, t_0, r_1, t_1."""
+    """Shares of the rows r_0, t_0, r_1, t_1 of a piece, or their derivatives by u, the k-th ones.
+
+        1 - 3 u^2 + 2 u^3,  h (u - 2 u^2 + u^3),  3 u^2 - 2 u^3,  h (u^3 - u^2)
+
+    with the length h of the piece in xi.
+    """
     if k == 0:
         a = u * u * (3.0 - 2.0 * u)
         return 1.0 - a, h * u * (1.0 - u) * (1.0 - u), a, h * u * u * (u - 1.0)
@@ -80,8 +85,10 @@ def trace(
 
 @jit
 def separate(dim: int, w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
-    """Derivatives of half the squared distance by p and q, then by pp, pq, qq, from w[0:3] of A and
-    w[3:6] of B.
+    """Derivatives of half the squared distance of two curves by p, q, pp, pq, qq, from w[0:3] of A
+    and w[3:6] of B.
+
+        d.A_p,  - d.B_q,  A_p.A_p + d.A_pp,  - A_p.B_q,  B_q.B_q - d.B_qq,    d = A - B
     """
     one, other, pp, pq, qq = (
         0.0 * w[0, 0],
@@ -106,6 +113,10 @@ def correction(
 ) -> tuple[Scalar, Scalar]:
     """Newton's correction of (p, q) for (5), of those which are not held; the way down where it is
     no minimum.
+
+        (f_pp f_pq; f_pq f_qq) (dp, dq) = - (f_p, f_q),    f = |A - B|^2 / 2
+
+    as of `separate`.
     """
     one, other, pp, pq, qq = separate(dim, w)
     # Gauss's matrix, which is never negative, where the curve bends away; the derivative of what
@@ -231,8 +242,10 @@ def find_chord(
 
 @jit
 def bulge(y: np.ndarray, first: int, spans: np.ndarray, dim: int) -> float:
-    """How far a curve can be from its chords: 8 / 27 of the longest difference of a tangent h t
-    from its chord.
+    """How far a curve can be from its chords, by the longest difference of a tangent from its
+    chord.
+
+        8 / 27 max |h t - chord|
     """
     most = 0.0
     for j in range(len(spans)):

@@ -145,8 +145,10 @@ def push(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    """H += - c (dF/dy + gh dF/dy') by complex steps along d, X,u, X,v and their rates, with one
-    correction of the closest place.
+    """Derivatives of the contact forces by complex steps along d, X,u, X,v and their rates, with
+    one correction of the closest place.
+
+        H += - c (dF/dy + gh dF/dy')
     """
     s = evaluation(table).space
     F = opened(record)

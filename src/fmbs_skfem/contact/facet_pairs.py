@@ -207,8 +207,11 @@ def at_corners(F: Any, f: int) -> np.ndarray:
 
 @jit
 def lay_normal(w: np.ndarray, first: int, out: int, duals: int) -> None:
-    """w[out] = unit normal of the tangents w[first], w[first + 1], and w[duals], w[duals + 1] their
-    dual vectors.
+    """Unit normal of the tangents a, b in w[first], w[first + 1], and their dual vectors.
+
+        n = a x b / |a x b|,    a^1 = b x n / |a x b|,    a^2 = n x a / |a x b|
+
+    into w[out], w[duals] and w[duals + 1].
     """
     a, b, m = w[first], w[first + 1], w[out]
     cross(a, b, m)

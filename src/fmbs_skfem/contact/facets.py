@@ -36,8 +36,11 @@ NINE = 9  #: numbers of a vertex, and vectors of a triangle
 
 @jit
 def weigh_vectors(u: Scalar, v: Scalar, at: np.ndarray, W: np.ndarray) -> None:
-    """W (6, 9) = N, N,u, N,v, N,uu, N,uv, N,vv, the weights of x, x,1, x,2 of three vertices at
-    parent points (3, 2).
+    """Weights of x, x,1, x,2 of three vertices at parent points (3, 2).
+
+        N, N,u, N,v, N,uu, N,uv, N,vv
+
+    in W (6, 9), row by row.
     """
     l = (1.0 - u - v, u, v)
     zero = 0.0 * (u + v)
@@ -99,8 +102,10 @@ def dot(a: np.ndarray, b: np.ndarray) -> Scalar:
 
 @jit
 def curve(w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
-    """Derivatives of half the square of the distance w[6] by u and v, then by uu, uv, vv, from
-    those of X in w[0:6].
+    """Derivatives by u, v, uu, uv, vv of half the square of the distance d = w[6], from those of X
+    in w[0:6].
+
+        -d.X,u,  -d.X,v,  X,u.X,u - d.X,uu,  X,u.X,v - d.X,uv,  X,v.X,v - d.X,vv
     """
     d = w[6]
     return (
@@ -116,8 +121,10 @@ def curve(w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
 def along_side(
     held: int, found: tuple[Scalar, Scalar, Scalar, Scalar, Scalar]
 ) -> tuple[Scalar, Scalar]:
-    """Newton's step along a side, and by how much it lowers what `curve` has found, if that is
-    convex there.
+    """Newton's step along the side (t, r) that is `held`, and by how much it lowers what `curve`
+    has found, if that is convex there.
+
+        step = -f' / f'',    f'^2 / f'',    f' = t f,u + r f,v,    f'' = t^2 f,uu + 2 t r f,uv + r^2 f,vv
     """
     one, other, uu, uv, vv = found
     t, r = ALONG[held - 1, 0], ALONG[held - 1, 1]
@@ -127,7 +134,12 @@ def along_side(
 
 @jit
 def correction(w: np.ndarray, held: int) -> tuple[Scalar, Scalar]:
-    """Newton's correction of (u, v) where it is `held`."""
+    """Newton's correction of (u, v) for half the square f of the distance.
+
+        (f,uu f,uv; f,uv f,vv) (du, dv) = -(f,u, f,v)
+
+    Along a side alone where it is `held` there, none at a vertex.
+    """
     found = curve(w)
     one, other, uu, uv, vv = found
     if held == VERTEX:
@@ -253,8 +265,11 @@ def meet_flat(y: np.ndarray, corners: np.ndarray, p: np.ndarray) -> tuple[float,
 
 @jit
 def extents(y: np.ndarray, corners: np.ndarray, at: np.ndarray) -> tuple[float, float]:
-    """Longest side of all flat triangles (h, 3), and how far the cubic ones can be away: a third of
-    the largest D_ij - side.
+    """Longest side of all flat triangles, and how far the cubic ones can be away.
+
+        max |x_j - x_i|,    1/3 max |D_ij - (x_j - x_i)|
+
+    of vertices i and j of triangles (h, 3).
     """
     long, bulge = 0.0, 0.0
     for f in range(len(corners)):

@@ -333,7 +333,12 @@ def push(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j'."""
+    """Derivatives of the contact forces by complex steps.
+
+        H += - c (dF/dy + gh dF/dy')
+
+    along y_j + gh y_j', exact to round-off.
+    """
     s = evaluation(table).space
     F = opened(record)
     many = F.rows.shape[1] + len(F.frame)

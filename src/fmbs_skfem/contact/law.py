@@ -56,14 +56,24 @@ def require_law(law: np.ndarray, power: np.ndarray, name: str) -> None:
 
 @jit
 def carried(x: Scalar, value: float, slope: float) -> Scalar:
-    """The function of x with a value and a slope at its real part."""
+    """A function of x, real or complex, with a value and a slope at its real part.
+
+        value + slope (x - Re x)
+
+    Branches of one-sided laws are taken once so.
+    """
     # a function of the real part by its derivative: branches of one-sided laws are then taken once
     return value + slope * (x - x.real)
 
 
 @jit
 def normal_force(law: np.ndarray, s: Scalar, rate: Scalar) -> Scalar:
-    """N of an overlap s and its rate."""
+    """Normal force [N] of an overlap s [m] and its rate s' [m/s].
+
+        N = k d (ramp(s) / d)^p (1 + lambda s') + c touch(s) s'
+
+    and 0 below zero where the law is `cut`.
+    """
     # over a transition e the slope begins at zero: Newton's iteration then meets no jump of
     # stiffness
     r = ramp(s.real, law[E])
@@ -84,7 +94,12 @@ def harden(law: np.ndarray, r: float) -> float:
 
 @jit
 def stored(law: np.ndarray, s: float) -> float:
-    """The integral of k d (ramp(s) / d)^p."""
+    """Energy of an overlap s [m] without damping [J].
+
+        int_0^s k d (ramp(x) / d)^p dx
+
+    with k, d and p of the law.
+    """
     p, e = law[P], law[E]
     if p == 1.0:
         return law[K] * lift(s, e)
@@ -112,8 +127,12 @@ def size(x: np.ndarray, dim: int) -> Scalar:
 def resist(
     law: np.ndarray, N: Scalar, b: np.ndarray, v: np.ndarray, T: np.ndarray, dim: int
 ) -> None:
-    """T (c,) = friction of a bristle b and a speed v, both across the normal, under the normal
-    force N; b is cut.
+    """Friction T (c,) [N] of a bristle b [m] and a speed v [m/s], both across the normal, under the
+    normal force N.
+
+        T = - kt b - ct v,    |T| <= mu N
+
+    b is cut where its spring alone exceeds mu N.
     """
     most, pull = law[MU] * N, law[KT] * size(b, dim)
     # cut twice: the spring at mu N, then spring and damper together, so that T never exceeds it and

@@ -21,8 +21,11 @@ WAYS = 4  #: bounds of ways in the room of a contact
 
 @jit
 def ahead(s: Any, ways: int) -> float:
-    """By how much both sides may have come nearer since the room was filled, of which the bounds
-    begin at `ways`.
+    """By how much both sides may have come nearer since the room was filled.
+
+        min(w_0 |dx|, w_1 max |dx_n|) + min(w_2 |dx|, w_3 max |dx_n|)
+
+    with the bounds w that begin at `ways`.
     """
     return min(s.room[ways] * s.moved[0], s.room[ways + 1] * s.moved[1]) + min(
         s.room[ways + 2] * s.moved[0], s.room[ways + 3] * s.moved[1]

@@ -81,8 +81,10 @@ def push(table: Any, record: Any) -> int:
 
 @routine
 def slopes(table: Any, record: Any) -> int:
-    """H += - c (dF/dy + gh dF/dy') by complex steps along d, A_p, B_q and their rates, with one
-    correction of the closest points.
+    """Derivatives of the contact forces by complex steps along d, A_p, B_q and their rates, with
+    one correction of the closest points.
+
+        H += - c (dF/dy + gh dF/dy')
 
     Nodes beside a crossing meet at one place, and share one term of low rank.
     """

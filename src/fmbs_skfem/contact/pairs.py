@@ -190,7 +190,12 @@ def find(
 
 @jit
 def away(F: Any, w: np.ndarray) -> float:
-    """The gap of the places in w[0:6]."""
+    """The gap of the places in w[0:6] [m].
+
+        |A - B| - R_A - R_B
+
+    with the radii of both beams.
+    """
     square = 0.0
     for c in range(F.dim):
         square += (w[0, c] - w[3, c]) ** 2
@@ -217,7 +222,12 @@ def passes(
 
 @jit
 def weigh(F: Any, k: int, p: Scalar) -> Scalar:
-    """The weight of a node where p on A touches."""
+    """The weight of the node k where p on A touches.
+
+        w_k    or    1 - 3 e^2 + 2 |e|^3,  e = p - k
+
+    The former where all nodes touch, the latter where the closest points do.
+    """
     e = p - k if p.real >= k else k - p
     return F.weights[k] + 0.0 * e if F.along else 1.0 - e * e * (3.0 - 2.0 * e)
 
@@ -226,8 +236,10 @@ def weigh(F: Any, k: int, p: Scalar) -> Scalar:
 def turn(
     w: np.ndarray, n: int, slope: int, change: int, out: int, factor: Scalar, dim: int
 ) -> None:
-    """w[out] += factor turn(t, t') of the slope t in w[slope] and its change t' in w[change], about
-    the normal w[n].
+    """Add the turn of the slope t in w[slope] by its change t' in w[change], about the normal n in
+    w[n].
+
+        w[out] += factor [t (n . t') - (n . t) t'] / |t|^2
     """
     along, turned, square = 0.0 * w[n, 0], 0.0 * w[n, 0], 0.0 * w[n, 0]
     for c in range(dim):
@@ -240,8 +252,12 @@ def turn(
 
 @jit
 def follow(F: Any, v: np.ndarray, before: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray) -> None:
-    """w[14:18] = A, A_p, B, B_q of the rates v (f,) of the rows, w[18:22] of the rows `before`
+    """Points and slopes of both curves by the rates v (f,) of the rows, and by the rows `before`
     (f,).
+
+        A, A_p, B, B_q
+
+    into w[14:18] and w[18:22].
     """
     second = 2 * F.dim * (len(F.spans) + 1)
     trace(v, 0, F.spans, p, 2, F.dim, w, 14)
@@ -252,7 +268,11 @@ def follow(F: Any, v: np.ndarray, before: np.ndarray, p: Scalar, q: Scalar, w: n
 
 @jit
 def change(w: np.ndarray, first: int, arms: tuple[Scalar, Scalar], out: int, dim: int) -> None:
-    """w[out] = change of the material points that meet, with A, A_p, B, B_q of it from w[first] on."""
+    """Change of the material points that meet, with A, A_p, B, B_q of it from w[first] on and both
+    `arms` a and b.
+
+        w[out] = A' - B' + a turn(A_p, A_p') + b turn(B_q, B_q')
+    """
     for c in range(dim):
         w[out, c] = w[first, c] - w[first + 2, c]
     turn(w, 6, 1, first + 1, out, arms[0], dim)
@@ -440,8 +460,11 @@ def share_out(
     out: np.ndarray,
     dim: int,
 ) -> None:
-    """out (4 c,) = N n + weight T at p, and on the slope the moment of T with an arm, on the rows
-    of a piece.
+    """Forces of a contact on the rows of a piece of a line.
+
+        N n + weight T at p,    arm [n (T . t) - T (n . t)] / |t|^2 on the slope t
+
+    into out (4 c,).
     """
     j = piece(p, spans)
     at, by = shares(p - j, 0, spans[j]), shares(p - j, 1, spans[j])

@@ -144,7 +144,12 @@ def box(half: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
 
 @jit
 def shares(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Of four heights in the cubic between the middle two, u from 0 to 1."""
+    """Shares of four heights in the cubic between the middle two (Catmull and Rom).
+
+        (-u + 2 u^2 - u^3) / 2,  (2 - 5 u^2 + 3 u^3) / 2,  (u + 4 u^2 - 3 u^3) / 2,  (u^3 - u^2) / 2
+
+    u runs from 0 to 1.
+    """
     return (
         0.5 * u * (u * (2.0 - u) - 1.0),
         0.5 * (u * u * (3.0 * u - 5.0) + 2.0),
@@ -226,8 +231,10 @@ def height(
 
 @jit
 def curvature(over: float, F: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Second derivatives, xx, xy and yy, of half the square of the distance from a point so far
-    over heights with derivatives F.
+    """Second derivatives, xx, xy and yy, of half the square of the distance from a point `over`
+    heights f with derivatives F.
+
+        1 + f,x^2 - over f,xx,    f,x f,y - over f,xy,    1 + f,y^2 - over f,yy
     """
     _, fx, fy, fxx, fxy, fyy = F
     return 1.0 + fx * fx - over * fxx, fx * fy - over * fxy, 1.0 + fy * fy - over * fyy
@@ -239,6 +246,8 @@ def toward(
 ) -> tuple[Scalar, Scalar]:
     """Newton's step from (x, y) to where the way to (q, p, z) is normal to heights with derivatives
     F there; bent 0: Gauss's.
+
+        (x - q, y - p) + (f - z) (f,x, f,y) = 0
     """
     over = z - F[0]
     r, s = q - x + over * F[1], p - y + over * F[2]

@@ -50,7 +50,12 @@ def place(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
 
 @jit
 def normal_of(F: Any, y: np.ndarray, w: np.ndarray) -> None:
-    """w[2] = the normal w[1] in the axes of the scene."""
+    """The normal in the axes of the scene.
+
+        n = sum_k dg/dz_k E_k
+
+    of w[1] into w[2].
+    """
     dim = F.placed.shape[1]
     for c in range(dim):
         w[2, c] = 0.0 * y[0]
@@ -95,8 +100,10 @@ def recall(F: Any, k: int, last: np.ndarray, w: np.ndarray) -> None:
 
 @jit
 def resolve(axes: np.ndarray, d: np.ndarray, dim: int) -> None:
-    """d (c,) becomes x with sum_j x_j axes_j = d; these may be neither at right angles nor of
-    length one.
+    """Components of d (c,), which they replace, along axes that may be neither at right angles nor
+    of length one.
+
+        sum_j x_j axes_j = d
     """
     if dim == 2:
         a = axes[0]
@@ -152,8 +159,11 @@ def weigh_between(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> None:
 
 @jit
 def slip(F: Any, k: int, y: np.ndarray, last: np.ndarray, w: np.ndarray) -> None:
-    """w[6] = change of the material points that meet since the last accepted state; w[7] and w[8]
-    must be current.
+    """Change of the material points that meet since the last accepted state, into w[6].
+
+        (r1 - r0) + sum_j <s_j> (a_j1 - a_j0) - (o1 - o0) - sum_k <w_k> (E_k1 - E_k0)
+
+    w[7] and w[8] must be current.
     """
     dim = F.placed.shape[1]
     first = 2 + F.placed.shape[1]

@@ -160,7 +160,12 @@ def bound(accuracy: Mapping[str, float] | float, output: str) -> float | None:
 
 
 def growth(run: LiveRun) -> float:
-    """Largest growth [1/s] of linear motions about the present state."""
+    """Largest growth [1/s] of linear motions about the present state.
+
+        max Re s
+
+    of all their eigenvalues s.
+    """
     now = motion_of(run.run, run.time)
     linear = linearise(now.system, now.x[0], now.multipliers[0], run.time)
     return float(complex_modes(linear, len(linear.x)).eigenvalues.real.max(initial=0.0))

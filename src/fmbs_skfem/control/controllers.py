@@ -91,8 +91,10 @@ class Controller(Declared, ABC):
     `core.declared`.
 
     `unit` is the SI unit of the input, `sample` T [s], `start` its value in statics and modes.
-    Derive a frozen dataclass with `reads`, what it reads, and `law`, which is called as u = law(t,
-    values, memory) at t = 0, T, 2 T, ... and may change the list `memory`.
+    Derive a frozen dataclass with `reads`, what it reads, and `law`, which may change the list
+    `memory` and is called at t = 0, T, 2 T, ...:
+
+        u = law(t, values, memory)
     """
 
     name: str
@@ -174,8 +176,9 @@ class Limited(Controller, ABC):
 class PidLaw:
     """The rule of `Pid`; its memory are the integral and the last error, nan before the first.
 
-    values = (e,) or (e, e'); e' is (e_k - e_k-1) / T where it is not read, and 0 at the first
-    sample.
+        u = kp e + I + kd e',    I = sum_k ki T e_k,    e' = (e_k - e_k-1) / T
+
+    values = (e,) or (e, e'); e' is 0 at the first sample where it is not read.
     """
 
     kp: float
@@ -206,8 +209,10 @@ class PidLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class Pid(Limited):
-    """kp e + I + kd e', between limits; the integral of ki e stands still while a limit holds and e
+    """PID controller, between limits; the integral of ki e stands still while a limit holds and e
     drives it further.
+
+        u = kp e + I + kd e'
 
     e' is `rate`, or the difference of the last two samples of e over the sample time.
 
@@ -244,7 +249,9 @@ class Pid(Limited):
 class FeedbackLaw:
     """The rule of `StateFeedback`.
 
-    u = limited(u0 - sum_i K_i x_i), all in SI units.
+        u = limited(u0 - sum_i K_i x_i)
+
+    all in SI units.
     """
 
     offset: float
@@ -260,7 +267,9 @@ class FeedbackLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class StateFeedback(Limited):
-    """u0 - sum_i K_i x_i of expressions x_i, such as deviations from a goal, between limits.
+    """Feedback of expressions x_i, such as deviations from a goal, between limits.
+
+        u = u0 - sum_i K_i x_i
 
     {type: state_feedback, unit: N, sample: 1 ms, states: [tip.y, tip.vy], gains: [40 N/m, 3 N s/m]}
     """

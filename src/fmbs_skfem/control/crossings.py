@@ -113,6 +113,8 @@ class Crossings:
         """What falls through zero where an event happens between values `first` and `last`, at a
         value between them.
 
+            2 |first| + LEAVING |last| - sign(last) value
+
         A value that jumps to zero and stays there, a comparison that ends, is below zero there.
         """
         if self.sides[k] != 0:

@@ -51,6 +51,8 @@ class Dip(NamedTuple):
 def near(before: np.ndarray, last: np.ndarray, now: np.ndarray) -> np.ndarray:
     """Which values (t,) may have dipped to zero in the step from `last` to `now`, as they changed
     in that and the one before it.
+
+        min(|last|, |now|) <= |now - last| + |last - before|
     """
     return np.asarray(
         np.minimum(np.abs(last), np.abs(now)) <= np.abs(now - last) + np.abs(last - before)

@@ -53,6 +53,28 @@ class Plant(Env):
     and (`terminated`) where `ends(outputs)` holds, an event stops the run or a step cannot be
     taken, with the reason as `info["error"]`. Every episode begins with the start of the system,
     and follows from its actions to the bit. InputError without inputs that have ranges.
+
+        >>> from fmbs_skfem import scenes
+        >>> from fmbs_skfem.control.environments import Plant
+        >>> from fmbs_skfem.dynamics import GeneralizedAlpha
+        >>> from fmbs_skfem.scenes import build
+        >>> cart = '''
+        ... schema: 1
+        ... dimension: 2
+        ... inputs: {u: {unit: N, range: [-1 N, 1 N]}}
+        ... bodies: {cart: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+        ... loads: {push: {type: control_force, at: cart, direction: [1, 0], force: u}}
+        ... outputs: {x: {type: position, at: cart, component: x}}
+        ... '''
+        >>> system = build.system(scenes.loads(cart))
+        >>> reward = lambda outputs, inputs: -abs(outputs["x"] - 1.0)
+        >>> plant = Plant(system, GeneralizedAlpha(0.01), ["x"], reward, duration=1.0, every=10)
+        >>> plant.reset()
+        (array([0.]), {})
+        >>> seen, reward, ended, late, info = plant.step([1.0])
+        >>> seen.round(3), round(reward, 3), ended, late
+        (array([0.002]), -0.998, False, False)
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  (as gymnasium declares it)
@@ -124,10 +146,16 @@ class Plant(Env):
         return (
             self.observation,
             self.worth(given),
-            self.run.ended or bool(self.ends(self.last)),
+            self.run.ended or self.is_over(),
             late,
             {},
         )
+
+    def is_over(self) -> bool:
+        """Whether the episode ends with the last outputs; InputError where that is no yes or no."""
+        found = self.ends(self.last)
+        arguments.require("Plant: ends, what it gives", found, bool)
+        return bool(found)
 
     def worth(self, given: Columns) -> float:
         """The reward of the last outputs and of inputs that led to them; InputError for one that is

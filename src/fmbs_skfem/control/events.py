@@ -217,7 +217,10 @@ def park_of(draft: Draft, joint: str, coordinate: str) -> Lock:
 
 
 def lock_of(draft: Draft, joint: Joint) -> Lock:
-    """The rows that hold the two places of a joint together."""
+    """The rows that hold the two places of a joint together.
+
+    InputError for a joint that is not between two places, or a place and the ground.
+    """
     at, to = getattr(joint, "at", None), getattr(joint, "to", None)
     if not isinstance(at, At) or joint.coordinates:
         remedy = "lock a latch between two places"
@@ -345,7 +348,12 @@ def component(
 
 
 def hold_angle(found: Holding, u: int, w: int | None) -> None:
-    """c (w x u) - s (w . u) = 0 in the plane; on the ground w is the axis x."""
+    """An angle is held in the plane.
+
+        c (w x u) - s (w . u) = 0
+
+    On the ground w is the axis x.
+    """
     plane = np.eye(2)
     if w is None:
         c, s = found.number((1.0, -1, u, -1)), found.number((1.0, -1, u + 1, -1))
@@ -406,7 +414,7 @@ def gap_of(lock: Lock, y: np.ndarray) -> tuple[float | None, float | None]:
     """Distance [m] and angle [rad] of the two places of a lock where probe rows are y (j,); None
     for what it lacks.
 
-    |d| and atan2(|a|, c) as in the module.
+        |d|,    atan2(|a|, c)
     """
     found = polynomials(lock.gap, y)
     apart = np.array([label in AXES for _, label in lock.gap.names], dtype=bool)

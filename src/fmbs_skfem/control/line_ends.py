@@ -36,8 +36,11 @@ REMEDIES = (
 
 
 class SlideEnd(NamedTuple):
-    """A joint that slides: its name, a row of it, and its place s = read @ x + offset on a line of
-    some length [m].
+    """A joint that slides: its name, a row of it, and its place on a line.
+
+        s = read @ x + offset
+
+    The line has some length [m].
     """
 
     joint: str
@@ -80,7 +83,12 @@ def stops(system: System) -> Iterator[int]:
 
 
 def beyond(one: SlideEnd, x: np.ndarray) -> float:
-    """How far a joint is beyond an end of its line [m], more than it may be; zero or below on it."""
+    """How far a joint is beyond an end of its line of the length l [m], more than it may be.
+
+        max(-s, s - l) - allowed part of l
+
+    Zero or below on it.
+    """
     s = float((one.read @ x)[0]) + one.offset
     return max(-s, s - one.length) - (LEAVE if one.stopped else EXACT) * one.length
 

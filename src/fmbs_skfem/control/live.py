@@ -19,11 +19,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.errors import InputError, closest, listed, say
+from ..core.errors import InputError, say
 from ..core.notices import Notice
 from ..core.values import arguments
 from ..core.values.arguments import checked
 from ..core.values.inputs import Held
+from ..core.values.problems import shown
 from ..dynamics.checkpoint import Checkpoint
 from ..dynamics.integration import begun, take_step
 from ..dynamics.measuring import Meter, RowMeter, motion_of
@@ -58,6 +59,24 @@ def start(
     steps twice as long, for half as much again: a warning says where it errs by more. InputError
     for an output that there is not, or none, and for a part that is not between 0 and 1; see
     `beside`.
+
+        >>> from fmbs_skfem import scenes
+        >>> from fmbs_skfem.control.live import start
+        >>> from fmbs_skfem.dynamics import GeneralizedAlpha
+        >>> from fmbs_skfem.scenes import build
+        >>> cart = '''
+        ... schema: 1
+        ... dimension: 2
+        ... inputs: {u: {unit: N}}
+        ... bodies: {cart: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+        ... loads: {push: {type: control_force, at: cart, direction: [1, 0], force: u}}
+        ... outputs: {speed: {type: velocity, at: cart, component: x}}
+        ... '''
+        >>> run = start(build.system(scenes.loads(cart)), GeneralizedAlpha(0.01))
+        >>> run.step({"u": 4.0}, 100)
+        >>> f"{run.outputs()['speed']:.3f} m/s after {run.time:.1f} s"  # u (t - h / 2) / m
+        '1.990 m/s after 1.0 s'
     """
     iteration = newton or Newton()
     run = LiveRun(system, scheme, iteration, observers)
@@ -89,10 +108,8 @@ def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> N
         raise InputError(
             say(where, expected, f"{accuracy} of a system without outputs", "add outputs")
         )
+    require_known(where, system.outputs, wanted)
     for name, one in wanted.items():
-        if name not in system.outputs:
-            known = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
-            raise InputError(say(where, known, f"'{name}'") + closest(name, system.outputs))
         if not isinstance(one, int | float) or not 0.0 < one < 1.0:
             raise InputError(say(where, expected, f"{one!r} for '{name}'"))
 
@@ -217,9 +234,10 @@ class LiveRun:
         """
         if names is None:
             return self.measured(self.meter)
-        if not isinstance(names, Iterable):
-            raise InputError(say("run.outputs", "names of outputs", repr(names)))
-        key = (names,) if isinstance(names, str) else tuple(names)
+        given = names if isinstance(names, Iterable) and not isinstance(names, str) else (names,)
+        key = (*given,)
+        if not all(isinstance(name, str) for name in key):
+            raise InputError(say("run.outputs", "names of outputs", shown(names)))
         meter = self.meters.get(key) or self.meter_of(key)
         if isinstance(meter, Meter):
             return self.measured(meter)
@@ -278,7 +296,7 @@ class LiveRun:
     def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
         """What reads outputs of some names, made when they are first asked for."""
         system = self.run.model.system
-        require_known("run.outputs", system, names)
+        require_known("run.outputs", system.outputs, names)
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
         known = [
             (name, system.outputs[name], one)

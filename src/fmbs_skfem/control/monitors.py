@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..core.declared import Declared, require_sound
-from ..core.errors import InputError, closest, listed, say
+from ..dynamics.outputs import require_known
 from ..systems.additions import Addition, adds
 from ..systems.connections.constraint_functions import Joint
 from ..systems.places import Draft
@@ -47,18 +47,9 @@ class Monitors(Addition):
 
     def __init__(self, given: Iterable[Monitor], draft: Draft) -> None:
         self.monitors = tuple(given)
-        outputs = draft.outputs
         for one in self.monitors:
             require_sound("monitor", getattr(one, "name", ""), one, Monitor, draft.layout.dim)
-            for name in one.reads:
-                if name not in outputs:
-                    expected = (
-                        f"one of the outputs {listed(outputs, name, 'of which there are none')}"
-                    )
-                    raise InputError(
-                        say(f"monitor '{one.name}'", expected, f"'{name}'")
-                        + closest(name, list(outputs))
-                    )
+            require_known(f"monitor '{one.name}'", draft.outputs, one.reads)
 
     def add(
         self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]

@@ -46,7 +46,9 @@ def tell_diverging(run: OpenRun, feed: Feed) -> str:
     """What is said of the controller whose loop has the largest gain, where that is beyond
     DIVERGING; nothing of others.
 
-    DIVERGING is 2: a loop through a mass alone, u = -k v with g = -k T / M, diverges from there on.
+    DIVERGING is 2: from there on a loop through a mass alone diverges,
+
+        u = -k v,    g = -k T / M
     """
     gains = [(gain(run, one.of, one.of.sample), one.of) for one in feed.samplers]
     g, worst = max(gains, key=lambda one: abs(one[0]), default=(0.0, None))

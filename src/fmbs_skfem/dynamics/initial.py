@@ -113,8 +113,11 @@ def startable(system: System, scheme: GeneralizedAlpha) -> System:
 
 
 def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
-    """x0 and v0 with Phi_q v + Phi_t = 0, as `consistent_start`; SolverError where Phi(x0) is not
-    zero.
+    """Positions and velocities at the start that joints admit, as `consistent_start`.
+
+        Phi(x0, 0) = 0,    Phi_q v0 + Phi_t = 0
+
+    SolverError where the former does not hold.
 
     Of wide systems at rest nothing is solved. Nothing is compiled, but where velocities of flexible
     bodies, or beside forces, jump.
@@ -155,7 +158,12 @@ def jacobian_at_start(system: System) -> csr_array:
 
 
 def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
-    """Phi_x (m, n) and Phi_x v + Phi_t (m,) at the start."""
+    """What velocities break at the start, and the rows by which they do.
+
+        Phi_x (m, n),    Phi_x v + Phi_t (m,)
+
+    of the system at x0, v0 and t = 0.
+    """
     J = jacobian_at_start(system).toarray()
     if is_linear(system.constraints).all():
         return J, J @ system.v0
@@ -230,8 +238,9 @@ def consistent_start(
     at: Instant | None = None,
     filtered: bool | None = None,
 ) -> Start:
-    """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' =
-    0, of the rows that hold.
+    """State, accelerations and multipliers at the start, of the rows that hold.
+
+        Phi_q v + Phi_t = 0,    M q'' + Phi_q^T lambda = -f,    Phi'' = 0
 
     Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts
     as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry
@@ -392,7 +401,12 @@ def jump(
 
 
 def change_of(solve: Solver, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
-    """What a push f (n,) and a gap (m,) make of velocities, (n,)."""
+    """What a push f (n,) and a gap g (m,) make of velocities, (n,).
+
+        [[M, J^T], [J, 0]] (dv, l) = (f, - g)
+
+    0 of a system without joints.
+    """
     return solve(f, -gap)[0] if len(gap) else np.zeros(len(f))
 
 
@@ -404,8 +418,10 @@ def projected(
     leap: Callable[[np.ndarray], np.ndarray],
     invert: Inverter | None,
 ) -> np.ndarray:
-    """v (n,) at the first instant and what closes Phi_x v + Phi_t (m,), `drift` the latter; a
-    warning says so, and round-off stays.
+    """v (n,) at the first instant, and what closes the rates of the joints (m,), of which `drift`
+    is the part of time; a warning says so, and round-off stays.
+
+        Phi_x v + Phi_t = 0
 
     Linear rows that nothing drives change v by the least kinetic energy, as where they are
     eliminated, and all others by `leap`.
@@ -452,8 +468,10 @@ def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
 def kkt_solver(
     system: System, M: Array, J: np.ndarray, first: bool = True, invert: Inverter | None = None
 ) -> Solver:
-    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g), J (m, n) of the rows that a system holds; redundant
-    ones are named in the error.
+    """What solves for accelerations with J (m, n) of the rows that a system holds; redundant ones
+    are named in the error.
+
+        [[M, J^T], [J, 0]] (a, l) = (f, g)
 
     `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position,
     where rows depend on each other for an instant, independent ones determine a, and l has least
@@ -521,8 +539,10 @@ def weightless(system: System, M: Array) -> SolverError:
 
 
 def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Solve [[M, J^T], [J, 0]] for large models by M + J^T J, which is definite where M is on the
+    """What solves for accelerations of large models, by a matrix that is definite where M is on the
     null space of J.
+
+        [[M, J^T], [J, 0]] (a, l) = (f, g)    by    M + J^T J
     """
     n = M.shape[0]
     m = len(J)

@@ -172,14 +172,24 @@ def latest(cuts: np.ndarray, high: np.ndarray, row: np.ndarray) -> np.ndarray:
 
 
 def linear(s: np.ndarray, y: np.ndarray, y1: np.ndarray) -> np.ndarray:
-    """The line through y at 0 and y1 at 1."""
+    """The line through y at 0 and y1 at 1.
+
+        y + s (y1 - y)
+
+    s in [0, 1].
+    """
     return np.asarray(y + s * (y1 - y))
 
 
 def cubic(
     s: np.ndarray, y: np.ndarray, y1: np.ndarray, d: np.ndarray, d1: np.ndarray
 ) -> np.ndarray:
-    """The cubic with y, y1 and slopes d, d1 at 0 and 1."""
+    """The cubic with y, y1 and slopes d, d1 at 0 and 1.
+
+        (1 - s)^2 ((1 + 2 s) y + s d) + s^2 ((3 - 2 s) y1 - (1 - s) d1)
+
+    s in [0, 1].
+    """
     r = 1.0 - s
     return np.asarray(
         r * r * ((1.0 + 2.0 * s) * y + s * d) + s * s * ((1.0 + 2.0 * r) * y1 - r * d1)
@@ -195,7 +205,12 @@ def quintic(
     c: np.ndarray,
     c1: np.ndarray,
 ) -> np.ndarray:
-    """The quintic with y, y1, slopes d, d1 and second derivatives c, c1 at 0 and 1."""
+    """The quintic with y, y1, slopes d, d1 and second derivatives c, c1 at 0 and 1.
+
+        H(s, y, d, c) + H(1 - s, y1, - d1, c1),    H = (1 - s)^3 ((1 + 3 s + 6 s^2) y + s (1 + 3 s) d + s^2 c / 2)
+
+    s in [0, 1].
+    """
     r = 1.0 - s
 
     def half(

@@ -73,6 +73,8 @@ def integrate(
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the
     end, or after the steps listed.
 
+        M q'' + f(q, q', t) - Q(t) + Phi_q^T lambda = 0,    Phi(q, t) = 0
+
     It starts in the reference, or in the equilibrium of the loads:
     `GeneralizedAlpha(step, start="equilibrium")`.
 
@@ -88,9 +90,23 @@ def integrate(
     With a number of `states`, outputs and energies are read while the run goes, at all stored
     times, and so many states are kept, evenly spread, the first and the last one among them:
     `Trajectory.kept`. Where an observer reads states, all are kept.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> ball = point_mass("ball", 2.0, np.zeros(2))
+        >>> place = {"ball": systems.probes.Position(systems.At("ball"))}
+        >>> falling = systems.assemble([ball], [], [systems.loads.Gravity((0.0, -9.81))], outputs=place)
+        >>> motion = dynamics.integrate(falling, dynamics.GeneralizedAlpha(step=0.01), 1.0)
+        >>> motion
+        <Trajectory 101 instants from 0 to 1, 2 unknowns>
+        >>> f"{dynamics.outputs(motion)['ball_y'][-1]:.3f} m"  # - g t^2 / 2
+        '-4.905 m'
     """
     steps = steps_in(scheme, duration)
     stored = len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1
+    if states is not None and states < 1:
+        raise InputError(say("integrate: states", "at least 1", states))
     fitting(system, steps, stored if states is None else min(stored, states))
 
     def repeat(other: System, shown: Progress | None) -> Trajectory:

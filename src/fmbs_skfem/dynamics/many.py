@@ -40,6 +40,16 @@ def integrate_many(
 
     `schemes` is one for all or one for each, `every` as in `integrate`, a number or steps (s,);
     `progress` receives the part of the runs that is done.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> pull = systems.loads.PointForce("pull", systems.At("ball"), (1.0, 0.0))
+        >>> balls = [point_mass("ball", mass, np.zeros(2)) for mass in (1.0, 2.0)]
+        >>> family = [systems.assemble([ball], [], [pull]) for ball in balls]
+        >>> found = dynamics.integrate_many(family, dynamics.GeneralizedAlpha(0.01), 1.0)
+        >>> [f"{motion.x[-1, 0]:.3f} m" for motion in found]  # F t^2 / (2 m)
+        ['0.500 m', '0.250 m']
     """
     chosen = [schemes] * len(systems) if isinstance(schemes, GeneralizedAlpha) else list(schemes)
     if len(chosen) != len(systems):

@@ -245,7 +245,12 @@ class Reader(Meter, Observer):
 
 
 def time_of(angle: float, rate: float, acceleration: float) -> float:
-    """t > 0 with w t + a t^2 / 2 = angle, for w and a of at least 0; infinite where both are zero."""
+    """The first time t [s] at which an angle is reached; infinite where both rates are zero.
+
+        w t + a t^2 / 2 = angle,    t > 0
+
+    for the rate w and the acceleration a of at least 0.
+    """
     root = rate + math.sqrt(rate * rate + 2.0 * acceleration * angle)
     return 2.0 * angle / root if root > 0.0 else math.inf
 

@@ -37,8 +37,9 @@ NOTHING = 1e-8
 class OutputError:
     """The error of one column.
 
-    `error` = max_t |y - y_ref| in the unit of the output, `relative` = error / range that counts,
-    see the module.
+        error = max_t |y - y_ref|,    relative = error / range that counts
+
+    The former is in the unit of the output; see the module.
     """
 
     output: str
@@ -165,8 +166,9 @@ def single(
 def smallest_ranges(system: System, span: float, part: float) -> dict[str, float]:
     """A part of what a mechanism of this size and mass does in a time `span` [s], by the unit.
 
-    With size L [m], mass w [kg] and time T: L, L/T, L/T^2, 1 rad, 1/T, w L/T^2 and w L^2/T^2 times
-    `part`. A span of 0 counts as 1 s.
+        L, L/T, L/T^2, 1 rad, 1/T, w L/T^2, w L^2/T^2    times `part`
+
+    with size L [m], mass w [kg] and time T. A span of 0 counts as 1 s.
     """
     s = system.scale
     w = system.weight

@@ -7,7 +7,7 @@ Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant load
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Sized
+from collections.abc import Iterable, Sequence, Sized
 from functools import partial
 from typing import NamedTuple
 
@@ -34,8 +34,21 @@ DELTA = 1e-6  #: relative time difference for Phi_t
 
 @checked
 def energies(trajectory: Trajectory) -> np.ndarray:
-    """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work
-    + lost) [J], (s, 4).
+    """Energies of a motion [J], from those of its start.
+
+        balance = kinetic + strain + potential - work + lost
+
+    the columns kinetic, strain, potential and balance (s, 4); `lost` is what events have taken.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> ball = point_mass("ball", 2.0, np.zeros(2))
+        >>> falling = systems.assemble([ball], [], [systems.loads.Gravity((0.0, -10.0))])
+        >>> motion = dynamics.integrate(falling, dynamics.GeneralizedAlpha(0.01), 1.0)
+        >>> kinetic, strain, potential, balance = dynamics.energies(motion)[-1].round(6)
+        >>> float(kinetic), float(potential)
+        (100.0, -100.0)
     """
     found = balance_of(trajectory)
     return np.column_stack([found.stored, found.balance])
@@ -88,7 +101,12 @@ def lost(trajectory: Trajectory) -> np.ndarray:
 
 
 def work_done(times: np.ndarray, power: np.ndarray) -> np.ndarray:
-    """Integral of a power (s,) [W] over time by the trapezoidal rule, (s,) [J]."""
+    """Integral of a power (s,) [W] over time, (s,) [J].
+
+        int P dt
+
+    by the trapezoidal rule.
+    """
     return np.append(0.0, np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(times)))
 
 
@@ -97,8 +115,11 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     of the rest.
 
     That is: of drives and damping, and of loads without a potential. Linear springs, which rest in
-    the reference x0, have 1/2 u^T K u + u . (K x0 - c), u = x - x0, with the part c of the constant
-    force that a change of coordinates has made theirs.
+    the reference x0, have
+
+        1/2 u^T K u + u . (K x0 - c),    u = x - x0
+
+    with the part c of the constant force that a change of coordinates has made theirs.
     """
     if trajectory.trace is not None:
         return trajectory.trace.survey[:, :3], trajectory.trace.survey[:, 3]
@@ -208,7 +229,12 @@ def size_of(stored: np.ndarray) -> float:
 
 @checked
 def energy_drift(trajectory: Trajectory) -> float:
-    """Largest change of the energy balance [J]."""
+    """Largest change of the energy balance of a motion [J].
+
+        max_t |balance(t) - balance(0)|
+
+    See `energies`.
+    """
     return energy_errors(trajectory).drift
 
 
@@ -225,11 +251,13 @@ def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     """Errors of the energy balance: a rise is one of the step, a fall is what the method damps,
     unasked.
 
-    Both are over the largest energy or work. A fall is also beside what elastic damping takes:
-    where loads put in what damping takes, as in a limit cycle, energies stay while both grow with
-    time, and so does what the method damps. Where the work of loads is that of the stored states
-    alone, rise and fall are less by three times what every second of them gives differently, so
-    that few states feign none.
+        rise = max_t (b(t) - b(0)) / scale,    fall = max_t (b(0) - b(t)) / scale
+
+    of the balance b, over the largest energy or work. A fall is also beside what elastic damping
+    takes: where loads put in what damping takes, as in a limit cycle, energies stay while both grow
+    with time, and so does what the method damps. Where the work of loads is that of the stored
+    states alone, rise and fall are less by three times what every second of them gives differently,
+    so that few states feign none.
     """
     found = balance_of(trajectory)
     change = found.balance - found.balance[0]
@@ -252,8 +280,10 @@ def residual_samples(
     multipliers: np.ndarray | None = None,
     memory: np.ndarray | None = None,
 ) -> np.ndarray:
-    """M q'' + f - Q + Phi_q^T lambda of a system on any motion, (s, n); without multipliers (s, m)
-    the last part is left out.
+    """Residual (s, n) of a system on any motion; without multipliers (s, m) the last part is left
+    out.
+
+        M q'' + f - Q + Phi_q^T lambda
     """
     found = on_samples(
         evaluation.residuals, model, model.system.size, times, x, v, a, multipliers, memory=memory
@@ -266,9 +296,13 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
     Rows that were eliminated are recovered from the residual of the full system by least squares,
-    Phi_q^T lambda = - (M q'' + f - Q), see `recovery`; those that follow from others share what
-    they carry. What joints with multipliers leave out as redundant carries nothing. Rows that hold
-    in all motions which a reduced model knows are NaN, where events release them.
+    see `recovery`:
+
+        Phi_q^T lambda = - (M q'' + f - Q)
+
+    Those that follow from others share what they carry. What joints with multipliers leave out as
+    redundant carries nothing. Rows that hold in all motions which a reduced model knows are NaN,
+    where events release them.
     """
     system = trajectory.system
     if (trace := trajectory.trace) is not None:
@@ -313,7 +347,12 @@ def require_read(expected: Sized, read: np.ndarray, call: str) -> None:
 
 
 def pushes(trajectory: Trajectory) -> np.ndarray:
-    """Forces (s, j) on the probe rows y of the system, those of loads alone: power F . y'."""
+    """Forces F (s, j) on the probe rows y of the system, those of loads alone.
+
+        P = F . y'
+
+    is their power [W].
+    """
     if trajectory.trace is not None:
         require_read(trajectory.system.probes.offset, trajectory.trace.pushes, "pushes")
         return trajectory.trace.pushes
@@ -350,8 +389,11 @@ def rows_read(system: System) -> np.ndarray:
 
 
 def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sensor rows y = S x + s that outputs read, of a motion, their rates and accelerations, (s, i)
-    each.
+    """Sensor rows that outputs read, of a motion, their rates and accelerations, (s, i) each.
+
+        y = S x + s
+
+    with the rows S (i, n) and s (i,).
     """
     system = trajectory.system
     if (trace := trajectory.trace) is not None:
@@ -367,22 +409,33 @@ def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.nda
     return y + system.sensors.offset[rows], rate, change
 
 
-def require_known(where: str, system: System, names: Sequence[str]) -> None:
+def require_known(where: str, outputs: Iterable[str], names: Iterable[str]) -> None:
     """InputError for a name that is none of the outputs."""
+    known = list(outputs)
     for name in names:
-        if name not in system.outputs:
-            expected = (
-                f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
-            )
-            raise InputError(say(where, expected, f"'{name}'") + closest(name, system.outputs))
+        if name not in known:
+            expected = f"one of the outputs {listed(known, name, 'of which there are none')}"
+            raise InputError(say(where, expected, f"'{name}'") + closest(name, known))
 
 
 @checked
 def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Named outputs, all by default: column name -> values (s,)."""
+    """Named outputs, all by default: column name -> values (s,).
+
+    InputError for a name that is none of the outputs.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> place = {"ball": systems.probes.Position(systems.At("ball"))}
+        >>> rest = systems.assemble([point_mass("ball", 2.0, np.ones(2))], outputs=place)
+        >>> motion = dynamics.integrate(rest, dynamics.GeneralizedAlpha(0.01), 0.02)
+        >>> dynamics.outputs(motion)
+        {'ball_x': array([1., 1., 1.]), 'ball_y': array([1., 1., 1.])}
+    """
     columns = dict[str, np.ndarray]()
     system = trajectory.system
-    require_known("outputs", system, names or ())
+    require_known("outputs", system.outputs, names or ())
     y, rate, change = read_sensors(trajectory)
     read = rows_read(system)
     require_distinct_columns(system.outputs)

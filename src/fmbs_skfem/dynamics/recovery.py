@@ -28,7 +28,9 @@ NOTHING = 1e-12
 
 def of_rows(full: System, known: frozenset[tuple[str, str]]) -> tuple[np.ndarray, csr_array]:
     """Linear rows (k,) of a full system but for `known` ones, and C (n, k), by which their forces
-    are C^T r.
+    follow from a residual r.
+
+        C^T r
 
     Contradiction names edges whose rows make forces of nothing, see `require_none_without_load`.
     """

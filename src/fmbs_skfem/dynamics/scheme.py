@@ -63,8 +63,12 @@ Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does s
 @dataclass(frozen=True)
 @checked
 class GeneralizedAlpha:
-    """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to
-    1 (no damping).
+    """Generalised-alpha method with the step h [s], and the spectral radius rho_inf at infinite
+    frequency, 0 (asymptotic annihilation) to 1 (no damping).
+
+        M q1'' + f1 - Q1 + Phi_q^T lambda1 = 0,    Phi(q1, t1) = 0
+        (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) q1'' + alpha_f q0''
+        q1 = q0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1),    v1 = v0 + h ((1 - gamma) a0 + gamma a1)
 
     A scheme of one's own is a frozen dataclass with this base and its own `coefficients`, all that
     a step reads of it.
@@ -72,6 +76,10 @@ class GeneralizedAlpha:
     Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`. With a
     `local_error` a step is taken in 1, 2, 4, ... or 32 parts, as few as keep its error below that,
     see `compiled_step.parts`.
+
+        >>> from fmbs_skfem.dynamics import GeneralizedAlpha
+        >>> GeneralizedAlpha(1e-3, rho_inf=1.0).coefficients  # alpha_m, alpha_f, gamma, beta
+        (0.5, 0.5, 0.5, 0.25)
     """
 
     step: float
@@ -109,7 +117,13 @@ class GeneralizedAlpha:
 
     @property
     def coefficients(self) -> tuple[float, float, float, float]:
-        """alpha_m, alpha_f, gamma, beta of Arnold and Bruels."""
+        """alpha_m, alpha_f, gamma, beta of Arnold and Bruels.
+
+            alpha_m = (2 rho - 1) / (rho + 1),    alpha_f = rho / (rho + 1)
+            gamma = 1/2 + alpha_f - alpha_m,    beta = (gamma + 1/2)^2 / 4
+
+        with rho = `rho_inf`.
+        """
         rho = self.rho_inf
         am, af = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
         gamma = 0.5 + af - am
@@ -123,9 +137,13 @@ class Newton:
     """Iteration control; the tolerance is an error of the positions, root mean square, relative to
     the size of the mechanism.
 
-    A correction d (n,) ends the iteration where |d|_M <= tolerance L, L the size of the mechanism
-    [m]. InputError for a tolerance outside of 0 to 0.01 and an unknown solver, MissingFeature for
-    `pardiso` where the extra is not installed.
+    A correction d (n,) ends the iteration where
+
+        |d|_M <= tolerance L,    |d|_M = sqrt(d^T W d / w)
+
+    with the size L of the mechanism [m], the metric W and the mass w. InputError for a tolerance
+    outside of 0 to 0.01 and an unknown solver, MissingFeature for `pardiso` where the extra is not
+    installed.
     """
 
     tolerance: float = DYNAMIC
@@ -288,7 +306,9 @@ def of_length(method: Method, h: Any) -> Method:
 def round_off(system: System) -> float:
     """Round-off of positions, which grows with the distance from the origin [m].
 
-    DIGITS max(|r|, L), with the positions r of the reference and the size L of the system.
+        DIGITS max(|r|, L)
+
+    with the positions r of the reference and the size L of the system.
     """
     places = system.lift(system.x0).reshape(-1, system.dim)[system.unit != 0.0]
     return DIGITS * max(float(np.abs(places).max(initial=0.0)), system.scale)
@@ -296,8 +316,10 @@ def round_off(system: System) -> float:
 
 @checked
 def acceleration_noise(scheme: GeneralizedAlpha, system: System) -> float:
-    """Noise of q'', and over the mass of reactions, that the round-off of positions makes, root
-    mean square [m/s2]: d / (beta h^2).
+    """Noise of q'', and over the mass of reactions, that the round-off d of positions makes, root
+    mean square [m/s2].
+
+        d / (beta h^2)
 
     Velocities that settle on the joints after every step do not carry it on.
     """

@@ -20,7 +20,10 @@ VANISHING = 1e-6  #: length of a row, over the longest or the size of the mechan
 def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
     """Lengths of constraint rows (m,) over changes of unknowns (n,) that count as large.
 
-    |Phi_x D| of every row at x (n,) and a time [s], with D the changes of unknowns that count as large: in the unit of the row.
+        |Phi_x D|
+
+    of every row at x (n,) and a time [s], with D the changes of unknowns that count as large: in
+    the unit of the row.
     """
     return np.asarray(
         np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1)

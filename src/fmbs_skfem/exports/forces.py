@@ -36,7 +36,12 @@ COORDINATES: dict[str, tuple[int, Callable[[Any], Any]]] = {
 
 
 def spring(rows: int, write: Callable[[Any], Any], turns: bool) -> ForceSymbols:
-    """F = - (k (c - c0) + d c') dc/dy."""
+    """A spring and damper along a coordinate c.
+
+        F = - (k (c - c0) + d c') dc/dy
+
+    on the rows y that it reads.
+    """
     y = written.rows(rows)
     v = written.rates(rows)
     p = written.numbers(3)
@@ -52,8 +57,11 @@ def spring(rows: int, write: Callable[[Any], Any], turns: bool) -> ForceSymbols:
 
 
 def carried(dim: int, force: bool) -> ForceSymbols:
-    """h (a x + m x x) / |x|^n of a vector x: a moment (n = 2) on itself, or a force (n = 1) on a
-    position behind it.
+    """A force or moment that a vector x carries.
+
+        h (a x + m x x) / |x|^n
+
+    a moment (n = 2) on itself, or a force (n = 1) on a position behind it.
     """
     count = (2 if dim == 2 else 1) if force else (1 if dim == 2 else 3)
     x = written.rows(dim)
@@ -69,8 +77,11 @@ def carried(dim: int, force: bool) -> ForceSymbols:
 
 
 def one_sided(rows: int, write: Callable[[Any], Any], signed: bool) -> ForceSymbols:
-    """F = - sign N dc/dy,  N = k ramp(s) + d touch(s) s',  s = sign (c - c0), as
-    `systems.forces.one_sided`: ropes and stops.
+    """What acts on one side of a coordinate c: ropes and stops.
+
+        F = - sign N dc/dy,    N = k ramp(s) + d touch(s) s',    s = sign (c - c0)
+
+    as `systems.forces.one_sided`.
     """
     count = 6 if signed else 5
     y = written.rows(rows)
@@ -91,7 +102,12 @@ def one_sided(rows: int, write: Callable[[Any], Any], signed: bool) -> ForceSymb
 
 
 def constant_pull() -> ForceSymbols:
-    """F = - p h dc/dy of a distance c."""
+    """A pull along a distance c.
+
+        F = - p h dc/dy
+
+    with the number p and the history h.
+    """
     y = written.rows(3)
     pull = written.history() * written.numbers(1)[0]
     return ForceSymbols([-pull * sympy.diff(norm(y), one) for one in y], 1, 1, pull * norm(y))

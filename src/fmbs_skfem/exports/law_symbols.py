@@ -19,12 +19,22 @@ from ..core.compiling.symbols import Expression
 
 
 def stretch(r: Vectors) -> Expression:
-    """eps = (r'.r' - 1)/2."""
+    """Axial strain of a line [-].
+
+        eps = (r'.r' - 1)/2
+
+    of r = (r', r'') in symbols.
+    """
     return (r[0].dot(r[0]) - 1) / 2
 
 
 def planar_strains(n: int, r: Vectors, *_: Any) -> list[Expression]:
-    """eps and the signed curvature r' x r'' / |r'|^n."""
+    """Axial strain and the curvature with its sign.
+
+        (r'.r' - 1)/2,    r' x r'' / |r'|^n
+
+    of r = (r', r'') in symbols.
+    """
     return [
         stretch(r),
         (r[0][0] * r[1][1] - r[0][1] * r[1][0]) * r[0].dot(r[0]) ** sympy.Rational(-n, 2),
@@ -39,7 +49,12 @@ def planar_energy(
 
 
 def square_of_curvature(n: int, r: Vectors) -> Expression:
-    """H = |r' x r''|^2 / |r'|^(2 n), or r''.r'' of the quadratic curvature (n = 0)."""
+    """Square of the curvature of a line.
+
+        H = |r' x r''|^2 / |r'|^(2 n)    or    r''.r''
+
+    the latter of the quadratic curvature (n = 0).
+    """
     a, b = r
     across = a.dot(a) * b.dot(b) - a.dot(b) ** 2
     return (
@@ -52,8 +67,11 @@ def square_of_curvature(n: int, r: Vectors) -> Expression:
 def spatial_energy(
     n: int, r: Vectors, EA: Expression, EI: Expression, kappa0: Expression
 ) -> Expression:
-    """EA/2 eps^2 + EI/2 (kappa - kappa0)^2 with H = kappa^2; kappa is kept from nothing, where its
-    derivative is none.
+    """Energy of a line in space, per length.
+
+        EA/2 eps^2 + EI/2 (kappa - kappa0)^2,    kappa^2 = H
+
+    kappa is kept from nothing, where its derivative is none.
     """
     H = square_of_curvature(n, r)
     axial = EA / 2 * stretch(r) ** 2
@@ -66,7 +84,12 @@ def spatial_energy(
 def spatial_dissipation(
     n: int, r: Vectors, v: Vectors, EA: Expression, EI: Expression, kappa0: Expression
 ) -> Expression:
-    """R with (k k' + s^2 I) / (kappa^2 + s^2) between the rates of the curvature vector k."""
+    """Dissipation of a line in space, half of the power at a damping time of 1 s.
+
+        R = EA/2 eps'^2 + EI/2 ((k . k')^2 + s^2 k'.k') / (kappa^2 + s^2)
+
+    with the rate k' of the curvature vector k, and s of `cable_law`.
+    """
     k = r[1] if n == 0 else r[0].cross(r[1]) * r[0].dot(r[0]) ** sympy.Rational(-n, 2)
     straight = STRAIGHT * EA / EI
     dk = sympy.Matrix([rate(one, r, v) for one in k])
@@ -76,18 +99,33 @@ def spatial_dissipation(
 
 
 def hooke(A: Expression, nu: Expression) -> list[list[Expression]]:
-    """Stiffness of plane stress for e11, e22, e12 = e21."""
+    """Stiffness of plane stress for e11, e22, e12 = e21.
+
+        [[A, A nu, 0], [A nu, A, 0], [0, 0, 2 A (1 - nu)]]
+
+    in symbols.
+    """
     return [[A, A * nu, 0], [A * nu, A, 0], [0, 0, 2 * A * (1 - nu)]]
 
 
 def half_square(e: list[Expression], C: list[list[Expression]]) -> Expression:
-    """e^T C e / 2."""
+    """Energy of strains e with the stiffness C.
+
+        e^T C e / 2
+
+    in symbols.
+    """
     v = sympy.Matrix(e)
     return (v.T * sympy.Matrix(C) * v)[0] / 2
 
 
 def membrane_strains(r: Vectors, *_: Any) -> list[Expression]:
-    """E11, E22, E12."""
+    """Strains of a membrane.
+
+        E_ab = (r,a.r,b - delta_ab)/2
+
+    as 11, 22, 12.
+    """
     a, b = r[:2]
     return [(a.dot(a) - 1) / 2, (b.dot(b) - 1) / 2, a.dot(b) / 2]
 
@@ -99,7 +137,12 @@ def membrane_energy(r: Vectors, A: Expression, nu: Expression) -> Expression:
 def shell_strains(
     r: Vectors, A: Expression, B: Expression, nu: Expression, *b0: Expression
 ) -> list[Expression]:
-    """E11, E22, E12 and b_i - b0_i, i = 11, 22, 12."""
+    """Strains of a shell, and minus the changes of its curvatures.
+
+        E_ab = (r,a.r,b - delta_ab)/2,    n.r,i - b0_i
+
+    each as 11, 22, 12.
+    """
     normal = r[0].cross(r[1])
     length = sympy.sqrt(normal.dot(normal))
     return [

@@ -72,7 +72,9 @@ class Prediction(NamedTuple):
     """A predicted error, in the measure of the training, and the ends of its band; NaN where
     nothing can be said.
 
-    A 95 % band, unless the calibration has another `level`: low <= error <= high.
+        low <= error <= high
+
+    A 95 % band, unless the calibration has another `level`.
     """
 
     error: float
@@ -84,8 +86,10 @@ NOTHING = Prediction(math.nan, math.nan, math.nan)
 
 
 def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calibration:
-    """Regression of log10 e on log10 I over pairs (k,); those that are not finite and positive, as
-    of failed runs, are left out.
+    """Regression of errors e on indicators I over pairs (k,); those that are not finite and
+    positive, as of failed runs, are left out.
+
+        log10 e = a + b (log10 I - m)
 
     `level` is the part of further errors that the band is to hold. InputError without a usable
     pair, or for arrays of other shapes.
@@ -127,7 +131,10 @@ def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calib
 def half_width(calibration: Calibration, indicator: float) -> float:
     """Half the width of the band at an indicator [decades].
 
-    At least 0.1 decades; `indicator` I is positive and finite.
+        t s sqrt(1 + 1 / k + (log10 I - m)^2 / moment)
+
+    with Student's t of the level, the spread s and the number k of pairs, at least 0.1 decades;
+    `indicator` I is positive and finite.
     """
     from scipy.special import stdtrit
 
@@ -139,8 +146,9 @@ def half_width(calibration: Calibration, indicator: float) -> float:
 
 
 def predict(calibration: Calibration, indicator: float) -> Prediction:
-    """Predicted error 10^(a + b (log10 I - m)) and the ends of its band, in the unit of the errors
-    that calibrated.
+    """Predicted error and the ends of its band, in the unit of the errors that calibrated.
+
+        10^(a + b (log10 I - m))
 
     All are infinite for the infinite indicator of a failed run, and 0 for 0. InputError for NaN or
     a negative indicator.

@@ -46,8 +46,10 @@ FEW = 3  #: samples a parameter, up to which all parameters share one length: fe
 class Process:
     """A number over the unit box, from samples.
 
-    y(u) = mean + scale (z(u) + n) with the covariance of the module; `predict` gives y elsewhere
-    and how surely, `left_out` what every sample says of the others.
+        y(u) = mean + scale (z(u) + n)
+
+    with the covariance of the module; `predict` gives y elsewhere and how surely, `left_out` what
+    every sample says of the others.
     """
 
     points: Array  #: (k, d)
@@ -62,12 +64,22 @@ class Process:
 
     @property
     def roughness(self) -> float:
-        """Standard deviation of what neighbouring points do not share, s sqrt(var(n))."""
+        """Standard deviation of what neighbouring points do not share.
+
+            s sqrt(var(n))
+
+        in the unit of y.
+        """
         return self.scale * float(np.sqrt(self.noise))
 
     @cached_property
     def factor(self) -> Array:
-        """Lower Cholesky factor of K (k, k)."""
+        """Cholesky factor (k, k) of the covariance of the samples.
+
+            L L^T = K = cov(z, z) + var(n) 1
+
+        L lower.
+        """
         return np.asarray(
             cholesky(
                 self.covariance(self.points) + self.noise * np.eye(len(self.points)), lower=True
@@ -76,13 +88,20 @@ class Process:
 
     @cached_property
     def weights(self) -> Array:
-        """K^-1 Y (k,)."""
+        """Weights (k,) of the samples in the mean.
+
+            K^-1 Y
+
+        with K and Y of the module.
+        """
         return np.asarray(cho_solve((self.factor, True), (self.values - self.mean) / self.scale))
 
     def covariance(self, points: Array) -> Array:
         """cov(z, z) (i, k) of points (i, d) with the samples.
 
-        a^2 (1 + r + r^2 / 3) exp(-r), r^2 = 5 sum_i (u_i - v_i)^2 / l_i^2.
+            a^2 (1 + r + r^2 / 3) exp(-r),    r^2 = 5 sum_i (u_i - v_i)^2 / l_i^2
+
+        Matern's with nu = 5/2.
         """
         apart = (points[:, None] - self.points[None]) / self.lengths
         r = np.sqrt(5.0 * np.sum(apart**2, axis=2))
@@ -91,7 +110,9 @@ class Process:
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Mean and standard deviation (i,) of the smooth part m + s z at points (i, d).
 
-        m + s k^T K^-1 Y and s sqrt(a^2 - k^T K^-1 k); points are those of the unit box.
+            m + s k^T K^-1 Y,    s sqrt(a^2 - k^T K^-1 k)
+
+        Points are those of the unit box.
         """
         across = self.covariance(points)
         left = solve_triangular(self.factor, across.T, lower=True)
@@ -102,7 +123,9 @@ class Process:
         """Errors (k,) at every sample through all the others, and the standard deviations (k,) that
         they are expected to have.
 
-        e_i = s [K^-1 Y]_i / [K^-1]_ii, and s / sqrt([K^-1]_ii); doi:10.1162/08997660151134343.
+            e_i = s [K^-1 Y]_i / [K^-1]_ii,    s / sqrt([K^-1]_ii)
+
+        Source: doi:10.1162/08997660151134343.
         """
         inverse = np.diag(cho_solve((self.factor, True), np.eye(len(self.points))))
         return self.scale * self.weights / inverse, self.scale / np.sqrt(inverse)

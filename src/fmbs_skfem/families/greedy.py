@@ -422,8 +422,9 @@ def _nearest(problem: GreedyProblem, lost: dict[int, str]) -> int | None:
 def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
     """The one of several candidates (k, d), by number, that is farthest from all used ones.
 
-    The largest of the least distances |u - v| to the used ones, numbers of candidates as well; the
-    first of several.
+        max_u min_v |u - v|
+
+    over the used ones v, numbers of candidates as well; the first of several.
     """
     from scipy.spatial.distance import cdist
 

@@ -55,8 +55,10 @@ def fit(points: ArrayLike, values: ArrayLike, seed: int = 0) -> Surrogate:
 
 
 def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
-    """Mean mu and standard deviation s (k,) [decades] of the smooth part m + z of log10 I, at
+    """Mean and standard deviation (k,) [decades] of the smooth part m + s z of an indicator I, at
     points (k,d) of the unit box.
+
+        log10 I = m + s (z(u) + n)
 
     InputError for points that are no finite matrix with a column for every parameter.
     """
@@ -64,12 +66,14 @@ def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
 
 
 def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
-    """Standard deviation (k,) [decades] of a further sample at points (k,d): of the smooth part and
-    the roughness together.
+    """Standard deviation (k,) [decades] of a further sample at points (k,d): of the smooth part s
+    and the roughness r together.
 
-    Both are scaled up by what samples deviate from the mean of all the others, in their standard
-    deviations, where that is more than 1: a likelihood of few samples may be greatest for a process
-    that is much too sure.
+        f sqrt(s^2 + r^2),    f = max(1, sqrt(mean((e_i / s_i)^2)))
+
+    Both are scaled up by what samples deviate from the mean of all the others, e_i, in their
+    standard deviations s_i, where that is more than 1: a likelihood of few samples may be greatest
+    for a process that is much too sure.
     """
     errors, deviations = surrogate.left_out()
     factor = max(1.0, float(np.sqrt(np.mean((errors / deviations) ** 2))))
@@ -79,8 +83,10 @@ def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
     """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box.
 
-    G = E[max(z(x) - z*, 0)] with z* the largest mean at a sample. Source: Jones, Schonlau, Welch
-    1998, doi 10.1023/A:1008306431147.
+        G = E[max(z(x) - z*, 0)] = s (u Phi(u) + phi(u)),    u = (mu(x) - z*) / s(x)
+
+    with z* the largest mean at a sample. Source: Jones, Schonlau, Welch 1998, doi
+    10.1023/A:1008306431147.
     """
     from scipy.special import ndtr
 

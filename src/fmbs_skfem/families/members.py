@@ -185,7 +185,8 @@ def limit_time(timeout: float | None) -> Iterator[None]:
         yield
         return
     with open(os.devnull, "w") as nowhere:
-        faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
+        limit = min(timeout, threading.TIMEOUT_MAX)
+        faulthandler.dump_traceback_later(limit, exit=True, file=nowhere)
         try:
             yield
         finally:

@@ -42,8 +42,9 @@ ROUGH = 0.5  #: largest variance of n over that of the samples
 class ResponseSurface:
     """A number over a box of parameters.
 
-    y(p) = m + s (z(u) + n) with u in the unit box of the parameters; q2 = 1 - mean(e^2) / var(y) of
-    samples that it has not seen.
+        y(p) = m + s (z(u) + n),    q2 = 1 - mean(e^2) / var(y)
+
+    with u in the unit box of the parameters; q2 is that of samples that it has not seen.
     """
 
     parameters: tuple[Parameter, ...]

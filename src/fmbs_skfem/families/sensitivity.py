@@ -49,8 +49,9 @@ class SobolIndices:
 
 
 def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """Points (N (d + 2), d): A, B, A_B^1, ..., A_B^d below each other, N = `count`, of a scrambled
-    Sobol sequence in 2 d.
+    """Points (N (d + 2), d) of a scrambled Sobol sequence in 2 d, N = `count`, below each other.
+
+        A, B, A_B^1, ..., A_B^d    A_B^i is A with the column i of B
 
     d parameters, values [SI] in their order. InputError for a count below 1.
     """
@@ -104,8 +105,12 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0
 
 
 def estimate(table: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """S_i and ST_i (d,) of values (N, d + 2), with the mean of A and B subtracted, which takes
-    noise from S_i.
+    """Sobol indices (d,) of values (N, d + 2) in columns A, B, A_B^i, with the variance V of A and
+    B.
+
+        S_i = mean((B - m) (A_B^i - A)) / V,    ST_i = mean((A - A_B^i)^2) / (2 V)
+
+    The mean m of A and B is subtracted, which takes noise from S_i.
     """
     a, b, mixed = table[:, 0], table[:, 1], table[:, 2:]
     both = table[:, :2]

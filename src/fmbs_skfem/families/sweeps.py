@@ -124,7 +124,12 @@ class SweepOutcome:
 
     @property
     def overhead(self) -> float:
-        """Part of the workers' time, after the start, that was spent on no member."""
+        """Part of the workers' time, after the start, that was spent on no member.
+
+            1 - busy_s / (workers' time)
+
+        0 where none was there.
+        """
         there = self.workers * (self.wall_s - self.start_s)
         return 1.0 - self.busy_s / there if there > 0 else 0.0
 

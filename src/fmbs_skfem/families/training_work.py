@@ -185,7 +185,9 @@ def add_check(work: TrainingState, point: int) -> bool:
 def evaluate(work: TrainingState, point: int) -> float:
     """The indicator at a candidate; infinite where the reduced run fails.
 
-    I = c int |R|_g dt [m s] of the present model by (49); it is stored, and found once.
+        I = c int |R|_g dt    [m s]
+
+    of the present model by (49); it is stored, and found once.
     """
     if point not in work.indicators:
         measure(work, point)

@@ -60,9 +60,10 @@ def metric(part: Body) -> csr_array:
     """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes
     count by the body's size.
 
-    u^T W u of one component is a mean square displacement [m2]. Directors of a beam hold its
-    section and its shear, however thin it is, so that their small mass says nothing of them: the n
-    coefficients of each count together as a displacement by that size.
+        u^T W u    is a mean square displacement of one component [m2]
+
+    Directors of a beam hold its section and its shear, however thin it is, so that their small mass
+    says nothing of them: the n coefficients of each count together as a displacement by that size.
     """
     if part.directors is not None:
         d = part.directors
@@ -125,13 +126,20 @@ def with_places(part: Body, S: np.ndarray) -> np.ndarray:
 
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Coordinates z (s, m, c) of the states (s, b, c) of a full body nearest in the mass."""
+    """Coordinates z (s, m, c) of the states (s, b, c) of a full body, nearest in the mass.
+
+        z = (S^T W S)^-1 S^T W q
+
+    as of `projected`.
+    """
     found = projected(part, S, as_columns(states))
     return found.reshape(S.shape[1], len(states), -1).transpose(1, 0, 2)
 
 
 def projected(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Coordinates (m, j) of columns (b, j) of a component, (S^T W S)^-1 S^T W Y.
+    """Coordinates (m, j) of columns Y (b, j) of a component.
+
+        (S^T W S)^-1 S^T W Y
 
     The columns nearest in the mass are S times these.
     """
@@ -140,8 +148,9 @@ def projected(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 
 def reduced_body(part: Body, S: np.ndarray) -> Body:
-    """The body with the shape functions Nbar = S^T N of S (b, m), its elastic energy at all
-    quadrature points.
+    """The body with the shape functions of S (b, m), its elastic energy at all quadrature points.
+
+        Nbar = S^T N
 
     Of a body that is reduced already, fewer functions S over its own, its energy at the points that
     it has.
@@ -220,7 +229,9 @@ def cell_centres(part: Body) -> np.ndarray:
 
 
 def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
-    """S^T A S (m, m).
+    """A matrix of the body in the coordinates of S (b, m).
+
+        S^T A S    (m, m)
 
     Entries below 1e-15 of the largest are left out.
     """
@@ -273,8 +284,9 @@ def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
 
 
 def compliance(part: Body) -> Measure:
-    r"""States (s, n) of a reduced body -> C^(1/2) (s, n, n),   C = sum_i v_i v_i^T / (|l_i| + w^2),
-    K v_i = l_i W v_i.
+    """States (s, n) of a reduced body -> roots of their compliance (s, n, n).
+
+        C^(1/2),    C = sum_i v_i v_i^T / (|l_i| + w^2),    K v_i = l_i W v_i
 
     K is the elastic tangent in a state, W the mass, w [rad/s] the lowest elastic frequency of the
     free body: what changes slowly moves the body by K^-1 f. A beam that is sampled by its forces
@@ -319,8 +331,11 @@ def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
 def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
     """Largest strain of a fibre (s,) of a full body in states (s, b, c).
 
-    The outer fibres of lines are those of a round bar, h = 2 sqrt(EI / EA): the half diameter, 1.15
-    times half the height of a bar.
+    The outer fibres of lines are those of a round bar,
+
+        h = 2 sqrt(EI / EA)
+
+    the half diameter, 1.15 times half the height of a bar.
     """
     assert part.cells is not None
     cells = part.cells
@@ -390,8 +405,10 @@ def placed(
     rotation: np.ndarray | None = None,
     check: bool = True,
 ) -> Body:
-    """A reduced body elsewhere under another name: x -> origin + rotation x, (c,) [m] and a proper
-    rotation (c, c).
+    """A reduced body elsewhere under another name, by an origin (c,) [m] and a proper rotation (c,
+    c).
+
+        x <- origin + rotation x
 
     Without `check` what it takes part in is not held against the shapes that it lacks, see
     `parts.finer_parts`.

@@ -60,7 +60,12 @@ class Departure:
 
     @property
     def excess(self) -> float:
-        """How far the value is outside, over the trained range."""
+        """How far the value is outside of what was trained.
+
+            max(value - high, low - value) / (high - low)
+
+        infinite where the trained range is a single value.
+        """
         low, high = self.trained
         return max(self.value - high, low - self.value) / (high - low) if high > low else np.inf
 
@@ -120,7 +125,9 @@ def first_of(names: list[str]) -> str:
 def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b).
 
-    u[k c, s, g] = sum_b table[k, g, b] z[s, b, c].
+        u[k c, s, g] = sum_b table[k, g, b] z[s, b, c]
+
+    k c rows, derivative by derivative.
     """
     (K, P, b) = table.shape
     (s, _, dim) = z.shape

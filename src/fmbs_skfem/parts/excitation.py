@@ -82,8 +82,11 @@ class Excitation:
     """What a body is moved by; None: forces as large as its weight, times and frequencies of a
     pendulum of its size L in g.
 
-    Usual values for a body of mass m and size L: forces m g, moments F L / 10, 10 sqrt(L/g) long,
-    sweeps up to 1.6 sqrt(g/L). Random numbers follow from `seed` alone.
+    Usual values for a body of mass m and size L are
+
+        F = m g,    moments F L / 10,    10 sqrt(L/g) long,    sweeps up to 1.6 sqrt(g/L)
+
+    Random numbers follow from `seed` alone.
     """
 
     runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
@@ -111,8 +114,9 @@ class Excitation:
 def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation:
     """The excitation with what it leaves open, for a body, its loads times `scale`.
 
-    `scale` s multiplies force, moment and gravity; the spin grows as sqrt(s), and times that are
-    not given shrink as 1/sqrt(s).
+        force, moment, gravity ~ s,    spin ~ sqrt(s),    times ~ 1/sqrt(s)
+
+    with s = `scale`; times that are given stay.
     """
     pace = np.sqrt(scale * (excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration
@@ -260,6 +264,9 @@ def move(
 ) -> tuple[np.ndarray, Excitation]:
     """States (s, b, c) of all runs with loads as they are, and the excitation with what it leaves
     open.
+
+    InputError for a body without named places; SolverError, with the number of the run, where one
+    fails.
     """
     told = settle(excitation, part)
     random = np.random.default_rng(excitation.seed)
@@ -358,7 +365,12 @@ def turns(part: Body, place: str) -> bool:
 
 
 def sweep(told: Excitation, random: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """sin(phi(t)) w(t) of times (s,) [s], with a phase and frequencies of its own."""
+    """A history over times (s,) [s], with a phase and frequencies of its own.
+
+        sin(phi(t)) w(t)
+
+    with a window w.
+    """
     assert told.slowest is not None
     assert told.fastest is not None
     assert told.duration is not None

@@ -65,8 +65,11 @@ KEPT = 120  #: states that a part keeps of its training, for the points of one t
 class Memory:
     """What a part keeps of its training in place of the states.
 
-    S (b, m) are the functions of the part, L (m, m) with L L^T = sum of z z^T over all states and
-    components of its training.
+    S (b, m) are the functions of the part, and L (m, m)
+
+        L L^T = sum z z^T
+
+    over all states and components of its training.
     """
 
     functions: Annotated[np.ndarray, Reals("b m")]  #: S
@@ -228,7 +231,10 @@ def recall(before: Part, body: Body) -> Memory:
 
 
 def same_shape(one: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether a rigid motion, or that of the mirror image, takes a to b (b, c): a a^T = b b^T;
+    """Whether a rigid motion, or that of the mirror image, takes a to b (b, c).
+
+        a a^T = b b^T    about the mean
+
     `one` (b,) is the field 1.
     """
     a, b = (x - np.outer(one, one @ x / (one @ one)) for x in (a, b))
@@ -368,8 +374,12 @@ def coarser_strains(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray
 
 
 def points_to(singular_values: np.ndarray, functions: int) -> float:
-    """eta of the points of so many functions, singular values (i,): ETA where eps = USUAL is left
-    out, and growing as sqrt(eps).
+    """Tolerance eta of the points of so many functions, singular values (i,), by the eps that these
+    leave out.
+
+        eta = ETA sqrt(eps / USUAL)
+
+    at least ETA, at most LOOSE.
     """
     square = singular_values**2
     return float(

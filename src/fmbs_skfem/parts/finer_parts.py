@@ -277,8 +277,11 @@ def of_finer(system: System, again: Callable[[System], np.ndarray]) -> np.ndarra
 
 
 def too_high(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """found / wanted - 1 (i,) of sizes in their order; zero where a motion is free, or not found of
-    both.
+    """How much sizes (i,) in their order are above others.
+
+        found / wanted - 1
+
+    Zero where a motion is free, or not found of both.
 
     Positive where a part is too stiff; i motions or load factors.
     """

@@ -119,8 +119,10 @@ def pace(times: np.ndarray, forces: np.ndarray) -> float:
 
 
 def turning(system: System, points: ShapePoints, z: np.ndarray, v: np.ndarray) -> float:
-    """Largest rate |v| / |z| about the means [rad/s] at which a part turns, 0 where its pull is
-    less than FAST times its weight.
+    """Largest rate at which a part turns [rad/s], 0 where its pull is less than FAST times its
+    weight.
+
+        max |v| / |z|    about the means
     """
     dim, columns, missing = points.dim, points.columns, points.missing
     assert missing is not None

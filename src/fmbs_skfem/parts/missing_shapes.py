@@ -116,7 +116,9 @@ def why_unknown(part: Body, S: np.ndarray) -> str:
 def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Columns (b, j) without what S (b, m) holds of them.
 
-    Y - S (S^T W S)^-1 S^T W Y, twice.
+        Y - S (S^T W S)^-1 S^T W Y
+
+    twice, so that what is left is orthogonal to round-off.
     """
     for _ in range(2):
         columns = columns - S @ parts.projected(part, S, columns)
@@ -126,7 +128,9 @@ def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
 def distance(part: Body, S: np.ndarray, states: np.ndarray) -> float:
     """Largest distance in the mass of states (s, b, c) from S (b, m) [m].
 
-    max_s |c_s - P c_s|_W over the states s.
+        max_s |c_s - P c_s|_W
+
+    over the states s.
     """
     rest = outside(part, S, parts.as_columns(states))
     found = squares(rest, parts.metric(part)).reshape(len(states), -1).sum(axis=1)

@@ -31,8 +31,10 @@ def columns(part: Body, rows: np.ndarray) -> np.ndarray:
     """Shapes (b, j) of a full body in every component, for rows (i, b) at its places; none where
     its reference is limp.
 
-    Every shape has the strain energy u^T K u = 1, and a column for each of its components. No
-    columns as well where the body has no modes. Source: Su and Craig 1991, doi 10.2514/3.20636.
+        u^T K u = 1
+
+    Every shape has this strain energy, and a column for each of its components. No columns as well
+    where the body has no modes. Source: Su and Craig 1991, doi 10.2514/3.20636.
     """
     system = assemble([part], pictures=False)
     try:

@@ -62,8 +62,9 @@ class Order:
 class Varying:
     """The numbers of one leaf that depend on parameters.
 
-    a(mu)[positions] = P(mu)^T mixture values, with P (t,) the Lagrange polynomials of the t nodes
-    of its grid, `values` (q, n).
+        a(mu)[positions] = P(mu)^T mixture values
+
+    with P (t,) the Lagrange polynomials of the t nodes of its grid, `values` (q, n).
     """
 
     place: Place
@@ -236,7 +237,12 @@ def misfit(
 
 
 def basis(nodes: np.ndarray, x: float, logarithmic: bool) -> np.ndarray:
-    """l_j(x) of all nodes (j,)."""
+    """Lagrange polynomials of all nodes (j,) at x.
+
+        l_j(x) = prod_{i != j} (x - x_i) / (x_j - x_i)
+
+    of one parameter, or of its logarithm.
+    """
     if logarithmic:
         nodes = np.log(nodes)
         x = float(np.log(x))
@@ -248,7 +254,12 @@ def basis(nodes: np.ndarray, x: float, logarithmic: bool) -> np.ndarray:
 
 
 def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.ndarray:
-    """P_t at values (d,), for all nodes of the grid (t,)."""
+    """Lagrange polynomials P (t,) of all nodes of the grid at values x (d,).
+
+        P_t = prod_d l_j(x_d),    t = (j_1, .., j_d)
+
+    see `basis`, by the nodes of every parameter.
+    """
     weights = np.ones(1)
     for points, degree, logarithmic, x in zip(
         nodes, order.degrees, order.logarithmic, row, strict=True
@@ -259,7 +270,10 @@ def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.n
 
 
 def grid_of(known: FamilySamples, order: Order) -> np.ndarray:
-    """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones."""
+    """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones.
+
+    InputError where they are more than MANY.
+    """
     count = math.prod(degree + 1 for degree in order.degrees)
     if count > MANY:
         raise InputError(
@@ -395,8 +409,10 @@ def worst_error(
 
 
 def decompose_rows(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows j of values (t, n), the first among them, and X (t, q) with values = X values[j] to
+    """Rows j (q,) of values (t, n), the first among them, and X (t, q) by which all follow to
     round-off.
+
+        values = X values[j]
 
     Interpolative decomposition: H. Cheng, Z. Gimbutas, P. Martinsson, V. Rokhlin, SIAM J. Sci.
     Comput. 26 (2005) 1389-1404, doi 10.1137/030602678.

@@ -84,10 +84,11 @@ class TrainingTask:
 
 @dataclass(frozen=True)
 class Factor:
-    """Deviations of one component from its initial state, modes @ coefficients.
+    """Deviations X of one component from its initial state, modes @ coefficients.
 
-    X (n, s) ~ U S W^T, U (n, r) with U^T W_b U = 1 in the mass of the component over that of all
-    bodies; S [m].
+        X ~ U S W^T,    U^T W_b U = 1
+
+    with X (n, s), U (n, r) orthonormal in the mass of the component over that of all bodies; S [m].
     """
 
     modes: np.ndarray  #: (n, r) U, orthonormal in the mass
@@ -138,8 +139,11 @@ def full_run(task: TrainingTask, values: Mapping[str, float], sharp: bool = True
     """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of
     its scene.
 
-    `sharp`: Newton's tolerance is at most 1e-6 sqrt(eps). SolverError where it fails, InputError
-    where fewer than two snapshots lie in its duration.
+    Newton's tolerance is, where it is `sharp`, at most
+
+        1e-6 sqrt(eps)
+
+    SolverError where it fails, InputError where fewer than two snapshots lie in its duration.
     """
     case = task.family(values)
     return keep_factors(task, values, case.system, run_case(task, case, sharp))
@@ -197,10 +201,13 @@ def keep_factors(
 
 
 def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
-    """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q).
+    """Truncated factors of a component's deviations X from its initial state, for snapshots q (s,
+    q).
 
-    Rigid components keep all directions, components at rest have none. eps of the factors is 1e-4
-    of that of the plan, or 1e-20 where the plan has a number of modes.
+        X ~ U S W^T,    sum_{i>r} s_i^2 / sum_i s_i^2 <= 1e-4 eps
+
+    Rigid components keep all directions, components at rest have none. eps is that of the plan;
+    where it has a number of modes, the bound is 1e-20.
     """
     rows = rows_of(raw, members)
     W = metric_of(raw, rows)
@@ -248,8 +255,9 @@ def states(
 ) -> np.ndarray:
     """Body coordinates (s, q) of some samples of a run; `raw` is the full system at its parameters.
 
-    q = q0 + sum_b U^b S W^T, for all components b; the snapshots themselves of a task without
-    parameters.
+        q = q0 + sum_b U^b S W^T
+
+    for all components b; the snapshots themselves of a task without parameters.
     """
     if run.q is not None:
         return run.q[samples]
@@ -262,11 +270,12 @@ def states(
 
 
 def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt
-    / int |q - q0|_M dt.
+    """Error of the displacements of a reduced motion at the samples of a full run.
 
-    |u|_M is the root mean square over the mass [m]. InputError where they have not the same snapshots; a notice where one ends
-    earlier.
+        int |q - p|_M dt / int |q - q0|_M dt
+
+    of the full states q and the reduced ones p. The norm is the root mean square over the mass [m].
+    InputError where they have not the same snapshots; a notice where one ends earlier.
     """
     run, motion = while_both_run(run, motion)
     block = max(1, BLOCK // raw.size)
@@ -317,8 +326,10 @@ class OutputMeasure:
     """e(mu) of the outputs: the largest part of a range, or where there are tolerances [their unit]
     the largest part of them.
 
-    max_c error_c / range_c over all columns, or max_c error_c / tolerance. InputError where a
-    reduced model does not know an output that has a tolerance.
+        max_c error_c / range_c    or    max_c error_c / tolerance
+
+    over all columns c. InputError where a reduced model does not know an output that has a
+    tolerance.
     """
 
     tolerances: Mapping[str, float] = field(default_factory=dict)  #: by output
@@ -355,8 +366,9 @@ def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str
 
 
 def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:
-    """Error of the full model's own step in the measure of the task, |q_h - q_2h| / 3 for a method
-    of second order.
+    """Error of the full model's own step in the measure of the task, for a method of second order.
+
+        |q_h - q_2h| / 3
 
     One more full run is made, with steps of 2 h, h that of the case. Samples of odd steps are left
     out.

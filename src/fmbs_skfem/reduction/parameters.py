@@ -44,8 +44,9 @@ def to_box(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
     """Values (k, d) [SI] as points u (k, d) of the unit box; those outside of the ranges lie
     outside of it.
 
-    u = (mu - low) / (high - low), or log(mu / low) / log(high / low) on a logarithmic scale.
-    InputError as of `table`.
+        u = (mu - low) / (high - low)    or    log(mu / low) / log(high / low)
+
+    the latter on a logarithmic scale. InputError as of `table`.
     """
     columns = []
     for parameter, column in zip(parameters, table(parameters, points).T, strict=True):
@@ -62,8 +63,9 @@ def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
     """Values (k, d) [SI] of points u (k, d) in the unit box; its faces are the ends of the ranges
     to the bit.
 
-    mu = (1 - u) low + u high, or low^(1 - u) high^u on a logarithmic scale; d columns, one a
-    parameter. InputError as of `table`.
+        mu = (1 - u) low + u high    or    low^(1 - u) high^u
+
+    the latter on a logarithmic scale; d columns, one a parameter. InputError as of `table`.
     """
     columns = []
     for parameter, u in zip(parameters, table(parameters, unit).T, strict=True):

@@ -37,9 +37,11 @@ USUAL = 1e-12  #: eps where nothing is said
 class Plan:
     """How a reduced model is trained.
 
-    `components` names the bodies of each, see `system_level` and `body_level`. eps = sum_{i>r}
-    s_i^2 / sum_i s_i^2 is the part of the motion's square that modes leave out: 1e-12 leaves out
-    1e-6 of its size.
+    `components` names the bodies of each, see `system_level` and `body_level`. The tolerance is
+
+        eps = sum_{i>r} s_i^2 / sum_i s_i^2
+
+    the part of the motion's square that modes leave out: 1e-12 leaves out 1e-6 of its size.
     """
 
     components: Components
@@ -72,7 +74,9 @@ def with_components(plan: Plan, components: Components) -> Plan:
 def newton_for(newton: Newton, tolerance: float) -> Newton:
     """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`.
 
-    Its tolerance is max(1e-6 sqrt(eps), 1e-13), or what it was where that is less.
+        max(1e-6 sqrt(eps), 1e-13)
+
+    is its tolerance, or what it was where that is less.
     """
     return replace(
         newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST))
@@ -82,6 +86,8 @@ def newton_for(newton: Newton, tolerance: float) -> Newton:
 def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:
     """Newton's iteration of a reduced model with modes kept to eps = `tolerance`.
 
-    Its tolerance is max(2e-5 sqrt(eps), 1e-13), whatever it was.
+        max(2e-5 sqrt(eps), 1e-13)
+
+    is its tolerance, whatever it was.
     """
     return replace(newton, tolerance=max(ENOUGH * math.sqrt(tolerance), FINEST))

@@ -34,7 +34,12 @@ from pymor.vectorarrays.numpy import NumpyVectorSpace  # noqa: E402
 
 
 class ForceOperator(Operator):
-    """u -> f(x0 + u, t): elastic forces minus loads [N] of displacements from the reference."""
+    """Forces of a system as an operator of pyMOR.
+
+        u -> f(x0 + u, t)
+
+    Elastic forces minus loads [N] of displacements from the reference.
+    """
 
     linear = False
 
@@ -92,8 +97,10 @@ def transfer(space: StateSpace) -> LTIModel:
 
 
 def reduced(system: System, basis: Any) -> System:
-    """The system in x = x0 + V z, with the vectors of a VectorArray of pyMOR, made orthonormal, as
-    columns of V (n, r).
+    """The system in unknowns z (r,), with the vectors of a VectorArray of pyMOR, made orthonormal,
+    as columns of V (n, r).
+
+        x = x0 + V z
 
     InputError for vectors of another length.
     """

@@ -103,7 +103,9 @@ class ReducedModel:
 class TrainedReduction:
     """What makes a reduced system of the full system at any parameters.
 
-    One basis a component for all parameters: q^b = q0^b(mu) + m^b + U^b xi^b.
+        q^b = q0^b(mu) + m^b + U^b xi^b
+
+    One basis a component for all parameters.
     """
 
     bases: Bases  #: of deviations from the initial state
@@ -239,7 +241,9 @@ def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[Fa
 def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
     """Modes of every component from what is kept of all runs, of deviations from the initial state.
 
-    Modes (n, r) of U_1 S_1, U_2 S_2, ... (50), truncated to the plan's eps or number of modes;
+        [U_1 S_1, U_2 S_2, ...]    (50)
+
+    Modes (n, r) are their left singular vectors, truncated to the plan's eps or number of modes;
     `raw` is a full system of the family. InputError where nothing moves.
     """
     plan = task.plan
@@ -434,8 +438,11 @@ def run_without(
 
 
 def missed_part(task: TrainingTask, raw: System, run: FullRun, system: System) -> float:
-    """What the space of a reduced system misses of a run, over its displacements: the least error
-    that there can be.
+    """What the space of a reduced system misses of a run, the least error that there can be.
+
+        int |q - P q|_M dt / int |q - q0|_M dt
+
+    P takes states q to the nearest ones of the space.
     """
     q = states(task, raw, run)
     nearest = (system.lift.matrix @ component.projected(system, q).T).T + system.lift.offset
@@ -463,10 +470,12 @@ def with_system(task: TrainingTask, case: Case, system: System) -> Case:
 
 
 def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:
-    """I of equation (49) of a reduced motion; `task.family` gives the full system whose residual is
-    taken.
+    """Error indicator [m s] of a reduced motion; `task.family` gives the full system whose residual
+    is taken.
 
-    [m s], see `errors.indicator`; `motion` is that of the reduced case at `values`.
+        I = c int |R|_g dt    (49)
+
+    See `errors.indicator`; `motion` is that of the reduced case at `values`.
     """
     case = task.driven(task.family(values))
     return errors.indicator(case.system, motion, case.scheme)

@@ -271,7 +271,12 @@ def within(one: Input, s: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 
 def smooth_step(place: np.ndarray) -> np.ndarray:
-    """0 up to 0, 1 from 1 on, with two continuous derivatives."""
+    """A step with two continuous derivatives.
+
+        0,    10 p^3 - 15 p^4 + 6 p^5,    1
+
+    for p = `place` up to 0, between 0 and 1, from 1 on.
+    """
     p = np.clip(place, 0.0, 1.0)
     return np.asarray(p**3 * (10.0 + p * (6.0 * p - 15.0)))
 

@@ -88,8 +88,9 @@ def is_round_off(frames: Frames, name: str) -> bool:
     """Whether strains or curvatures, not all zero, are those that the round-off of positions makes
     of straight or flat bodies.
 
-    Positions x are off by DIGITS |x|, strains [-] by that over the distance h of points, curvatures
-    [1/m] by that over h^2.
+        DIGITS |x| / h,    DIGITS |x| / h^2
+
+    Strains [-] and curvatures [1/m] are off by so much, for positions x at a distance h.
     """
     power = {"strain": 1, "curvature": 2}.get(name, 0)
     found = False

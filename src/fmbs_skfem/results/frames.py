@@ -169,7 +169,12 @@ def check(where: str, body: Shown, instants: int) -> None:
 
 
 def displacement(body: Shown) -> Array:
-    """u = r - r0, (s,x,3) [m]."""
+    """Displacement of a body from its reference.
+
+        u = r - r0
+
+    (s, x, 3) [m].
+    """
     return body.points - body.reference[None]
 
 
@@ -236,6 +241,8 @@ def nearest(times: Array, wanted: Sequence[float]) -> Indices:
 def spread(times: Array, count: int) -> Indices:
     """Indices of `count` of the instants (s,), evenly spread (fewer where there are fewer); of a
     path that turns, its points.
+
+    InputError for a `count` below 1.
     """
     if count < 1:
         raise InputError(say("frames: number of instants", "at least 1", count))
@@ -291,8 +298,11 @@ def magnify(frames: Frames, start: Frames, factor: float) -> Frames:
 
 
 def with_error(frames: Frames, full: Frames) -> Frames:
-    """`frames` with the field 'error', e = |r - r_full| [m]; same instants, bodies and sampling
-    points in both.
+    """`frames` with the field 'error'.
+
+        e = |r - r_full|    [m]
+
+    Both have the same instants, bodies and sampling points.
     """
     if frames.times.shape != full.times.shape or not np.allclose(
         frames.times, full.times, rtol=0, atol=1e-9 * np.ptp(full.times)

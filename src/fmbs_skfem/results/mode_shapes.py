@@ -46,7 +46,9 @@ def longest(real: Frames, imaginary: Frames) -> np.ndarray:
     """Largest displacements (i,) [m] over a period of bodies and joints, from the state and its
     displacements by Re v and Im v.
 
-    |Re (a - i b) exp(i phase)|^2 is at most ((a.a + b.b) + sqrt((a.a - b.b)^2 + 4 (a.b)^2)) / 2.
+        max |Re (a - i b) exp(i phase)|^2 = ((a.a + b.b) + sqrt((a.a - b.b)^2 + 4 (a.b)^2)) / 2
+
+    over all phases.
     """
     found = []
     for a, b in zip(frames_.places(real), frames_.places(imaginary), strict=True):
@@ -98,7 +100,12 @@ def coloured(frames: Frames, largest: float) -> tuple[Frames, PictureOptions]:
 
 
 def distance(body: Shown) -> np.ndarray:
-    """|r - r_state| (s, x) [m]; the state is the first instant."""
+    """Distances (s, x) [m] from the first instant.
+
+        |r - r_state|
+
+    which is the state about which shapes are.
+    """
     return np.asarray(np.linalg.norm(body.points - body.points[:1], axis=2))
 
 

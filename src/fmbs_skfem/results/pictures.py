@@ -15,6 +15,7 @@ from pathlib import Path
 from ..core import extras
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from ..core.storage import durable
+from ..core.values.arguments import checked
 from . import frames as frames_
 from . import video
 from .colour_scales import make_scale
@@ -41,6 +42,7 @@ def probe() -> None:
     _order(None)
 
 
+@checked
 def render(
     frames: Frames,
     path: Path | str,
@@ -67,6 +69,7 @@ def render(
     )
 
 
+@checked
 def animate(
     frames: Frames,
     path: Path | str,

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.display import SI, DisplayUnits, largest_of
 from . import charts, palette, speed
 from .charts import plain
@@ -301,6 +302,8 @@ def singular_values(
 ) -> Figure:
     """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of
     eq. (14) as text.
+
+    InputError for values that do not fall, or are not above 0.
     """
     figure = charts.figure(6.6, 4.4)
     axes = figure.subplots()
@@ -452,6 +455,7 @@ def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None
             raise InputError(say(f"{where}, '{name}'", expected, f"shape {np.shape(values)}"))
 
 
+@checked
 def save(figure: Figure, path: Path | str) -> Path:
     """Write a figure to a file. As PNG it is drawn by the canvas itself: `savefig` would lay it out
     twice, for the same pixels.

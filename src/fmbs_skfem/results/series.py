@@ -21,6 +21,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage import durable
+from ..core.values.arguments import checked
 from . import frames as frames_
 from .frames import Array, Frames
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     import meshio
 
 
+@checked
 def write(frames: Frames, folder: Path | str, name: str) -> Path:
     """Write the series into `folder` and return the path of `name`.pvd; a series of that name is
     replaced.
@@ -45,6 +47,9 @@ def write(frames: Frames, folder: Path | str, name: str) -> Path:
 def write_each(pieces: Iterable[Frames], folder: Path | str, name: str) -> Path:
     """`write` for frames that come piece by piece, in the order of time, so that they need not be
     in memory together.
+
+    The file NAME.pvd names those in the folder NAME. InputError for a name with other than letters,
+    digits, '_', '-' and '.', and where NAME is a file.
     """
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name):
         raise InputError(say("series: name", "letters, digits, '_', '-' and '.'", repr(name)))
@@ -109,7 +114,11 @@ def cells_of(frames: Frames) -> tuple[list[tuple[str, np.ndarray]], list[np.ndar
 
 
 def point_data(frames: Frames) -> dict[str, Array]:
-    """Every field over the points of all bodies in a row: name -> (s,x) or (s,x,3)."""
+    """Every field over the points of all bodies in a row: name -> (s,x) or (s,x,3).
+
+    InputError for a field that is a scalar in one body and a vector in another one; NaN in bodies
+    without it.
+    """
     bodies = frames.bodies.values()
     data = _sizes(frames)
     each = [frames_.fields(body) for body in bodies]

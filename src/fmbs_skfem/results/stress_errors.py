@@ -47,12 +47,22 @@ class Recovered:
 
     @property
     def errors(self) -> Array:
-        """|s* - s| (x,), the larger one of both faces [Pa]."""
+        """Errors of the stresses (x,) [Pa].
+
+            |s* - s|
+
+        of the recovered stresses s*, the larger one of both faces.
+        """
         return _size(self.smooth - self.raw)
 
     @property
     def mean(self) -> float:
-        """Root of the mean square of the error over the surface, as a part of the largest stress."""
+        """Mean error of the stresses of a surface.
+
+            sqrt(mean |s* - s|^2) / largest stress
+
+        over the surface; 0 without a stress.
+        """
         square = float(np.average(self.errors**2, weights=self.weights))
         return float(np.sqrt(square)) / self.largest if self.largest > 0.0 else 0.0
 

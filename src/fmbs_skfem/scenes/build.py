@@ -22,6 +22,7 @@ from ..core.notices import notify
 from ..core.values import expressions
 from ..core.values.arguments import checked
 from ..core.values.expressions import Expression
+from ..core.values.fields import Count
 from ..core.values.inputs import Source
 from ..shapes import meshes
 from ..shapes.surface import Surface
@@ -43,12 +44,20 @@ SUBJECT = re.compile(r"(body|joint|load|output|controller|event|monitor) '([^']*
 
 
 @checked
-def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
+def system(scene: Scene, cells: Count | None = None, allow_outside: bool = False) -> System:
     """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 
     `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the
     scene's project folder. Raises InputError for meshes, places, edges and functions of time that
     do not fit, with file, line and path of keys.
+
+        >>> from fmbs_skfem import scenes, systems
+        >>> from fmbs_skfem.scenes import build
+        >>> raw = build.system(scenes.read("examples/double_pendulum.yaml"))
+        >>> raw
+        <System 1212 unknowns, 6 constraints: I, II>
+        >>> systems.eliminate(raw)
+        <System 1206 unknowns, 0 constraints: I, II>
     """
     check_functions(scene)  # before meshes are read
     return of_parts(scene, parts(scene, cells, allow_outside))

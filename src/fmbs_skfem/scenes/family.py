@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..core.values.arguments import checked
+from ..core.values.fields import Count, Time
 from . import schema
 
 if TYPE_CHECKING:
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
 def family(
     scene: schema.Scene,
     *,
-    cells: int | None = None,
+    cells: Count | None = None,
     allow_outside: bool = False,
-    duration: float | None = None,
+    duration: Time | None = None,
 ) -> tuple[tuple[Parameter, ...], Family]:
     """The parameters of a scene that have a range, and the function from values of its parameters
     to a case.

@@ -41,6 +41,11 @@ def read(
     place are merged. Python files that the scene names are run where `extensions` is "allow", see
     `core.consents`. Raises InputError, which lists every problem with file, line and path of keys;
     what is hardly meant is a Python warning of the class `Notice`. Meshes are not read yet.
+
+        >>> from fmbs_skfem import scenes
+        >>> scene = scenes.read("examples/double_pendulum.yaml")
+        >>> [*scene.bodies], scene.analysis.step
+        (['I', 'II'], 0.0005)
     """
     path = Path(path)
     with consents.given(extensions):
@@ -57,7 +62,20 @@ def loads(
     *,
     extensions: str | None = None,
 ) -> schema.Scene:
-    """The scene in a text, as `read`; mesh paths are relative to `folder`."""
+    """The scene in a text, as `read`.
+
+    Mesh paths are relative to `folder`.
+
+        >>> from fmbs_skfem import scenes
+        >>> scene = scenes.loads('''
+        ... schema: 1
+        ... dimension: 2
+        ... bodies: {ball: {type: point_mass, mass: 500 g, position: [0, 2]}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+        ... ''')
+        >>> scene.bodies["ball"].mass  # in SI units
+        0.5
+    """
     with consents.given(extensions):
         return _warn(
             _scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {})

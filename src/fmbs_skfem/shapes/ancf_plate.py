@@ -32,6 +32,7 @@ from ..core.errors import InputError, closest, say
 from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups
@@ -103,6 +104,7 @@ def _(space: PlateTangents, cell: Ints, xi: Floats) -> Floats:
 
 
 # ------------------------------------------------------------------------------------------------------------- surfaces
+@blamed
 def surface(
     points: ArrayLike,
     quads: ArrayLike,
@@ -149,8 +151,10 @@ def fitting(points: ArrayLike, cells: ArrayLike, arcs: Iterable[Arc]) -> list[Ar
     """Arcs without the edges of cells that they would fold or flatten at a corner, as where a cell
     has two edges on one circle.
 
-    These stay straight, which errs by R theta^2 / 8 there, and clamps a hinged edge at its corners;
-    a warning says where.
+    These stay straight, which clamps a hinged edge at its corners; a warning says where. There they
+    err by
+
+        R theta^2 / 8
     """
     places = np.asarray(points, dtype=float)
     numbers = np.asarray(cells)
@@ -190,6 +194,8 @@ def _tangents(along: Floats) -> Floats:
 def side_tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
     """Tangents (e, side, 2 ends, 2) along the sides of cells: of the chord, or of the arc that the
     side lies on.
+
+    InputError for an arc along what is no side of a cell.
     """
     ends = plate_audit.sides(cells)
     chords = points[ends[:, :, 1]] - points[ends[:, :, 0]]
@@ -296,7 +302,10 @@ def _folded(result: Surface) -> np.ndarray:
 
 
 def check_folds(result: Surface, cells: Ints) -> None:
-    """The area element is positive at every quadrature point."""
+    """The area element is positive at every quadrature point.
+
+    InputError that names the first cell where it is not, with its nodes.
+    """
     folded = _folded(result)
     if folded.any():
         got = f"the folded cell {int(np.argmax(folded))} with the nodes {groups.list_numbers(cells[np.argmax(folded)])}"
@@ -312,8 +321,9 @@ def check_folds(result: Surface, cells: Ints) -> None:
 
 # -------------------------------------------------------------------------------------------------------------- circles
 def circle_through(points: ArrayLike, slack: float = 0.0) -> tuple[Floats, float]:
-    """Center (2,) and radius of the circle through the points (i, 2): least squares of |x|^2 - 2
-    c.x = R^2 - |c|^2.
+    """Center c (2,) and radius R of the circle through the points x (i, 2), by least squares.
+
+        |x|^2 - 2 c.x = R^2 - |c|^2
 
     InputError where they are farther from it than ON_CIRCLE of its radius, or of their extent where
     that is less, and than `slack` [m]: a line that is bent at a node is near to circles of any

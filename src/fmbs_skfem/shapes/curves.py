@@ -21,6 +21,7 @@ from ..core import remembered_files
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import meshes
 from .table import Curve, Floats, Ints, inside
 
@@ -39,7 +40,12 @@ ALMOST = 0.05  #: cells that a turn may miss for a bend a little larger
 
 @dataclass(frozen=True, eq=False)
 class Straight:
-    """r(xi) = (1 - xi / l) a + (xi / l) b."""
+    """A straight line from a to b of the length l [m].
+
+        r(xi) = (1 - xi / l) a + (xi / l) b
+
+    a and b (c,).
+    """
 
     start: Floats
     end: Floats
@@ -65,9 +71,13 @@ class Smooth:
         return np.asarray(self.spline(inside("curve", xi, *self.spline.x[[0, -1]]), derivative))
 
 
+@blamed
 def through(points: ArrayLike) -> tuple[Floats, Curve]:
     """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open
     polyline.
+
+    Straight ones stay straight. InputError for fewer than two points, neighbours at one place,
+    points that are not finite, and lines that turn back.
     """
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or len(array) < 2 or array.shape[1] < 1 or not np.isfinite(array).all():
@@ -198,8 +208,9 @@ def arc_lengths(breaks: Floats, speed: Callable[[Floats], Floats]) -> Floats:
     """Parameters close to one another along a line with cells at the breaks (n,), and the arc
     lengths to them [m], (2, x).
 
-    Eight intervals a cell, on each of which Simpson's rule integrates the speed |dr/dxi| at
-    parameters (x,).
+        S = int |dr/dxi| dxi
+
+    by Simpson's rule on eight intervals a cell, of the speed at parameters (x,).
     """
     fine = np.append(np.linspace(breaks[:-1], breaks[1:], 9)[:-1].T, breaks[-1])
     ends, middle = speed(fine), speed(0.5 * (fine[1:] + fine[:-1]))
@@ -217,6 +228,7 @@ def read(path: Path, group: str | None, repair: bool = False, unit: float = 1.0)
     )
 
 
+@blamed
 def cut(line: Line, cells: int | None = None, refine: int = 1) -> Line:
     """The same line with other cells: `cells` of equal length, or every cell split into `refine`.
 

@@ -39,6 +39,7 @@ from numpy.typing import ArrayLike
 
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import ancf_plate, groups, plate_audit
 from . import surface as surfaces
 from .ancf_plate import Arc
@@ -182,8 +183,12 @@ def triangle_of(parent: Parent, xi: Floats) -> Ints:
 
 
 def bernstein(parent: Parent, triangle: Ints, xi: Floats) -> Floats:
-    """B_ijk and its derivatives 1, 2, 11, 22, 12 in xi (x, 6, 10) at points xi (x, 2) of triangles
-    (x,) of the parent.
+    """Cubic polynomials of Bernstein and their derivatives 1, 2, 11, 22, 12 in xi (x, 6, 10) at
+    points xi (x, 2) of triangles (x,) of the parent.
+
+        B_ijk = 3! / (i! j! k!) a_1^i a_2^j a_3^k,    i + j + k = 3
+
+    with the barycentric coordinates a.
     """
     origin, gradient = BARYCENTRIC[parent]
     G = gradient[triangle]
@@ -274,6 +279,7 @@ def _(space: Conforming, parent: Parent, order: int) -> tuple[Floats, Floats]:
 
 
 # ------------------------------------------------------------------------------------------------------------- surfaces
+@blamed
 def surface(
     points: ArrayLike,
     cells: ArrayLike,

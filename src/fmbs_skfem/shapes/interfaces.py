@@ -86,6 +86,8 @@ class Interface:
 def between(shape: Surface, edge_a: str, edge_b: str) -> Interface:
     """Quadrature points along the line that two named edges, or both sides of an inner knot, have
     in common, cell by cell.
+
+    InputError for edges whose cells do not meet one to one.
     """
     from scipy.spatial import cKDTree
 

@@ -131,8 +131,10 @@ def check_weights(weights: Floats, count: int) -> None:
 
 
 def spans(degree: int, knots: Floats, xi: Floats) -> Ints:
-    """Numbers i (x,) of the spans with t_i <= xi < t_{i+1}, kept in the domain; the functions i-p
-    .. i live there.
+    """Numbers i (x,) of the spans of parameters, kept in the domain; the functions i-p .. i live
+    there.
+
+        t_i <= xi < t_{i+1}
     """
     return np.clip(np.searchsorted(knots, xi, side="right") - 1, degree, len(knots) - degree - 2)
 
@@ -167,6 +169,8 @@ def levels(
     """The functions of degree 0 .. p that live on the spans (x,), of rising number, (x,) each, by
     the recursion of Cox and de Boor.
 
+        N_i^p = (xi - t_i) / (t_{i+p} - t_i) N_i^{p-1} + (t_{i+p+1} - xi) / (t_{i+p+1} - t_{i+1}) N_{i+1}^{p-1}
+
     Each step takes an argument (x,) of its own, which counts from `start`: equal ones give
     functions, others their polar forms.
     """
@@ -185,9 +189,11 @@ def levels(
 
 
 def differences(degree: int, knots: Floats, derivative: int) -> Floats:
-    """T (b - k, k + 1) of N_p^(k) = N_{p-k} T, rows from their diagonal on: a product of k factors
+    """T (b - k, k + 1) of the derivative k of B-splines, rows from their diagonal on.
 
-    (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i), zero where the knots coincide.
+        N_p^(k) = N_{p-k} T,    (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i)
+
+    T is a product of k factors D, which are zero where the knots coincide.
     """
     T = np.ones((len(knots) - degree - 1, 1))
     for p in range(degree, degree - derivative, -1):
@@ -202,7 +208,12 @@ def differences(degree: int, knots: Floats, derivative: int) -> Floats:
 
 
 def averages(degree: int, knots: Floats) -> Floats:
-    """Greville abscissae (b,): the coefficients of xi."""
+    """Greville abscissae (b,): the coefficients of xi.
+
+        (t_{i+1} + ... + t_{i+p}) / p
+
+    with the knots t and the degree p.
+    """
     return np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree).mean(axis=1)
 
 

@@ -111,6 +111,8 @@ class BSpline(Keeping):
 class Hermite(Keeping):
     """Cubic Hermite functions: function 2i carries the position of node i, 2i+1 its slope dr/dxi.
 
+        1 - 3 u^2 + 2 u^3,  h (u - 2 u^2 + u^3),  3 u^2 - 2 u^3,  h (u^3 - u^2)    u from 0 to 1 in a cell of the length h
+
     The gradient-deficient ANCF cable: Gerstmayr and Shabana, Nonlinear Dynamics 45 (2006),
     doi:10.1007/s11071-006-1856-1.
     """
@@ -129,6 +131,9 @@ class Hermite(Keeping):
 def uniform(cells: int | ArrayLike, degree: int = 3, continuity: int = 1) -> BSpline:
     """Open B-splines of the given continuity over `cells` equal cells of [0, 1], or over the given
     breakpoints (e+1,).
+
+    InputError for no cells, breakpoints that do not rise, and a continuity that the degree does not
+    have.
     """
     whole = isinstance(cells, int | np.integer)
     if np.ndim(cells) == 0 and not (whole and cells >= 1):  # type: ignore[operator]
@@ -400,6 +405,8 @@ def insert_knots(
 ) -> tuple[BSpline, Floats]:
     """The same curve with more knots strictly inside the domain (Boehm, Oslo); coefficients (b, c)
     or (b,).
+
+    InputError for knots outside of it.
     """
     low, high = breaks(space)[[0, -1]]
     extra = inside("insert_knots", knots, low, high)
@@ -425,6 +432,8 @@ def insert_knots(
 def elevate(space: BSpline, coefficients: ArrayLike, times: int = 1) -> tuple[BSpline, Floats]:
     """The same curve with a degree higher by `times`, continuity unchanged; coefficients (b, c) or
     (b,).
+
+    InputError for `times` below 0.
     """
     if not isinstance(times, int | np.integer) or times < 0:
         raise InputError(
@@ -479,8 +488,9 @@ def _coefficients(space: BSpline, coefficients: ArrayLike) -> Floats:
 def hermite_to_bspline(hermite: Hermite) -> sparse.csr_array:
     """Map (b, b) from positions and slopes to the coefficients in `uniform(hermite.breaks, 3, 1)`.
 
-    d_2i = r_i - h_- r'_i / 3,  d_2i+1 = r_i + h_+ r'_i / 3,  with the cells h_- and h_+ beside node
-    i, zero beyond the ends.
+        d_2i = r_i - h_- r'_i / 3,    d_2i+1 = r_i + h_+ r'_i / 3
+
+    with the cells h_- and h_+ beside node i, zero beyond the ends.
     """
     blocks = _changes(hermite.breaks)
     places = np.arange(len(blocks) + 1)

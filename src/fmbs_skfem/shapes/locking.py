@@ -52,6 +52,10 @@ def axial_shares(space: line.BSpline | line.Hermite, table: BasisTable, ratio: f
 def shares(space: line.BSpline, table: BasisTable, ratio: float) -> Floats:
     """Factors (e, p) of stiffnesses that lock at the three Gauss points a cell of a table, for the
     largest ratio EA h^2 / EI.
+
+        f + (1 - f) W / w,    f = min(1, LIMIT / ratio)
+
+    with the weights w of the table and W of `reduced_weights`.
     """
     whole = min(1.0, LIMIT / ratio)
     if whole == 1.0:

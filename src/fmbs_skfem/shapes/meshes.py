@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_array, csgraph, csr_array
@@ -28,10 +28,14 @@ from ..core.algebra.linalg import distinct
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
+from ..core.values.fields import Count
 from ..foreign import door, exchange
 from . import msh, vtu
 from .msh import Floats, Ints, MshCells, Raw
 from .repair import merge_points
+
+if TYPE_CHECKING:
+    from skfem import Mesh
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
 #: decimal digits of coordinates that are rounded: fewer are meant as they are, more err by less
@@ -60,6 +64,7 @@ Groups: TypeAlias = dict[str, Named]  #: kind of groups -> name -> members
 Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
 
 
+@checked
 def polyline(points: Floats) -> LineMesh:
     """One cell between neighbouring points (n, 3) [m], with the point groups `left` and `right`."""
     count = len(points) - 1
@@ -70,9 +75,16 @@ def polyline(points: Floats) -> LineMesh:
 
 @checked
 def segment(
-    cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)
+    cells: Count, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)
 ) -> LineMesh:
-    """Equal cells from `start` to `end` [m] with the point groups `left` and `right`."""
+    """Equal cells along a line from `start` to `end` (3,) [m].
+
+    Its point groups are `left` and `right`.
+
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> segment(2).points.tolist()
+        [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    """
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     return polyline(a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None])
 
@@ -150,6 +162,11 @@ def read(path: Path | str, repair: bool = False, unit: float = 1.0) -> LineMesh:
     `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A
     file that has not changed is read once, see `core.remembered_files`; the arrays are the caller's
     own.
+
+        >>> from fmbs_skfem.shapes import meshes
+        >>> mesh = meshes.read("meshes/beam_10.msh")
+        >>> mesh.points.shape, mesh.cells.shape, sorted(mesh.point_groups)
+        ((11, 3), (10, 2), ['left', 'right'])
     """
     path = Path(path)
     where = f"mesh {path}"
@@ -232,7 +249,8 @@ def _neighbour(path: Path) -> str:
     return ""
 
 
-def from_skfem(mesh: Any, curve: Curve = straight) -> LineMesh:
+@checked
+def from_skfem(mesh: Mesh, curve: Curve = straight) -> LineMesh:
     """The mesh of a scikit-fem MeshLine laid along a curve: its boundaries are point groups, its
     subdomains line groups.
     """
@@ -247,6 +265,7 @@ def from_skfem(mesh: Any, curve: Curve = straight) -> LineMesh:
     return LineMesh(curve(mesh.p[0]), mesh.t.T.astype(np.int64), points, lines)
 
 
+@checked
 def write(mesh: LineMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read`
     returns the same mesh.

@@ -23,6 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from ..core.errors import InputError, closest, say
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import line, seams, table
 from . import surface as surfaces
 from .surface import DERIVATIVES, ORDERS, Parent, Surface
@@ -205,8 +206,10 @@ def local_functions(spline: line.BSpline, ties: Mapping[int, float]) -> tuple[In
     """Functions (e, b) of the spans of one direction, and what they are of the B-splines there (e,
     b, b).
 
-    In place of a tied function c_k = t c_k-1 + (1 - t) c_k+1 a span before it has c_k+1, one after
-    it c_k-1; ends of a closed direction, both tied, go round.
+        c_k = t c_k-1 + (1 - t) c_k+1
+
+    In place of such a tied function a span before it has c_k+1, one after it c_k-1; ends of a
+    closed direction, both tied, go round.
     """
     p = spline.degree
     last = spline.count - 1
@@ -248,6 +251,7 @@ def _local(patch: Patch) -> Ints:
 
 
 # ---------------------------------------------------------------------------------------------------------------- surface
+@blamed
 def surface(
     patches: Patch | Mapping[str, Patch],
     control: ArrayLike | Mapping[str, ArrayLike],
@@ -459,6 +463,7 @@ def _alike(sides: Sequence[tuple[int, Patch]], step: int) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------- shapes, refinement
+@blamed
 def refine(
     patch: Patch,
     control: ArrayLike,
@@ -519,6 +524,7 @@ def _refine_line(
     return line.insert_knots(spline, coefficients, np.repeat(inner, spline.degree - smooth))
 
 
+@blamed
 def rectangle(
     length: float,
     width: float,
@@ -530,6 +536,11 @@ def rectangle(
 ) -> tuple[Patch, Floats]:
     """A rectangle, xi1 along x, xi2 along y; its corner `origin` of 2 or 3 coordinates says how
     many control points have.
+
+        >>> from fmbs_skfem.shapes import nurbs
+        >>> sheet = nurbs.surface(*nurbs.rectangle(2.0, 1.0, cells1=4, cells2=2))
+        >>> sheet.count, sorted(sheet.edges)
+        (35, ['xi1_max', 'xi1_min', 'xi2_max', 'xi2_min'])
     """
     if not (np.isfinite([length, width]).all() and min(length, width) > 0.0):
         raise InputError(
@@ -541,6 +552,7 @@ def rectangle(
     return refine(Patch(_OPEN, _OPEN, 1, 1), control, cells1, cells2, degree, continuity)
 
 
+@blamed
 def cylinder_panel(
     radius: float,
     length: float,
@@ -551,8 +563,9 @@ def cylinder_panel(
     degree: int = 3,
     continuity: int | None = None,
 ) -> tuple[Patch, Floats]:
-    """A part of a circular cylinder about the y-axis, exactly: r = (radius sin phi, y, radius cos
-    phi), normal outwards.
+    """A part of a circular cylinder about the y-axis, exactly, with its normal outwards.
+
+        r = (radius sin phi, y, radius cos phi)
 
     xi1 runs from phi = angle0 to angle1 [rad], less than half a turn (weights 1, cos((angle1 -
     angle0) / 2), 1), xi2 along y.
@@ -600,6 +613,8 @@ _OPEN = np.array([0.0, 0.0, 1.0, 1.0])
 def place(shape: Surface, xi1: float, xi2: float, patch: str = "") -> tuple[int, float, float]:
     """Cell and parent coordinates of the knot parameters (xi1, xi2) of a patch: a named point of a
     surface.
+
+    InputError for an unknown patch and for parameters outside of its knots.
     """
     names = list(shape.space.patches)
     if patch not in names:

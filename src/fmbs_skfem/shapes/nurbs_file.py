@@ -29,6 +29,7 @@ import numpy as np
 from ..core import remembered_files
 from ..core.errors import InputError, closest, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from ..core.values.problems import shown
 from ..foreign import door
 from . import line, nurbs, plate_audit
@@ -57,6 +58,7 @@ class _NurbsContent:
     unit: float | None = None  #: length of the file's unit, where it has one [m]
 
 
+@blamed
 def read(
     path: str | Path,
     *,
@@ -449,9 +451,12 @@ def _mapping(where: str, data: Any) -> dict[str, Any]:
     return data
 
 
+@blamed
 def write(path: str | Path, shape: Surface) -> None:
     """A surface of `nurbs.surface` as JSON: patches, control points, named points and edges made of
     whole sides.
+
+    InputError for a surface of another interpolation.
     """
     space = shape.space
     if not isinstance(space, nurbs.Nurbs):

@@ -21,10 +21,13 @@ import numpy as np
 from ..core import errors
 from ..core.algebra.linalg import distinct
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from . import meshes, plate_audit, splitting
 from .msh import Floats, Ints, MshCells, Raw
 
 if TYPE_CHECKING:
+    from skfem import Mesh
+
     from .ancf_plate import Arc
 
 Kind = Literal["point", "edge", "face"]
@@ -47,6 +50,7 @@ class PlateMesh:
     resolution: float = 0.0
 
 
+@checked
 def read(
     path: Path | str,
     planar: bool,
@@ -61,6 +65,11 @@ def read(
     and positions of what is wrong. `repair` merges nodes at one place, see `repair`; `unit` is the
     length of the file's unit [m]. A mesh of quads and triangles is split into cells of `corners`
     with a notice, see `splitting`; without `corners` it is refused.
+
+        >>> from fmbs_skfem.shapes import plate_meshes
+        >>> mesh = plate_meshes.read("meshes/plate_8x8.msh", planar=True)
+        >>> mesh.points.shape, mesh.cells.shape, sorted(mesh.edge_groups)
+        ((81, 3), (64, 4), ['bottom', 'left', 'right', 'top'])
     """
     path = Path(path)
     where = f"mesh {path}"
@@ -68,6 +77,7 @@ def read(
     return _audited(raw, where, path, planar, face)
 
 
+@checked
 def write(mesh: PlateMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read`
     returns the same mesh.
@@ -75,7 +85,8 @@ def write(mesh: PlateMesh, path: Path | str) -> None:
     meshes.export(Path(path), mesh.points, _NAMES[mesh.cells.shape[1]], mesh.cells, _groups(mesh))
 
 
-def from_skfem(mesh: Any, planar: bool = True) -> PlateMesh:
+@checked
+def from_skfem(mesh: Mesh, planar: bool = True) -> PlateMesh:
     """The audited mesh of a scikit-fem MeshQuad or MeshTri: its boundaries are edge groups, its
     subdomains face groups.
 
@@ -99,6 +110,7 @@ def from_skfem(mesh: Any, planar: bool = True) -> PlateMesh:
     return audit(PlateMesh(points, cells, {}, edges, faces), planar)
 
 
+@checked
 def to_skfem(mesh: PlateMesh) -> Any:
     """A scikit-fem MeshQuad or MeshTri in x and y with the edge groups as boundaries and the face
     groups as subdomains.
@@ -123,6 +135,7 @@ def to_skfem(mesh: PlateMesh) -> Any:
     return out.with_boundaries(edges).with_subdomains(mesh.face_groups)
 
 
+@checked
 def halve(mesh: PlateMesh, arcs: Iterable[Arc] = ()) -> PlateMesh:
     """A plane mesh with a node in the middle of every side and quad, behind its own nodes; groups
     keep their names.

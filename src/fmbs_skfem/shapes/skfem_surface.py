@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import InputError, say
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import blamed
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups, Named
@@ -81,6 +82,7 @@ def _(space: Global, cells: Ints, xi: Floats) -> Floats:
 
 
 # ------------------------------------------------------------------------------------------------------------- surfaces
+@blamed
 def bfs(
     points: ArrayLike,
     quads: ArrayLike,
@@ -100,6 +102,7 @@ def bfs(
     return _surface(skfem.ElementQuadBFS(), Parent.SQUARE, BFS_ORDER, places, cells, axes, named)
 
 
+@blamed
 def argyris(
     points: ArrayLike,
     triangles: ArrayLike,

@@ -114,8 +114,10 @@ def quadrature(space: Any, parent: Parent, order: int) -> tuple[Floats, Floats]:
 
 
 def monomials(powers: Ints, xi: Floats) -> Floats:
-    """Derivatives (x, 6, m) of the monomials x^i y^j, exponents `powers` (m, 2), at the points xi
-    (x, 2).
+    """Derivatives (x, 6, m) of the monomials of the exponents `powers` (m, 2), at the points xi (x,
+    2).
+
+        x^i y^j    and its derivatives 1, 2, 11, 22, 12
     """
     degree = int(powers.max())
     table = np.zeros((len(xi), 2, 3, degree + 1))
@@ -128,7 +130,12 @@ def monomials(powers: Ints, xi: Floats) -> Floats:
 
 
 def side_points(parent: Parent, side: Ints, s: Floats) -> Floats:
-    """Parent points (x, 2) at the fractions s (x,) of the sides (x,)."""
+    """Parent points (x, 2) at the fractions s (x,) of the sides (x,).
+
+        start + s (end - start)
+
+    s from 0 to 1.
+    """
     corners = VERTICES[parent]
     start, end = corners[side], corners[(side + 1) % int(parent)]
     return start + np.asarray(s)[:, None] * (end - start)

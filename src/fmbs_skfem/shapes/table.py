@@ -94,9 +94,11 @@ def rows(values: Floats, nodes: Ints, count: int) -> sparse.csr_array:
 
 def quotient(numerators: Floats, denominators: Floats, orders: Ints) -> Floats:
     """Derivatives (x, k, b) of R = A / W from those of A (x, k, b) and of W (x, k), which are of
-    these orders (k, axes):
+    these orders (k, axes).
 
-    R^(a) = (A^(a) - sum_{0 <= b < a} binomial(a, b) W^(a - b) R^(b)) / W.
+        R^(a) = (A^(a) - sum_{0 <= b < a} binomial(a, b) W^(a - b) R^(b)) / W
+
+    By the rule of Leibniz, order by order.
     """
     place = {tuple(order): k for k, order in enumerate(orders.tolist())}
     found = np.empty_like(numerators)
@@ -175,6 +177,8 @@ def reproduce(space: Any, xi: Floats, derivative: int = 0) -> Floats:
 def inside(where: str, xi: ArrayLike, low: float, high: float) -> Floats:
     """Parameters (x,) of the domain [low, high]; one that misses it by round-off (1e-12 of its
     length) is moved onto its end.
+
+    InputError for others, and for an array of other than one axis.
     """
     array = np.atleast_1d(np.asarray(xi, dtype=float))
     slack = 1e-12 * (high - low)

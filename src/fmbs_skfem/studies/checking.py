@@ -256,8 +256,11 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
 
 
 def velocity_gaps(raw: System) -> list[tuple[str, float]]:
-    """Rows that the given velocities break, Phi_q v + Phi_t, the largest first; Phi_t by
-    differences over 2 us.
+    """Rows that the given velocities break, the largest first.
+
+        Phi_q v + Phi_t
+
+    Phi_t by differences over 2 us.
     """
     if not raw.constraints.names:
         return []

@@ -74,6 +74,11 @@ def check(
     outside: contact, controllers, events, joints by a law.
 
     In Python `checksums` compares those of a folder.
+
+        >>> from fmbs_skfem import studies
+        >>> found = studies.check("examples/double_pendulum.yaml")
+        >>> found.report["unknowns"], f"{found.report['mass']:.3f} kg"
+        (1206, '0.283 kg')
     """
     from . import checking
 
@@ -128,6 +133,19 @@ def run(
 
     In Python a solve that fails raises SolverError, whose `result` is what was reached; `run_model`
     runs saved models.
+
+        >>> from fmbs_skfem import scenes, studies
+        >>> fall = '''
+        ... schema: 1
+        ... dimension: 2
+        ... bodies: {ball: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+        ... loads: {weight: {type: gravity, acceleration: [0, -10]}}
+        ... outputs: {height: {type: position, at: ball, component: y}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+        ... '''
+        >>> found = studies.run(scenes.loads(fall))
+        >>> found.times.shape, f"{found.outputs['height'][-1]:.3f} m"
+        ((101,), '-5.000 m')
     """
     from .running import runs
 
@@ -213,6 +231,25 @@ def reduce(
     model is run over the training time; its errors against the full model there are printed and
     saved with it, and first whether it pays. With an accuracy eps and eta that neither SCENE nor
     options give are the coarsest whose outputs err by at most 0.3 of it.
+
+    In Python the result has the systems and their motions:
+
+        >>> from fmbs_skfem import scenes, studies
+        >>> pendulum = '''
+        ... schema: 1
+        ... dimension: 2
+        ... bodies:
+        ...   arm: {type: cable, mesh: meshes/beam_5.msh, section: {shape: given, EA: 100 kN, EI: 0.5 N m^2, rhoA: 0.1 kg/m}}
+        ... joints: {hinge: {type: pin, at: arm.left}}
+        ... loads: {weight: {type: gravity, acceleration: [0, -9.81]}}
+        ... analysis: {type: dynamic, duration: 0.2 s, step: 5 ms}
+        ... reduction: {snapshots: 5 ms}
+        ... '''
+        >>> found = studies.reduce(scenes.loads(pendulum), modes=6)
+        >>> found.system
+        <System 6 unknowns, 0 constraints: arm>
+        >>> found.report["position_error"] < 1e-3  # [m]
+        True
     """
     from . import plans, reducing
 
@@ -365,6 +402,22 @@ def sweep(
     In Python a range is ("0.7 GPa", "1.3 GPa", "log"), the scheduler may be any executor of
     concurrent.futures, and samples without a result raise SweepFailure, whose `result` has the
     others.
+
+        >>> from concurrent.futures import ThreadPoolExecutor
+        >>> from fmbs_skfem import scenes, studies
+        >>> push = '''
+        ... schema: 1
+        ... dimension: 2
+        ... parameters: {m: {value: 2 kg, range: [1 kg, 4 kg]}}
+        ... bodies: {ball: {type: point_mass, mass: m, position: [0, 0]}}
+        ... loads: {push: {type: point_force, at: ball, force: [8 N, 0]}}
+        ... outputs: {way: {type: position, at: ball, component: x}}
+        ... analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+        ... '''
+        >>> threads = ThreadPoolExecutor(1)
+        >>> found = studies.sweep(scenes.loads(push), samples=2, design="grid", scheduler=threads)
+        >>> found.points.T.tolist(), found.outputs["way"][:, -1].round(3).tolist()  # F t^2 / (2 m)
+        ([[1.0, 4.0]], [4.0, 1.0])
     """
     from ..families import response_surfaces, sweeps
     from . import sweep_sources, sweeping

@@ -21,7 +21,6 @@ from ..core.errors import FmbsError, InputError, say
 from ..core.notices import Notice
 from ..core.storage import durable
 from ..core.values.display import KEY, SI, DisplayUnits
-from ..core.values.problems import shown
 from ..core.values.units import add_unit
 from ..pages import content, report, writing
 from ..pages.writing import Page
@@ -164,6 +163,8 @@ def plots_of(folder: Path, title: str, display: DisplayUnits) -> tuple[Any, Any]
     if not (folder / OUTPUTS).is_file():
         return content.describe_plots(title, np.zeros(0), [], "s", about, display)
     heads, rows = columns(folder / OUTPUTS)
+    if not heads:
+        raise reports.corrupt(folder / OUTPUTS, "a table with titles", "an empty file")
     units = read_units(folder)
     names = [head.partition(" [")[0] for head in heads]
     try:
@@ -190,20 +191,34 @@ def read_units(folder: Path) -> dict[str, str]:
     """The units of columns; none where their file is not there."""
     path = folder / UNITS
     found = reports.read_json(path) if path.is_file() else {}
-    for keys, expected, got in reports.misfits(found, {reports.ALL: str}):
-        raise reports.corrupt(path, f"{expected} as {'.'.join(keys) or 'its content'}", shown(got))
+    reports.require_shape(path, found, {reports.ALL: str})
     return dict(found)
 
 
 def columns(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows of a table."""
+    """Heads and rows of a table; lines without any cell are left out."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            heads, *rows = list(csv.reader(file)) or [[]]
+            heads, *rows = [cells for cells in csv.reader(file) if cells] or [[]]
     except (UnicodeDecodeError, csv.Error, OSError) as problem:
-        remedy = "save it in UTF-8, or move it out of the folder"
-        raise InputError(say(f"{path}", "a table of text in UTF-8", problem, remedy)) from problem
+        raise unread(path, "a table of text in UTF-8", problem, "save it in UTF-8") from problem
     return heads, rows
+
+
+def beside(path: Path, display: DisplayUnits) -> str:
+    """The section of a table other than that of the outputs, whoever has written it."""
+    heads, rows = columns(path)
+    for k, cells in enumerate(rows, start=1):
+        if len(cells) != len(heads):
+            expected = f"{len(heads)} cells in every row, as there are titles"
+            raise unread(path, expected, f"{len(cells)} in row {k}", "mend it")
+    numbers = [[number(text) for text in cells] for cells in rows]
+    return report.section(path.name, report.table("", *display.columns(heads, numbers)))
+
+
+def unread(path: Path, expected: str, got: object, remedy: str) -> InputError:
+    """A table in the folder that is none."""
+    return InputError(say(f"{path}", expected, got, f"{remedy}, or move it out of the folder"))
 
 
 def sections(
@@ -219,35 +234,27 @@ def sections(
         report.notices([text for one in records.values() for text in one.get("notices", [])]),
     )
     origins = {**records, **made}
-    calls = list(
-        dict.fromkeys(call for name, one in origins.items() if (call := repeat(name, one)))
-    )
-    yield report.section("How to repeat it", *map(report.code, calls))
+    calls = dict[str, None]()
+    for name, one in origins.items():
+        with reports.reading(folder / name):
+            calls[repeat(name, one)] = None
+    yield report.section("How to repeat it", *map(report.code, filter(None, calls)))
     for name, one in records.items():
-        heading = "What was solved" if name == reports.REPORT else name
-        shown = {key: value for key, value in one.items() if key not in (*APART, *kinds.KINDS)}
-        shown.pop("outputs" if "output_columns" in one else "", None)
-        yield report.section(
-            heading,
-            report.facts("", shown | parameters_of(one, display)),
-            *results(folder / name, one, display),
-        )
+        with reports.reading(folder / name):
+            told = solved(name, one, display)
+        yield told
     for name, tables in saved.items():
         yield report.section(
             name, *(report.table(one.title, one.columns, one.rows) for one in tables)
         )
     for path in sorted(folder.glob("*.csv")):
         if path.name != OUTPUTS:
-            heads, rows = columns(path)
-            yield report.section(
-                path.name,
-                report.table(
-                    "", *display.columns(heads, [[number(text) for text in row] for row in rows])
-                ),
-            )
+            yield beside(path, display)
     yield report.section("Pictures", *pictures(folder))
     for name, one in origins.items():
-        yield report.section(f"Provenance of {name}", *origin(one))
+        with reports.reading(folder / name):
+            told = report.section(f"Provenance of {name}", *origin(one))
+        yield told
 
 
 def named_from(root: Path, records: Mapping[str, Any]) -> dict[str, Any]:
@@ -302,22 +309,18 @@ def parameters_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, An
     )
 
 
-def results(path: Path, one: Mapping[str, Any], display: DisplayUnits) -> Iterator[str]:
-    """Results of all kinds in a record, as they are read; CorruptFile where it does not have what a
-    kind reads.
-    """
-    try:
-        found = kinds.views(one, display)
-    except (LookupError, TypeError, ValueError, AttributeError) as problem:
-        raise reports.corrupt(
-            path, "a record as a study writes it", f"{type(problem).__name__} {problem}"
-        ) from problem
-    for view in found:
-        yield (
-            report.text(view)
-            if isinstance(view, str)
-            else report.table(view.title, view.columns, view.rows)
-        )
+def solved(name: str, one: Mapping[str, Any], display: DisplayUnits) -> str:
+    """The section of a record: its facts, and results of all kinds as they are read."""
+    heading = "What was solved" if name == reports.REPORT else name
+    shown = {key: value for key, value in one.items() if key not in (*APART, *kinds.KINDS)}
+    shown.pop("outputs" if "output_columns" in one else "", None)
+    views = [
+        report.text(view)
+        if isinstance(view, str)
+        else report.table(view.title, view.columns, view.rows)
+        for view in kinds.views(one, display)
+    ]
+    return report.section(heading, report.facts("", shown | parameters_of(one, display)), *views)
 
 
 def number(text: str) -> object:

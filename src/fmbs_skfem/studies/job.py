@@ -132,6 +132,7 @@ def begin(source: Source = "", **options: Unpack[JobOptions]) -> Iterator[Job]:
     if isinstance(source, str | Path):
         arguments.require("source", source, str | Path)
         job = Job(Path(source), **given)
+        require_letters(job.path, job.out)
     else:
         from ..scenes import Scene
 
@@ -166,6 +167,19 @@ def begin(source: Source = "", **options: Unpack[JobOptions]) -> Iterator[Job]:
                 with contextlib.suppress(OSError):  # what is in it stays
                     folder.rmdir()
             raise
+
+
+def require_letters(*paths: Path | None) -> None:
+    """InputError for files and folders in whose names there are bytes that are no letters of UTF-8:
+    no report, page or saved model could name them.
+    """
+    for path in filter(None, paths):
+        name = str(path.absolute())
+        shown = name.encode(errors="backslashreplace").decode()
+        if shown != name:
+            raise InputError(
+                say(shown, "a name and folders of letters in UTF-8", "other bytes", "rename them")
+            )
 
 
 def find_place(job: Job, error: BaseException) -> None:

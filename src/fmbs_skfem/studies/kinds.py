@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..core.values.display import DisplayUnits
+from ..core.values.display import DisplayUnits, largest_of
 from ..core.values.units import add_unit
 from ..results.colour_scales import SILENT
 from .result import ReportTable
@@ -147,7 +147,7 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     rows = []
     for columns in report["output_columns"].values():
         for name in columns:
-            ends = report["outputs"][name].values()
+            ends = [finite(value) for value in report["outputs"][name].values()]
             alike = [
                 value
                 for one in columns
@@ -155,13 +155,27 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
                 for value in report["outputs"][one].values()
             ]
             head, size = display.head(heading(report, name), alike)
-            least = math.inf if name in silent else DIGITS * max(map(abs, ends))
-            shown = [0.0 if abs(value) < least else value / size for value in ends]
+            least = math.inf if name in silent else DIGITS * largest_of(ends)
+            shown = [as_read(value, size, least) for value in ends]
             error = [(errors.get(name) or math.nan) / size] if errors else []
             rows.append((head + SILENT * (name in silent), *shown, *error))
     yield ReportTable(
         "Outputs", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows
     )
+
+
+def finite(value: float | None) -> float | None:
+    """A number; none where it is not finite, for which files have null: the balance of energy of an
+    equilibrium.
+    """
+    return None if value is None or not math.isfinite(value) else value
+
+
+def as_read(value: float | None, size: float, least: float) -> float | None:
+    """A number in a unit of some size, zero where it is below the least that is told."""
+    if value is None:
+        return None
+    return 0.0 if abs(value) < least else value / size
 
 
 @kind("stress_errors")

@@ -28,7 +28,7 @@ from typing import (
     get_type_hints,
 )
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError, closest, say
 from ..core.storage.records import dataclass
 from ..core.values.problems import shown
 from .job import Listener
@@ -81,6 +81,9 @@ def study(function: F) -> F:
         from ..core.values.arguments import is_default
 
         known = keywords(function)
+        if unknown := [name for name in named if name not in known]:
+            wrong = f"{function.__name__}() got an unexpected keyword argument '{unknown[0]}'"
+            raise TypeError(wrong + closest(unknown[0], known))
         for name, value in (*zip(known, given, strict=False), *named.items()):
             if name in known:
                 kind, option, default = known[name]

@@ -423,8 +423,10 @@ def other_numbers(part: Body, full: Body) -> list[str]:
 
 
 def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The rotation R (c, c) with b = R a for points (x, c) about their means; the smallest one
+    """The rotation R (c, c) that takes points a to b (x, c) about their means; the smallest one
     where they are on a line.
+
+        b = R a
     """
     U, s, V = np.linalg.svd(a.T @ b)
     if a.shape[1] == 3 and s[1] <= MEETS**2 * s[0]:
@@ -446,8 +448,11 @@ def apart(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def second_moment(body: Body) -> np.ndarray:
-    """int rho (r - c)(r - c)^T dV / m (c, c) of the reference about its centre of mass c [m2], for
-    any density.
+    """Second moment (c, c) [m2] of the reference about its centre of mass c.
+
+        int rho (r - c)(r - c)^T dV / m
+
+    for any density.
     """
     moved = body.mass @ body.constant
     total = float(body.constant @ moved)

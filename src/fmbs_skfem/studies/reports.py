@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..core import installed
-from ..core.errors import CorruptFile, InputError, say
+from ..core.errors import CorruptFile, FmbsError, InputError, say
 from ..core.storage import durable
 from ..core.values.problems import shown
 
@@ -34,6 +34,7 @@ RECORD: dict[str, Any] = {
     "notices": [str],
     "parameters": {ALL: object},
     "units": {ALL: str},
+    "parameter_units": {ALL: str},
     "provenance": {
         "file": str,
         "files": {ALL: str},
@@ -41,6 +42,8 @@ RECORD: dict[str, Any] = {
     },
     CHECKSUMS: {ALL: str},
 }
+#: what shows that a record has not what its readers look for
+UNREADABLE = LookupError, TypeError, ValueError, AttributeError, ArithmeticError
 EXTREMES: dict[str, Any] = {"outputs": {ALL: {ALL: float}}}  #: of records that have units
 VERSIONS = ("numpy", "scipy", "numba", "scikit-fem", "scikit-learn", "pyamg", "h5py", "meshio")
 
@@ -123,16 +126,37 @@ def read_record(path: Path) -> dict[str, Any] | None:
     found = read_json(path)
     if not isinstance(found, dict) or "status" not in found:
         return None
-    wanted = RECORD | (EXTREMES if "units" in found else {})
-    for keys, expected, got in misfits(found, wanted):
-        raise corrupt(path, f"{expected} as {'.'.join(keys)}", shown(got))
+    require_shape(path, found, RECORD | (EXTREMES if "units" in found else {}))
     return found
 
 
-def read_json(path: Path) -> Any:
-    """What is in a JSON file; CorruptFile where that is none."""
+def require_shape(path: Path, value: Any, shape: Any, *place: str) -> None:
+    """CorruptFile where the value at a place of a file does not have a shape as in `RECORD`."""
+    for keys, expected, got in misfits(value, shape):
+        name = ".".join((*place, *keys)) or "its content"
+        raise corrupt(path, f"{expected} as {name}", shown(got))
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Whatever reads the record at a path: CorruptFile where that has not what a study writes."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        yield
+    except FmbsError:
+        raise
+    except UNREADABLE as problem:
+        got = f"{type(problem).__name__} {problem}"
+        raise corrupt(path, "a record as a study writes it", got) from problem
+
+
+def read_json(path: Path) -> Any:
+    """What is in a JSON file; CorruptFile where that is none, or has halves of letters, which no
+    file of text can hold.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        json.dumps(found, ensure_ascii=False).encode()
+        return found
     except (ValueError, RecursionError) as problem:
         raise corrupt(path, "JSON", problem) from problem
     except OSError as problem:

@@ -17,8 +17,11 @@ Matrix: TypeAlias = csr_array | np.ndarray
 @storable
 @dataclass(frozen=True)
 class Affine:
-    """The affine map x -> matrix @ x + offset of x (j,), with the matrix (i, j), sparse or dense,
-    and the offset (i,).
+    """An affine map of x (j,), with the matrix (i, j), sparse or dense, and the offset (i,).
+
+        x -> matrix @ x + offset
+
+    Either may be that of a change of coordinates.
     """
 
     matrix: Annotated[Matrix, Reals("i j")]

@@ -26,7 +26,7 @@ from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..core.values import arguments, fields
+from ..core.values import arguments, arrays, fields
 from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..shapes import line, surface
@@ -75,8 +75,11 @@ SNAP = 1e-12  #: distance from a break, over the length of a line, that is round
 @dataclass(frozen=True)
 @checked
 class Rayleigh:
-    """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on
-    strains only.
+    """Rayleigh damping of all bodies; stiffness-proportional damping acts on strains only.
+
+        C = mass M + stiffness K
+
+    `mass` [1/s], `stiffness` [s].
     """
 
     mass: Annotated[float, fields.quantity("1/s", ">= 0")] = 0.0
@@ -90,7 +93,9 @@ class Rayleigh:
 @dataclass(frozen=True)
 @checked
 class Motion:
-    """Rigid velocity field of a body at the start, v = velocity + angular_velocity x (r - center).
+    """Rigid velocity field of a body at the start.
+
+        v = velocity + angular_velocity x (r - center)
 
     The `center`, by default the origin of the scene, is the point that has the velocity: state it
     where a body moves and turns.
@@ -121,6 +126,16 @@ def assemble(
     their names: see `additions`. `eliminate` takes out what is linear. InputError for no body,
     bodies of different dimensions or of one name, joints of one name, columns of one name, places
     and names that do not exist, and keywords that nothing registers.
+
+        >>> from fmbs_skfem.bodies import Circular, Material, cable
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At, assemble, joints, loads, probes
+        >>> arm = cable("arm", segment(10), Circular(0.01), Material(1e9, 1800.0), dim=2)
+        >>> hinge = joints.Pin("hinge", At("arm", "left"))
+        >>> weight = loads.Gravity((0.0, -9.81))
+        >>> tip = {"tip": probes.Position(At("arm", "right"))}
+        >>> assemble([arm], [hinge], [weight], outputs=tip)
+        <System 44 unknowns, 2 constraints: arm>
     """
     for name, value, kind in (
         ("bodies", bodies, Iterable[Body]),
@@ -368,8 +383,11 @@ def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
 
 
 def orthonormal(part: Body, draft: Draft) -> None:
-    """The axes of every frame of a body stay unit vectors at right angles: (e_i . e_j - delta_ij) /
-    (1 + delta_ij) = 0.
+    """The axes of every frame of a body stay unit vectors at right angles.
+
+        (e_i . e_j - delta_ij) / (1 + delta_ij) = 0
+
+    one row a pair i <= j.
     """
     dim = part.dim
     for frame in part.frames:
@@ -433,7 +451,12 @@ def terms_of(known: Constraints) -> TermCollector:
 def uniform_field(
     layout: Coordinates, parts: list[Body], accelerations: list[np.ndarray]
 ) -> np.ndarray:
-    """Coordinates of the sum of all gravity fields (c,) [m/s2]."""
+    """Coordinates (q,) of the sum g of all gravity fields (c,) [m/s2].
+
+        1 (x) g
+
+    with the coordinates of the field 1 of every body.
+    """
     total = sum(accelerations, np.zeros(layout.dim))
     return np.concatenate([np.kron(part.constant, total) for part in parts])
 
@@ -479,19 +502,26 @@ def initial_velocity(
             field += np.outer(
                 part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim)
             )
-        spin = motion.angular_velocity
-        omega = np.atleast_1d(np.asarray(() if spin is None else spin, dtype=float))
-        if omega.size and layout.dim == 2:
-            field += float(omega[0]) * places @ np.array([[0.0, 1.0], [-1.0, 0.0]])
-        elif omega.size:
-            field += np.cross(vector(f"initial '{part.name}'", omega, 3), places)
+        if motion.angular_velocity is not None:
+            omega = arrays.finite(
+                np.atleast_1d(motion.angular_velocity),
+                f"initial '{part.name}': angular_velocity",
+                "a number [rad/s]" if layout.dim == 2 else "3 numbers [rad/s]",
+                1 if layout.dim == 2 else 3,
+            )
+            if layout.dim == 2:
+                field += omega[0] * places @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+            else:
+                field += np.cross(omega, places)
         v.append(field.ravel())
     return np.concatenate(v)
 
 
 def rates_of_unknowns(system: System, count: int) -> np.ndarray:
     """v0 (q,) in which the last `count` coordinates, which joints bring, follow from the motion of
-    the bodies: Phi_q v0 = 0.
+    the bodies.
+
+        Phi_q v0 = 0
 
     Drives are left out: where they begin with another rate, they change velocities.
     """
@@ -650,14 +680,24 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
 
 
 @checked
-def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
-    """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r),
-    found by `echelon.solve`.
+def eliminate(system: System, tolerance: fields.Tolerance = ranks.EXACT) -> System:
+    """The system without its time-independent linear constraints, with sparse T (n, r), found by
+    `echelon.solve`.
+
+        x = T y + d
 
     Redundant rows are dropped with a notice; contradictory rows raise Contradiction with the joints
     by name. An initial state that does not satisfy the rows is moved onto them with a notice,
     velocities by the least kinetic energy of the change. Pivots are larger than `tolerance`,
     relative; `full` of the result is the system itself, from which reactions are recovered.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import At, assemble, eliminate, joints
+        >>> bead = point_mass("bead", 2.0, np.zeros(2))
+        >>> raw = assemble([bead], [joints.Slider("rail", At("bead"), (1.0, 0.0))])
+        >>> raw, eliminate(raw)
+        (<System 2 unknowns, 1 constraints: bead>, <System 1 unknowns, 0 constraints: bead>)
     """
     rows, A, a = linear_part(system)
     if len(rows) == 0:

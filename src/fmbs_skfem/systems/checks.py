@@ -48,6 +48,12 @@ def check_joint(
 
     Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s];
     errors are relative, up to the `tolerance`.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import At, check_joint, joints
+        >>> pair = [point_mass("a", 1.0, np.zeros(2)), point_mass("b", 1.0, np.ones(2))]
+        >>> check_joint(pair, joints.RigidLink("link", At("a"), At("b")))  # silent: it holds
     """
     system = replace(assemble(bodies, [joint]), elastic=())
     random = generator(seed)
@@ -94,6 +100,12 @@ def check_force(
 
     Derivatives by positions and velocities are those of its forces at a random state, and what
     reads velocities takes energy out, unless the load says that it `drives`.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import At, check_force, springs
+        >>> spring = springs.SpringDamper("spring", At("a"), (0.0, 1.0), stiffness=20.0)
+        >>> check_force([point_mass("a", 1.0, np.zeros(2))], spring)  # silent: it holds
     """
     system = assemble(bodies, loads=[load])
     random = generator(seed)
@@ -173,21 +185,31 @@ def directions(system: System, random: Generator) -> np.ndarray:
 
 
 def length(system: System) -> float:
-    """AMPLITUDE times the root mean square of the coordinates [m]."""
+    """Size of displacements by which states are changed [m].
+
+        AMPLITUDE sqrt(mean(x^2))
+
+    of the coordinates x (n,).
+    """
     return AMPLITUDE * (float(np.sqrt(np.mean(system.lift(system.x0) ** 2))) or 1.0)
 
 
 def difference(function: Function, x: np.ndarray, d: np.ndarray) -> np.ndarray:
     """Derivative of a function of x (n,) along d (n,) by the fourth-order central difference with
-    the step `STEP`.
+    the step h = `STEP`.
+
+        (f(x - 2 h d) - 8 f(x - h d) + 8 f(x + h d) - f(x + 2 h d)) / (12 h)
     """
     f = {k: function(x + k * STEP * d) for k in (-2, -1, 1, 2)}
     return (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * STEP)
 
 
 def row_size(row: np.ndarray, d: np.ndarray) -> float:
-    """Size |row| . |d| of a product of a row (n,) and d (n,) without cancellation; 1 for a row of
-    zeros.
+    """Size of a product of a row (n,) and d (n,) without cancellation.
+
+        |row| . |d|
+
+    1 for a row of zeros.
     """
     return float(np.abs(row) @ np.abs(d)) or 1.0
 
@@ -203,8 +225,9 @@ def check_tangent(
     tolerance: float,
     v: np.ndarray | None = None,
 ) -> None:
-    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force
-    that turns with d.
+    """K d against differences, relative to |K d| and to the change of a force that turns with d.
+
+        K d = d/ds (f + Phi_x^T lambda)(x + s d)
 
     x and v (n,), multipliers (m,), `time` [s]; InputError where an error is above the `tolerance`.
     """
@@ -229,7 +252,9 @@ def check_tangent(
 def check_energy(
     where: str, model: Compiled, x: np.ndarray, random: Generator, tolerance: float
 ) -> None:
-    """Elastic force f . d against differences of the strain energy at x (n,); `model` has no loads.
+    """Elastic force against differences of the strain energy at x (n,); `model` has no loads.
+
+        f . d = d/ds U(x + s d)
 
     InputError where an error is above the `tolerance`.
     """
@@ -255,6 +280,8 @@ def check_rates(
     """The derivative by velocities that the tangent adds against differences of the forces, at x
     and v (n,) and `time` [s].
 
+        C d = d/ds f(x, v + s d)
+
     InputError where an error is above the `tolerance`.
     """
     none = np.zeros(model.constraints)
@@ -274,8 +301,11 @@ def check_rates(
 def check_loss(
     where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float
 ) -> None:
-    """What reads velocities takes energy out: v . (f(x, v) - f(x, 0)) >= 0 at x and v (n,) and
-    `time` [s]; else InputError.
+    """What reads velocities takes energy out, at x and v (n,) and `time` [s]; else InputError.
+
+        v . (f(x, v) - f(x, 0)) >= 0
+
+    to the `tolerance`, relative.
     """
     whole, still = (
         compiled.forces(model, x, v, time),
@@ -290,6 +320,8 @@ def check_loss(
 def check_mass(where: str, system: System) -> None:
     """Mass symmetric and without negative directions, relative to its largest entry; massless
     frames have none at all.
+
+        M = M^T,    v^T M v >= 0
     """
     M = as_dense(system.mass)
     largest = float(np.abs(M).max())

@@ -549,7 +549,9 @@ def evaluate(
 def forces(
     model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
 ) -> np.ndarray:
-    """C v + K x + elastic and damping forces minus loads, (n,) [N], at x, v (n,) and t [s].
+    """Forces of a system (n,) [N], at x, v (n,) and t [s].
+
+        C v + K x + elastic and damping forces - loads
 
     Without inertia and constraints; `memory` (l,) as in `place`.
     """
@@ -563,8 +565,9 @@ def residual(
     t: float = 0.0,
     memory: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Forces and gaps (n + m,) of a state at rest, zero in equilibrium: f(x, 0, t) + Phi_x^T lambda
-    [N], and Phi(x, t).
+    """Forces [N] and gaps (n + m,) of a state at rest, zero in equilibrium.
+
+        f(x, 0, t) + Phi_x^T lambda,    Phi(x, t)
 
     x (n,), multipliers (m,), t [s]; `memory` (l,) as in `place`.
     """
@@ -678,7 +681,13 @@ def strain_energy(model: Compiled, x: np.ndarray) -> float:
 
 
 def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (m,) and Phi_x (m, n) at x (n,) and t [s], in the order of `system.constraints.names`."""
+    """Constraints and their derivatives at x (n,) and t [s], in the order of
+    `system.constraints.names`.
+
+        Phi (m,),    Phi_x = Phi_y P (m, n)
+
+    with the probe rows y = P x + y0.
+    """
     phi, jacobian = constraints_at(model, x[None, :], np.array([t]))
     return phi[0], np.asarray(jacobian @ model.system.probes.matrix)
 
@@ -719,8 +728,9 @@ def tangent(
     v: np.ndarray | None = None,
     held: tuple[np.ndarray, int] | None = None,
 ) -> csr_array:
-    """d/dx (f + Phi_x^T lambda) + gh df/dv, (n, n), of a state as of `place`: elastic tangent,
-    springs, joints and forces.
+    """Tangent (n, n) of a state as of `place`: elastic tangent, springs, joints and forces.
+
+        d/dx (f + Phi_x^T lambda) + gh df/dv
 
     x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh
     times. Inertia is not in it. Stresses may be those of another state, as in `elastic_tangent`.
@@ -785,8 +795,10 @@ def row_slopes(model: Compiled, space: Space) -> tuple[np.ndarray, np.ndarray]:
 def force_slopes(
     model: Compiled, x: np.ndarray, v: np.ndarray, t: float, memory: np.ndarray | None
 ) -> Iterator[tuple[Force, np.ndarray, np.ndarray]]:
-    """Forces with derivatives, their pairs of rows (h, 2), and - dF/dy on them (h,), in a state as
-    of `place`.
+    """Forces with derivatives, their pairs of rows (h, 2), and H (h,) on them, in a state as of
+    `place`.
+
+        H = - dF/dy
 
     Derivatives by rates are left out (gh = 0).
     """

@@ -200,8 +200,11 @@ def place_cells(table: Any) -> None:
 
 @jit
 def following_forces(table: Any) -> None:
-    """f (n,) = sum L^T phi(L x) [N] of the terms that are loads, with its sign in (1): minus the
-    load.
+    """Forces of the terms that are loads, with their sign in (1): minus the load.
+
+        f = sum L^T phi(L x)
+
+    f (n,) [N].
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -218,8 +221,11 @@ def following_forces(table: Any) -> None:
 
 @routine
 def elastic_forces(table: Any, _: int = 0) -> int:
-    """f (n,) = sum L^T phi(L x, L v) [N] in the state of the space; 0, or the number of terms that
-    failed.
+    """Elastic forces in the state of the space.
+
+        f = sum L^T phi(L x, L v)
+
+    f (n,) [N]; 0, or the number of terms that failed.
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -235,8 +241,9 @@ def elastic_forces(table: Any, _: int = 0) -> int:
 
 @routine
 def evaluate(table: Any, _: int = 0) -> int:
-    """rhs = (R, Phi) of (1), (1, n + m), in the state of the space; 0, or the number of terms that
-    failed.
+    """Residual (1) in the state of the space, (1, n + m); 0, or the number of terms that failed.
+
+        rhs = (R, Phi),    R = c (M a + C v + K x + sum L^T phi(L x, L v) - Q) + Phi_q^T lambda
 
     y, g and dPhi/dy become current; g then holds what R has of probe rows, - c F + Phi_y^T lambda.
     """
@@ -270,7 +277,7 @@ def evaluate(table: Any, _: int = 0) -> int:
 
 @jit
 def constrain(table: Any) -> None:
-    """Phi (m,), behind the forces in rhs, and dPhi/dy (m, j), with current y.
+    """Gaps Phi (m,), behind the forces in rhs, and dPhi/dy (m, j), with current y.
 
     In rows that are off lambda = 0 stands for Phi = 0.
     """
@@ -297,8 +304,11 @@ def probe_constraints(table: Any, _: Any) -> int:
 
 @jit
 def find_drift(table: Any) -> None:
-    """Phi_y z + D1 + second D2 + third D3 of `kernels.drift` (m,), behind the forces in rhs; 0 in
-    rows that are off.
+    """Rates of the constraints (m,) behind the forces in rhs, as of `kernels.drift`.
+
+        Phi_y z + D1 + second D2 + third D3
+
+    0 in rows that are off.
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -312,8 +322,10 @@ def find_drift(table: Any) -> None:
 
 @jit
 def read_probes(table: Any) -> None:
-    """y = P x + y0 (j,) and, where a force reads them, y' = P v; how far x is from where forces
+    """Probe rows (j,) and, where a force reads them, their rates; how far x is from where forces
     last looked around.
+
+        y = P x + y0,    y' = P v
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -344,8 +356,10 @@ def read_loads(table: Any) -> int:
 
 @jit
 def store_energies(table: Any) -> None:
-    """energy += E [J] and g += dE/dy (j,) for all potentials E of forces, with current y: no force
-    of a potential is left in g.
+    """Add all potentials E of forces to the energy [J], with current y: no force of a potential is
+    left in g (j,).
+
+        energy += E,    g += dE/dy
     """
     A = evaluation(table).arrays
     # energies are asked for at stored states and where signals change, so that they are routines
@@ -399,8 +413,9 @@ def add_change(s: Space, force: float, last: float, share: float) -> None:
 
 @routine
 def sum_tangents(table: Any, _: int = 0) -> int:
-    """W += sum L^T phi' L, derivatives by rates times gh [1/s]; 0, or the number of terms that
-    failed.
+    """Elastic tangent, derivatives by rates times gh [1/s]; 0, or the number of terms that failed.
+
+        W += sum L^T phi' L
 
     Reduced systems assemble K of their cells first and add V^T K V, see `terms.lifts`.
     """
@@ -416,8 +431,11 @@ def sum_tangents(table: Any, _: int = 0) -> int:
 
 @routine
 def sum_energies(table: Any, _: int = 0) -> int:
-    """Energy [J] of all elastic terms in the state of the space, without constant springs and loads
-    that follow.
+    """Energy of all elastic terms in the state of the space [J].
+
+        sum U(L x)
+
+    without constant springs and loads that follow.
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -430,8 +448,11 @@ def sum_energies(table: Any, _: int = 0) -> int:
 
 @jit
 def slopes(table: Any) -> None:
-    """H = - c dF/dy - c gh dF/dy' + d(Phi_y^T lambda)/dy (h,), on pairs of probe rows and of low
-    rank, with current y and y'.
+    """Second derivatives H (h,) on pairs of probe rows and of low rank, with current y and y'.
+
+        H = - c dF/dy - c gh dF/dy' + d(Phi_y^T lambda)/dy
+
+    c is the factor of forces, see the module.
     """
     E = evaluation(table)
     A, s = E.arrays, E.space

@@ -29,10 +29,12 @@ class Operator(NamedTuple):
     """A constant symmetric matrix in the storage that its product is fastest in; the other storages
     are empty.
 
-    diagonals[k, i] = A[i, i + offsets[k]] for bands, `rows` for sparse systems, `store` for dense
-    ones. `rows` holds one row for `components` unknowns where A = rows (x) identity, which reads
-    less memory. `store` is also what the iteration matrix adds: lower band (n, d+1) or dense (n,
-    n); it has no rows for sparse systems.
+        diagonals[k, i] = A[i, i + offsets[k]]
+
+    for bands, `rows` for sparse systems, `store` for dense ones. `rows` holds one row for
+    `components` unknowns where A = rows (x) identity, which reads less memory. `store` is also what
+    the iteration matrix adds: lower band (n, d+1) or dense (n, n); it has no rows for sparse
+    systems.
     """
 
     offsets: Integers
@@ -44,7 +46,9 @@ class Operator(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """t terms value s(t) y_i y_j of `systems.system.Constraints`.
+    """t terms of `systems.system.Constraints`.
+
+        value s(t) y_i y_j
 
     `pair` is the first probe pair of a term with second derivatives, -1 of others.
     """
@@ -132,8 +136,9 @@ def row_value(A: Csr, i: int, x: np.ndarray) -> float:
 
 @jit
 def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, float]:
-    """Bounds of |A x| / |x| and of |A x| / max |x_n|, for `count` of some rows of A (m, n) from
-    place `first` on.
+    """Bounds of products with some rows of A (m, n), `count` of them from place `first` on.
+
+        |A x| / |x|,    |A x| / max |x_n|
 
     The first is the root of the sum of squares of these rows, the second that of the squares of
     their sums of sizes.
@@ -152,7 +157,12 @@ def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, 
 
 @summing
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
-    """y (m,) += factor A x, of a sparse A (m, n) and x (n,)."""
+    """Add a product with a sparse matrix.
+
+        y += factor A x
+
+    A (m, n), x (n,), y (m,).
+    """
     # `row_value` written out: called for every row it cost 8 to 10 % of a step (double pendulum,
     # 2000 steps: 0.176 s for 0.166 s)
     for i in range(len(A.indptr) - 1):
@@ -174,7 +184,12 @@ def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_pairwise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
-    """y += (A (x) I) x for vectors of two components: A (m, n), x (2 n,), y (2 m,)."""
+    """Add a product for vectors of two components.
+
+        y += (A (x) I) x
+
+    A (m, n), x (2 n,), y (2 m,).
+    """
     # an index and a number are read once for two components: half the memory of all rows
     for i in range(len(A.indptr) - 1):
         first, second = 0.0, 0.0
@@ -189,7 +204,12 @@ def add_pairwise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
-    """y += (A (x) I) x for vectors of three components: A (m, n), x (3 n,), y (3 m,)."""
+    """Add a product for vectors of three components.
+
+        y += (A (x) I) x
+
+    A (m, n), x (3 n,), y (3 m,).
+    """
     # likewise, a third of it
     for i in range(len(A.indptr) - 1):
         first, second, third = 0.0, 0.0, 0.0
@@ -206,7 +226,12 @@ def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
-    """y (n,) += A x, of a constant matrix A (n, n) in any of its storages and x (n,)."""
+    """Add a product with a constant matrix in any of its storages.
+
+        y += A x
+
+    A (n, n), x and y (n,).
+    """
     # the form was chosen once, when the system was compiled; empty operators fall through loops of
     # no length
     if A.full:
@@ -236,7 +261,12 @@ def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_transposed(A: Csr, factor: float, y: np.ndarray, x: np.ndarray) -> None:
-    """x (n,) += factor A^T y, of a sparse A (m, n) and y (m,)."""
+    """Add a product with the transpose of a sparse matrix.
+
+        x += factor A^T y
+
+    A (m, n), x (n,), y (m,).
+    """
     for i in range(len(A.indptr) - 1):
         value = factor * y[i]
         start = A.indptr[i]
@@ -256,7 +286,12 @@ def add_transposed(A: Csr, factor: float, y: np.ndarray, x: np.ndarray) -> None:
 
 @jit
 def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """y (m,) = A x + offset, of a sparse A (m, n), x (n,) and the offset (m,)."""
+    """An affine map by a sparse matrix.
+
+        y = A x + offset
+
+    A (m, n), x (n,), y and offset (m,).
+    """
     for i in range(len(y)):
         # the offset first, so that the product adds to it
         y[i] = offset[i]
@@ -265,7 +300,12 @@ def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
 
 @summing
 def distances(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """|x - y| and max |x_i - y_i| of x and y (n,); both are no numbers where one of x or y is none."""
+    """Differences of two vectors, no numbers where one of x or y is none.
+
+        |x - y|,    max |x_i - y_i|
+
+    x and y (n,).
+    """
     square, most = 0.0, 0.0
     for i in range(len(x)):
         d = abs(x[i] - y[i])
@@ -277,8 +317,10 @@ def distances(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 @jit
 def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> None:
-    """y (i,) += sum_r factors[r] rows[r, i]; four rows at a time, for sizes where a library call
-    costs more than the sum.
+    """Add a linear combination of rows; four at a time, for sizes where a library call costs more
+    than the sum.
+
+        y_i += sum_r factors_r rows_ri
     """
     # y is read and written once for four rows
     full = len(factors) // 4 * 4
@@ -296,7 +338,12 @@ def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> Non
 
 @summing
 def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """y (r,) += sum_i rows[r, i] x[i]; four rows at a time."""
+    """Add products with rows, four at a time.
+
+        y_r += sum_i rows_ri x_i
+
+    x (i,), y (r,).
+    """
     # x is read once for four sums
     full = len(y) // 4 * 4
     for r in range(0, full, 4):
@@ -340,8 +387,11 @@ def derivative(signals: np.ndarray, number: int, first: int) -> float:
 def constrain(
     A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray
 ) -> None:
-    """gap (m,) = Phi and jacobian (m, j) = dPhi/dy of the terms A at probe rows y (j,), with
-    signals (s,); both are overwritten.
+    """Constraints and their derivatives of the terms A at probe rows y (j,), with signals (s,).
+
+        gap = Phi,    jacobian = dPhi/dy
+
+    gap (m,) and jacobian (m, j) are overwritten.
     """
     clear(gap)
     clear_rows(jacobian)
@@ -379,8 +429,10 @@ def add_term(
 def drift(
     A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third: float, out: np.ndarray
 ) -> None:
-    """out (m,) = Phi_y z + D1 + second D2 + third D3, D_k the part of d^k Phi/dt^k without Phi_y
-    times the k-th derivative of y.
+    """Rates of constraints, out (m,), with D_k the part of d^k Phi/dt^k without Phi_y times the
+    k-th derivative of y.
+
+        out = Phi_y z + D1 + second D2 + third D3
 
     `paths` (4, j) are y, z, v = dy/dt and a = dv/dt of the probe rows; `signals` holds the values
     of all signals, then their first, second and third derivatives, where a constraint reads one. A
@@ -444,7 +496,12 @@ def probe_paths(
     a: np.ndarray,
     paths: np.ndarray,
 ) -> None:
-    """paths (4, j) = A x + offset, A z, A v, A a; a row of A is read once."""
+    """Probe rows and three of their rates, a row of A read once.
+
+        paths = A x + offset,  A z,  A v,  A a
+
+    paths (4, j).
+    """
     for i in range(len(offset)):
         # only the first is a place: rates have no offset
         p = offset[i]
@@ -465,8 +522,10 @@ def probe_paths(
 def constraint_slopes(
     A: Terms, y: np.ndarray, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray
 ) -> None:
-    """H[pair] += d(Phi_y^T lambda)/dy of the terms A at probe rows y (j,), with signals (s,) and
-    multipliers lambda (m,).
+    """Second derivatives of the terms A at probe rows y (j,), with signals (s,) and multipliers
+    lambda (m,).
+
+        H[pair] += d(Phi_y^T lambda)/dy
 
     A term lambda c s y_i y_j has c s lambda in its pairs (i, j) and (j, i).
     """
@@ -480,7 +539,9 @@ def constraint_slopes(
 
 @jit
 def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, blocks: Csr, W: np.ndarray) -> None:
-    """W += P^T H P for the probe pairs. Most contacts are open: their H is zero.
+    """Add second derivatives of the probe pairs. Most contacts are open: their H is zero.
+
+        W += P^T H P
 
     A lower band takes the symmetric part, and so does W (1, k) by the rows of its upper triangle
     with the columns of `blocks`.
@@ -528,8 +589,11 @@ def any_of(x: np.ndarray) -> bool:
 
 @jit
 def add_skew_pairs(A: Pairs, P: Csr, H: np.ndarray, general: np.ndarray) -> None:
-    """The skew part of P^T H P, of pairs with H (h,) and the probe rows P (j, n), to a general band
-    (n, 3d+1) as LAPACK has it.
+    """Add the skew part of second derivatives H (h,) to a general band (n, 3d+1) as LAPACK has it.
+
+        skew(P^T H P)
+
+    with the probe rows P (j, n).
     """
     middle = 2 * ((general.shape[1] - 1) // 3)
     for k in range(len(A.rows)):

@@ -66,8 +66,11 @@ class Storage(Enum):
 
 @dataclass(frozen=True)
 class Pieces:
-    """Elastic storages of a system in t pieces, in the coordinates p = matrix @ x + offset of all
-    cells.
+    """Elastic storages of a system in t pieces, in the coordinates p of all cells.
+
+        p = matrix @ x + offset
+
+    of the unknowns x (n,).
     """
 
     matrix: csr_array | np.ndarray  #: p from the unknowns (p, n)

@@ -30,12 +30,19 @@ DIGITS = 8.0 * float(np.finfo(np.float64).eps)
 
 
 def weight(parts: Sequence[Body]) -> float:
-    """Mass of all bodies, 1 where they have none [kg]: the w of |u| = sqrt(u^T W u / w)."""
+    """Mass w [kg] of all bodies, 1 where they have none.
+
+        |u| = sqrt(u^T W u / w)
+
+    in which it makes sizes [m] of displacements.
+    """
     return sum(part.total_mass for part in parts) or 1.0
 
 
 def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:
-    """W = M + D (q, q), the mass M (q, q) itself where all coordinates have one [kg m2 per unit2].
+    """Metric W (q, q), the mass M (q, q) itself where all coordinates have one [kg m2 per unit2].
+
+        W = M + D
 
     D is the diagonal of `massless`; `parts` are the bodies whose coordinates q are, one behind the
     other.
@@ -73,7 +80,12 @@ def length_of(part: Body, size: float) -> float:
 
 
 def spread(places: np.ndarray) -> float:
-    """Largest distance of places (x, c) from their mean [m]."""
+    """Largest distance of places r (x, c) from their mean [m].
+
+        max |r - mean r|
+
+    0 of a single place.
+    """
     return (
         float(np.linalg.norm(places - places.mean(axis=0), axis=1).max(initial=0.0))
         if len(places)
@@ -95,7 +107,11 @@ def origin(parts: Sequence[Body]) -> np.ndarray:
 
 
 def extent(parts: Sequence[Body], probes: np.ndarray | None = None) -> float:
-    """Size of a mechanism: the largest distance of its points from their mean [m].
+    """Size L of a mechanism [m].
+
+        L = max |r - mean r|
+
+    over its points r.
 
     Of a single point the largest of its probe rows (j,), as the length of a link that holds it; 1 m
     where nothing has a size.

@@ -132,8 +132,12 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
 
 
 def from_lower_band(band: np.ndarray, order: np.ndarray) -> csr_array:
-    """The symmetric sparse array (n, n) of a lower band (n, d + 1), band[j, i - j] = A[i, j], whose
-    place k is unknown order[k].
+    """The symmetric sparse array (n, n) of a lower band (n, d + 1), whose place k is unknown
+    order[k].
+
+        band[j, i - j] = A[i, j]
+
+    i >= j.
     """
     n = len(band)
     j, below = np.nonzero(band)

@@ -22,8 +22,9 @@ from .system import System
 
 @checked
 def force(system: System, x: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> np.ndarray:
-    """f (n,) [N]: elastic and damping forces minus loads at unknowns x (n,) and rates v (n,), zero
-    by default, at time t [s].
+    """Forces (n,) [N] at unknowns x (n,) and rates v (n,), zero by default, at time t [s].
+
+        f = elastic forces + damping forces - loads
 
     InputError for arrays of another shape.
     """
@@ -40,8 +41,9 @@ def tangent(
     multipliers: ArrayLike | None = None,
     rate: float = 0.0,
 ) -> csr_array:
-    """d/dx (f + Phi_x^T lambda) + rate df/dv, (n, n) [N/m], exact; lambda (m,), zero by default,
-    `rate` [1/s].
+    """Tangent (n, n) [N/m] of a system, exact; lambda (m,), zero by default, `rate` [1/s].
+
+        d/dx (f + Phi_x^T lambda) + rate df/dv
 
     InputError for arrays of another shape.
     """
@@ -57,8 +59,10 @@ def tangent(
 
 @checked
 def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (m,) and Phi_x (m, n) at unknowns x (n,) and time t [s], in the order of
+    """Constraints and their derivatives at unknowns x (n,) and time t [s], in the order of
     `system.constraints.names`.
+
+        Phi (m,),    Phi_x (m, n)
 
     InputError for an array of another shape.
     """
@@ -70,6 +74,13 @@ def strain_energy(system: System, x: ArrayLike) -> float:
     """Strain energy of all bodies [J] at unknowns x (n,), without linear springs.
 
     InputError for an array of another shape.
+
+        >>> from fmbs_skfem import bodies, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> rod = bodies.cable("rod", segment(2), bodies.Given(100.0, 1.0, 1.0), dim=2)
+        >>> system = systems.assemble([rod])
+        >>> f"{systems.strain_energy(system, 1.2 * system.x0):.3f} J"  # EA (1.2^2 - 1)^2 / 8
+        '2.420 J'
     """
     return compiled.strain_energy(compiled.compile_system(system), read(system, "x", x))
 

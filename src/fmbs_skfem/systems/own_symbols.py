@@ -45,9 +45,12 @@ class PlaceSymbols:
         """Forces on the axes that are a moment [N m], a vector in space and a number in the plane;
         in symbols or numbers.
 
-        On k axes e at right angles they do the work sum_e f (m x e) . (w x e) / |e|^2 = m . w, f =
-        1 / k in the plane and 1/2 of a frame in space. Of a slope alone, which has no turn about
-        itself, f = 1 and m counts across it.
+        On k axes e at right angles they do the work
+
+            sum_e f (m x e) . (w x e) / |e|^2 = m . w
+
+        f = 1 / k in the plane and 1/2 of a frame in space. Of a slope alone, which has no turn
+        about itself, f = 1 and m counts across it.
         """
         dim = len(self.axes[0]) if self.axes else 0
         count = len(self.axes)

@@ -40,6 +40,10 @@ class At:
     its start [m].
 
     A point mass or a rigid body is a place by itself, at its centre of mass.
+
+        >>> from fmbs_skfem.systems import At
+        >>> str(At("arm", "left")), str(At("arm", 0.25))
+        ('arm.left', 'arm at 0.25 m')
     """
 
     body: str
@@ -70,8 +74,11 @@ Ground = Sequence[float]  #: coordinates of a fixed point [m]
 
 @dataclass
 class ProbeRows:
-    """Probe rows y = P q + y0 collected while a system is assembled, P (j, q) as blocks one below
-    the other.
+    """Probe rows collected while a system is assembled, P (j, q) as blocks one below the other.
+
+        y = P q + y0
+
+    with y0 (j,).
     """
 
     size: int
@@ -80,8 +87,11 @@ class ProbeRows:
     count: int = 0
 
     def add(self, block: csr_array, offset: np.ndarray | None = None) -> int:
-        """Append rows (j, q) with constants (j,), 0 by default, y = block @ q + offset; the number
-        of the first one.
+        """Append rows (j, q) with constants (j,), 0 by default.
+
+            y = block @ q + offset
+
+        The number of the first one.
         """
         self.rows.append(block)
         self.offsets.append(np.zeros(block.shape[0]) if offset is None else offset)
@@ -95,7 +105,12 @@ class ProbeRows:
         return as_csr(as_csr(whole.matrix)[list(numbers)]), whole.offset[list(numbers)]
 
     def affine(self) -> Affine:
-        """All rows as y = matrix @ q + offset, matrix (j, q) and offset (j,)."""
+        """All rows as one affine map.
+
+            y = matrix @ q + offset
+
+        matrix (j, q), offset (j,).
+        """
         matrix = stacked(self.rows) if self.rows else csr_array((0, self.size))
         return Affine(matrix, np.concatenate([np.zeros(0), *self.offsets]))
 
@@ -182,8 +197,9 @@ class Coordinates:
         )
 
     def spread(self, part: Body, rows: csr_array) -> csr_array:
-        """Rows (x, b) on the functions of one body as rows (x c, q): A (x) I, at the place of the
-        body.
+        """Rows A (x, b) on the functions of one body as rows (x c, q), at the place of the body.
+
+            A (x) I
 
         Row x c + k reads component k.
         """
@@ -274,8 +290,9 @@ class TermCollector:
         about: tuple[np.ndarray, np.ndarray] | None = None,
         along: np.ndarray | None = None,
     ) -> None:
-        """One constraint: terms (coefficient, signal, i, j), a sum of coefficient s(t) y_i y_j that
-        is zero.
+        """One constraint by terms (coefficient, signal, i, j).
+
+            sum coefficient s(t) y_i y_j = 0
 
         Numbers -1 stand for a factor 1. `about` is (u, n) of u . n = 0, vectors (c,), a moment
         about u x n; `along` (c,) is the direction of a force that is along no axis. InputError

@@ -16,7 +16,9 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar
 
+from ..core.errors import InputError, say
 from ..core.values.arguments import checked
+from ..core.values.problems import shown
 
 Found = TypeVar("Found")
 S = TypeVar("S")  #: a system: any object that does not change
@@ -58,10 +60,19 @@ def remembered(system: object, key: Hashable, find: Callable[[], Found]) -> Foun
 
     `find` is called without arguments where nothing is known under the key.
     """
-    known: dict[Hashable, Found] = system.__dict__.setdefault(COMPILED, {})
+    known: dict[Hashable, Found] = memory(system)
     if key not in known:
         known[key] = find()
     return known[key]
+
+
+def memory(system: object) -> dict[Hashable, Any]:
+    """What was found of a system, by keys."""
+    try:
+        found: dict[Hashable, Any] = system.__dict__.setdefault(COMPILED, {})
+    except AttributeError:
+        raise InputError(say("system", "a System", shown(system))) from None
+    return found
 
 
 def prepare(system: object) -> Prepared:
@@ -79,5 +90,5 @@ def alike(known: Prepared, system: S) -> S:
 
     The system itself is given back; it forgets what it knew of its parts.
     """
-    system.__dict__.setdefault(COMPILED, {})[NAME] = known
+    memory(system)[NAME] = known
     return system

@@ -309,7 +309,10 @@ class System:
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:
-    """Body coordinates q (..., q) [m] from the origin of the scene, (..., q): q + unit (x) origin.
+    """Body coordinates (..., q) [m] from the origin of the scene, of those from the origin of the
+    system.
+
+        q + unit (x) origin
 
     A system far from that origin counts its coordinates from a point of its own, see `lengths`.
     """
@@ -383,7 +386,9 @@ def reads(constraints: Constraints, count: int) -> csr_array:
 
 
 def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
-    """Time-independent linear constraints A x + a = 0: row numbers (i,), A (i, n), a (i,).
+    """Time-independent linear constraints: row numbers (i,), A (i, n), a (i,).
+
+        A x + a = 0
 
     They are the rows of `is_linear`, in the order of `system.constraints.names`, as a sparse array.
     """
@@ -444,6 +449,14 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are
     projected orthogonally; they are exact when they lie in the range of V. InputError where an
     elastic term is a polynomial of the unknowns, which stays in them.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> from fmbs_skfem.systems import assemble, change_coordinates
+        >>> plane = assemble([point_mass("bead", 2.0, np.zeros(2))])
+        >>> line = change_coordinates(plane, np.array([[3.0], [4.0]]), np.zeros(2))
+        >>> line.mass.tolist()  # V^T M V
+        [[50.0]]
     """
 
     if V.ndim != 2 or V.shape[0] != system.size or np.shape(d) != (system.size,):
@@ -500,8 +513,10 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
 
 
 def project(V: Matrix, x: np.ndarray) -> np.ndarray:
-    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i): min |V z - x|, V
-    (n, r) of full rank.
+    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i), V (n, r) of full
+    rank.
+
+        |V z - x| -> min
 
     Sparse V by the normal equations, dense V by least squares; a V that only chooses unknowns takes
     them as they are.
@@ -516,8 +531,11 @@ def project(V: Matrix, x: np.ndarray) -> np.ndarray:
 
 
 def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Constant part (r,) of the force of linear springs in unknowns z of x = V z + d, pull = K d
-    without its round-off.
+    """Constant part (r,) of the force of linear springs in other unknowns.
+
+        x = V z + d,    pull = K d
+
+    the latter without its round-off.
     """
     size = np.zeros(0) if is_zero(system.stiffness) else abs(system.stiffness) @ np.abs(d)
     if not size.any():

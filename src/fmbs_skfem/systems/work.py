@@ -80,7 +80,12 @@ def find_forces(table: Any) -> None:
 
 @jit
 def find_damping(table: Any) -> None:
-    """f = f(x, v) - f(x, 0) of elastic terms."""
+    """Damping of elastic terms.
+
+        f = f(x, v) - f(x, 0)
+
+    in the state of the space.
+    """
     s = evaluation(table).space
     # a difference of whole forces, for reports: the step itself takes `find_heat`
     v = s.v.copy()
@@ -127,8 +132,9 @@ def held(table: Any, signals: np.ndarray) -> float:
 
 @jit
 def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
-    """What a change of the signals (s,) from `before` to `after` changes of G(y, lambda, s) = E +
-    lambda . Phi [J].
+    """What a change of the signals (s,) from `before` to `after` changes of G [J].
+
+        G(y, lambda, s) = E + lambda . Phi
 
     It is that in the state of the space, which keeps the signals `after`.
     """

@@ -77,9 +77,12 @@ def beam(
     `Section.of_beam`. d_2 is the part of `direction` (3,) across the line, or points `towards` a
     point (3,) [m]; `twist` [rad] turns it about the line, see `orientation`. `group` picks a named
     group of lines. `origin` (3,) [m] and `rotation` (3, 3) place the mesh with all that is given in
-    it, x -> origin + rotation x: the section turns with its line, and so do `direction` and the
-    point `towards`. Where the axes turn by more in a cell than splines follow, a notice says how
-    many cells do.
+    it:
+
+        x <- origin + rotation x
+
+    The section turns with its line, and so do `direction` and the point `towards`. Where the axes
+    turn by more in a cell than splines follow, a notice says how many cells do.
     """
     curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
     if len(breaks) <= FEWEST:
@@ -215,8 +218,12 @@ def beam_numbers(
 
     Directors yield by 1/R to an axial force and by 1/(2 R) to a shear force, in series with the
     section: its compliance is less by that, so that both together have the given one. The shares of
-    points that do not lock act on Gamma and E; where Gamma and kappa are coupled, C = (A, B; B^T,
-    D), on all of C but D - B^T A^-1 B of kappa: what both leave has no negative directions.
+    points that do not lock act on Gamma and E; where Gamma and kappa are coupled, on all of C but
+    the latter of
+
+        C = (A, B; B^T, D),    D - B^T A^-1 B
+
+    of kappa: what both leave has no negative directions.
     """
     fields = reference.reshape(-1, FIELDS, 3)
     table, values, weights = arc_length_table(space, fields[:, 0], locking.POINTS)

@@ -97,11 +97,18 @@ class Matrices(Section):
     x (the line), y and z.
 
     `stiffness` [N, N m, N m^2] takes the strains gamma_x (axial), gamma_y, gamma_z (shear) and the
-    curvatures kappa_x (twist), kappa_y, kappa_z to forces and moments, with the axial strain
-    gamma_x + z kappa_y - y kappa_z at a point; its diagonal is EA, GAy, GAz, GJ, EIy, EIz. `mass`
-    [kg/m, kg, kg m] takes velocities and angular velocities to momenta, its diagonal is rhoA three
-    times and the moments of inertia about x, y, z; or it is 3 x 3, int rho (1, y, z)^T (1, y, z)
-    dA. Inertia may be zero.
+    curvatures kappa_x (twist), kappa_y, kappa_z to forces and moments, with the axial strain at a
+    point
+
+        gamma_x + z kappa_y - y kappa_z
+
+    Its diagonal is EA, GAy, GAz, GJ, EIy, EIz. `mass` [kg/m, kg, kg m] takes velocities and angular
+    velocities to momenta, its diagonal is rhoA three times and the moments of inertia about x, y,
+    z; or it is 3 x 3,
+
+        int rho (1, y, z)^T (1, y, z) dA
+
+    Inertia may be zero.
 
     {shape: matrices, stiffness: [1 MN, 0.3 MN, 0.3 MN, 40 N m^2, 60 N m^2, 60 N m^2], mass: [1, 1, 1, 2 g m, 1 g m, 1 g m]}
     """
@@ -161,7 +168,9 @@ def moments(mass: np.ndarray) -> np.ndarray:
     """P (4, 4) of M (6, 6); InputError where that is not of the form (2), or has more inertia about
     an axis than about both others.
 
-    Of sections in a plane J_xx = J_yy + J_zz.
+        J_xx = J_yy + J_zz
+
+    of sections in a plane.
     """
     m, first, J = mass[0, 0], mass[3:, :3], mass[3:, 3:]
     center = 0.5 * np.array(

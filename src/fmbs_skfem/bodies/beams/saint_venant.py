@@ -148,7 +148,12 @@ def _(ring: Ring) -> Solution:
 
 
 def anticlastic(y: Floats, z: Floats) -> Floats:
-    """h_a (a, 2, ...)."""
+    """Fields (a, 2, ...) by which bending about a = y, z moves a section sideways.
+
+        h_y = ((y^2 - z^2) / 2, y z),    h_z = (y z, - (y^2 - z^2) / 2)
+
+    at points y and z (...).
+    """
     half = 0.5 * (y**2 - z**2)
     return np.stack([np.stack([half, y * z]), np.stack([y * z, -half])])
 

@@ -66,17 +66,32 @@ class SectionConstants:
 
     @property
     def Iyy(self) -> float:
-        """Int z^2 dA about the centroid [m4]."""
+        """Second moment of the area about y [m4].
+
+            Iyy = int z^2 dA
+
+        y and z from the centroid.
+        """
         return float(self.inertia[1, 1])
 
     @property
     def Izz(self) -> float:
-        """Int y^2 dA about the centroid [m4]."""
+        """Second moment of the area about z [m4].
+
+            Izz = int y^2 dA
+
+        y and z from the centroid.
+        """
         return float(self.inertia[0, 0])
 
     @property
     def Iyz(self) -> float:
-        """Int y z dA about the centroid [m4]."""
+        """Product moment of the area [m4].
+
+            Iyz = int y z dA
+
+        y and z from the centroid.
+        """
         return float(self.inertia[0, 1])
 
 
@@ -115,8 +130,11 @@ def constants(
 def stiffness(section: SectionConstants, young_modulus: float) -> Floats:
     """The matrix (6, 6) that takes strains to forces S, of a Young's modulus E [Pa].
 
-    N, M_y, M_z = E int g g^T dA (gamma_x, kappa_y, kappa_z) with g = (1, z, -y); V and T by the
-    shear strains at the shear centre, gamma_y - z_c kappa_x and gamma_z + y_c kappa_x.
+        (N, M_y, M_z) = E int g g^T dA (gamma_x, kappa_y, kappa_z),    g = (1, z, -y)
+
+    V and T follow from the shear strains at the shear centre (y_c, z_c):
+
+        gamma_y - z_c kappa_x,    gamma_z + y_c kappa_x
     """
     y, z = section.shear_centre
     at_centre = np.array([[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
@@ -133,13 +151,19 @@ def stiffness(section: SectionConstants, young_modulus: float) -> Floats:
 
 
 def mass(section: SectionConstants, density: float) -> Floats:
-    """The matrix (3, 3) int rho (1, y, z)^T (1, y, z) dA [kg/m, kg, kg m] of a density [kg/m3]."""
+    """Mass matrix (3, 3) of a section.
+
+        int rho (1, y, z)^T (1, y, z) dA
+
+    [kg/m, kg, kg m], of a density rho [kg/m3].
+    """
     return density * _moments(section.area, section.centroid, section.inertia)
 
 
 def stresses(section: SectionConstants, forces: ArrayLike) -> Floats:
-    """sigma_x, tau_xy, tau_xz (3, n, ...) [Pa] at all points of the outline, of forces S (6, ...)
-    [N, N m] at the origin.
+    """Stresses [Pa] at all n points of the outline, of forces S (6, ...) [N, N m] at the origin.
+
+        sigma_x, tau_xy, tau_xz    (3, n, ...)
 
     Shear stresses have no bound at corners that point inwards, which real sections round off: there
     they are the mean of those at both neighbours, as at the corners of a polygon that stands for a
@@ -151,7 +175,12 @@ def stresses(section: SectionConstants, forces: ArrayLike) -> Floats:
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Von Mises stress (...) [Pa], sqrt(sigma^2 + 3 tau^2), of sigma_x, tau_xy, tau_xz (3, ...)."""
+    """Von Mises stress (...) [Pa] of the stresses in a section.
+
+        sqrt(sigma_x^2 + 3 (tau_xy^2 + tau_xz^2))
+
+    `stress` holds sigma_x, tau_xy, tau_xz (3, ...).
+    """
     return stress_recovery.von_mises(
         np.stack([stress[0], np.zeros_like(stress[0]), np.hypot(stress[1], stress[2])])
     )

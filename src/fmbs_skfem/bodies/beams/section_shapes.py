@@ -423,7 +423,9 @@ def _within(points: Floats, triangles: Ints, start: Floats, end: Floats) -> Ints
 
 
 def layers(points: Floats, triangles: Ints) -> Ints:
-    """Layers (n,) at the corners of triangles: n = log(missed / a^2) / (2 alpha log q).
+    """Layers (n,) of cells at the corners of triangles, for their angles beta.
+
+        n = log(missed / a^2) / (2 pi / beta log q)
 
     A corner of nearly straight sides has a small singular part, a = |beta - pi| / (pi/2) up to 1 of
     that of others.

@@ -44,7 +44,12 @@ LOST = 8.0 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Factors:
-    """L and D of P A P^T = L D L^T."""
+    """Factors of a symmetric matrix A.
+
+        P A P^T = L D L^T
+
+    with the order P of its unknowns.
+    """
 
     tree: Tree
     #: (entries,) L below its diagonal, supernode after supernode, float64 or float32
@@ -493,8 +498,11 @@ def libraries() -> ThreadpoolController:
 
 
 def solve(factors: Factors, b: np.ndarray) -> np.ndarray:
-    """Solve A x = b in place, for one b (n,) or for every row of b (k, n), C-contiguous float64;
-    returns b.
+    """Solve in place with the factors of A.
+
+        A x = b
+
+    for one b (n,) or for every row of b (k, n), C-contiguous float64; returns b.
     """
     n = factors.pivots.size
     kind = factors.lower.dtype
@@ -520,5 +528,10 @@ def solve(factors: Factors, b: np.ndarray) -> np.ndarray:
 
 
 def residual(matrix: csr_array, x: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """b - A x, for one x (n,) or for every row of x (k, n)."""
+    """Residual for one x (n,) or for every row of x (k, n).
+
+        b - A x
+
+    b as x, A (n, n).
+    """
     return b - (matrix @ x.T).T

@@ -134,8 +134,10 @@ def solve(
     start: np.ndarray | None = None,
     most: int = 500,
 ) -> tuple[np.ndarray, int]:
-    """x (n,) of A x = b with |S (b - A x)| <= tolerance |S b|, from `start` where one is known, and
-    the iterations it took.
+    """The solution x (n,) to a tolerance, from `start` where one is known, and the iterations it
+    took.
+
+        A x = b,    |S (b - A x)| <= tolerance |S b|
     """
     matrix = preconditioned.matrix
     scale = preconditioned.scale

@@ -49,7 +49,12 @@ def evenly(first: int, last: int, count: int) -> np.ndarray:
 
 
 def scaled(A: Array, rows: np.ndarray, columns: np.ndarray) -> Array:
-    """A_ij rows_i columns_j of A (i, j), sparse or dense as it is."""
+    """A (i, j), sparse or dense as it is, with scaled rows and columns.
+
+        rows_i A_ij columns_j
+
+    rows (i,), columns (j,).
+    """
     if is_sparse(A):
         A = csr_array(A, copy=True)
         return csr_array(
@@ -92,7 +97,12 @@ def is_identity(a: Any) -> bool:
 
 
 def alike(a: csr_array, count: int) -> csr_array:
-    """a (x) I: a matrix that acts on every one of `count` components of vectors alike, (n c, n c)."""
+    """A matrix that acts on every one of `count` components of vectors alike.
+
+        a (x) I
+
+    a (n, n), the result (n c, n c).
+    """
     a = as_csr(a)
     a.sum_duplicates()
     long = np.diff(a.indptr)
@@ -186,7 +196,10 @@ def others(count: int, some: np.ndarray) -> np.ndarray:
 
 
 def squares(v: np.ndarray, M: Array) -> np.ndarray:
-    """Squared norms v_i^H M v_i (i,) of columns v (n, i), which may be complex, in a symmetric
-    matrix M (n, n).
+    """Squared norms (i,) of columns v (n, i), which may be complex.
+
+        v_i^H M v_i
+
+    in a symmetric matrix M (n, n).
     """
     return np.asarray(np.real(np.sum(np.conj(v) * (M @ v), axis=0)))

@@ -71,5 +71,10 @@ def factor(matrix: csr_array) -> PardisoFactors:
 
 
 def solve(factors: PardisoFactors, b: np.ndarray) -> np.ndarray:
-    """A^-1 b, for every row of b (k, n)."""
+    """Solve with the factors of A.
+
+        A^-1 b
+
+    for every row of b (k, n).
+    """
     return np.ascontiguousarray(factors.solver.solve(factors.upper, b.T).T)

@@ -37,7 +37,12 @@ def lengths(a: np.ndarray) -> np.ndarray:
 
 
 def unit_rows(a: np.ndarray) -> np.ndarray:
-    """Rows of a (m, n) scaled to length 1; rows of zeros stay."""
+    """Rows of a (m, n) scaled to length 1.
+
+        a_i / |a_i|
+
+    Rows of zeros stay.
+    """
     return np.asarray(a / lengths(a)[:, None])
 
 
@@ -70,7 +75,12 @@ def rank(a: Array, tolerance: float = EXACT) -> int:
 
 
 def null_space(a: Array, tolerance: float = EXACT, alike: bool = False) -> np.ndarray:
-    """Orthonormal columns Z (n, n - rank) with a Z = 0, a (m, n)."""
+    """Orthonormal columns Z (n, n - rank) of the null space of a matrix.
+
+        a Z = 0
+
+    a (m, n).
+    """
     rows = as_dense(a)
     rows = np.asarray(np.linalg.qr(rows, mode="r")) if alike and len(rows) > rows.shape[1] else rows
     rows = rows[independent_rows(rows, tolerance, alike=alike)]
@@ -84,8 +94,9 @@ def null_space(a: Array, tolerance: float = EXACT, alike: bool = False) -> np.nd
 def part(
     a: np.ndarray, tolerance: float, first: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Independent rows (i,), the others (j,), and how these follow, a[others] = weights (j, i) @
-    a[independent].
+    """Independent rows (i,) of a, the others (j,), and how these follow.
+
+        a[others] = weights @ a[independent],    weights (j, i)
 
     Rows that are `first` (m,) are among the independent ones as far as they can be.
     """
@@ -115,8 +126,10 @@ def part(
 
 
 def least(a: np.ndarray, b: np.ndarray, directions: int | None = None) -> np.ndarray:
-    """x (n,) of least norm with a x = b (m,) in the strongest `directions` of a, in all that are
-    above round-off by default.
+    """The solution x (n,) of least norm in the strongest `directions` of a, in all that are above
+    round-off by default.
+
+        a x = b,    |x| -> min
 
     Of several right-hand sides b (m, k) it is x (n, k).
     """
@@ -129,11 +142,13 @@ def least(a: np.ndarray, b: np.ndarray, directions: int | None = None) -> np.nda
 def determined(
     A: csr_array, first: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unknowns that A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i,
-    j).
+    """Unknowns that A q = 0 determines by the others.
 
-    Most traces of edges have independent columns, which the pivots of their sparse normal equations
-    show; others take a dense QR. Unknowns that are `first` (n,) are determined rather than others.
+        q[first] + X q[second] = 0
+
+    first (i,), second (j,), X (i, j). Most traces of edges have independent columns, which the
+    pivots of their sparse normal equations show; others take a dense QR. Unknowns that are `first`
+    (n,) are determined rather than others.
     """
     used = distinct(A.indices[A.data != 0.0])
     columns = csr_array(A[:, used])

@@ -11,7 +11,12 @@ from numpy.typing import ArrayLike
 
 
 def rotation(vector: ArrayLike) -> np.ndarray:
-    """R (3, 3) of a rotation vector (3,), whose length is the angle [rad]."""
+    """Rotation matrix (3, 3) of a rotation vector w (3,), whose length a is the angle [rad].
+
+        R = 1 + sin(a) / a W + (sin(a/2) / (a/2))^2 / 2 W^2,    W u = w x u
+
+    by Rodrigues.
+    """
     x, y, z = np.asarray(vector, dtype=float)
     angle = float(np.linalg.norm([x, y, z]))
     W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -21,8 +26,11 @@ def rotation(vector: ArrayLike) -> np.ndarray:
 
 
 def nearest(A: np.ndarray) -> np.ndarray:
-    """Rotations (..., c, c) nearest to matrices, U diag(1, .., det) V of their singular vectors
-    (polar decomposition).
+    """Rotations (..., c, c) nearest to matrices (polar decomposition).
+
+        A = U diag(s) V,    U diag(1, .., det) V
+
+    with the determinant of U V.
     """
     U, _, V = np.linalg.svd(A)
     U[..., -1] *= np.sign(np.linalg.det(U @ V))[..., None]

@@ -34,8 +34,11 @@ SINGULAR = 1e-15
 
 
 def matrix(K: Array, rows: Array, columns: Array | None = None) -> Array:
-    """[[K, J^T], [J, 0]] of K (n, n) and rows J (m, n); `columns` (n, m) in place of J^T. Dense
-    where it is small, or K is.
+    """The saddle point matrix of K (n, n) and rows J (m, n); `columns` (n, m) in place of J^T.
+
+        [[K, J^T], [J, 0]]
+
+    Dense where it is small, or K is.
     """
     m, n = rows.shape
     if n + m <= SMALL or not is_sparse(K):
@@ -116,7 +119,12 @@ def scales(A: Array) -> np.ndarray:
 
 
 def balance(A: Array, scale: np.ndarray) -> Array:
-    """D A D, A (n, n), with D = diag(scale), scale (n,)."""
+    """A matrix with scaled rows and columns.
+
+        D A D,    D = diag(scale)
+
+    A (n, n), scale (n,).
+    """
     return scaled(A, scale, scale)
 
 
@@ -144,21 +152,33 @@ def factor(A: Array, shift: float = 0.0, scale: np.ndarray | None = None) -> Sad
 
 
 def solve(saddle: Saddle, b: np.ndarray) -> np.ndarray:
-    """A^-1 b (n,) or (n, i), refined once."""
+    """Solve with the factors of a saddle point, refined once.
+
+        A^-1 b
+
+    b (n,) or (n, i).
+    """
     scale = saddle.scale if b.ndim == 1 else saddle.scale[:, None]
     z = scale * saddle.factors.solve(scale * b)
     return np.asarray(z + scale * saddle.factors.solve(scale * (b - saddle.matrix @ z)))
 
 
 def inverse(A: Array) -> Callable[[np.ndarray], np.ndarray] | None:
-    """b (n,) or (n, k) -> A^-1 b, A (n, n); None where A is singular to the bit."""
+    """What solves with a matrix; None where it is singular to the bit.
+
+        b -> A^-1 b
+
+    A (n, n), b (n,) or (n, k).
+    """
     found = factor(A)
     return None if found is None else partial(solve, found)
 
 
 def constrained(K: Array, rows: Array) -> Callable[[np.ndarray], np.ndarray] | None:
-    """f (n,) -> the x (n,) of K x + J^T l = f, J x = 0, K (n, n), J (m, n); None where the matrix
-    is singular to the bit.
+    """What solves with K (n, n) on the null space of J (m, n); None where the matrix is singular to
+    the bit.
+
+        f (n,) -> the x (n,) of K x + J^T l = f, J x = 0
     """
     (m, n) = rows.shape
     found = inverse(matrix(K, rows))
@@ -166,7 +186,11 @@ def constrained(K: Array, rows: Array) -> Callable[[np.ndarray], np.ndarray] | N
 
 
 def regular_solution(A: Array, b: np.ndarray) -> np.ndarray | None:
-    """A^-1 b (n,) or (n, i); None where a pivot is lost in round-off, as for a body free to move."""
+    """The solution (n,) or (n, i); None where a pivot is lost in round-off, as for a body free to
+    move.
+
+        A^-1 b
+    """
     found = factor(A)
     if found is None or not found.regular:
         return None

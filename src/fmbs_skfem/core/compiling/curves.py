@@ -32,7 +32,12 @@ def cell(x: float, T: np.ndarray) -> int:
 
 @jit
 def lookup(x: float, T: np.ndarray) -> float:
-    """The value of a curve."""
+    """The value of a curve of cubics at a place.
+
+        ((a s + b) s + c) s + d
+
+    with the distance s from the begin of its piece.
+    """
     if x != x:
         return x
     n = int(T[1])
@@ -45,7 +50,12 @@ def lookup(x: float, T: np.ndarray) -> float:
 
 @jit
 def lookup_slope(x: float, T: np.ndarray) -> float:
-    """Its derivative; at a kink that behind it, 0 beyond the ends."""
+    """The slope of a curve of cubics at a place.
+
+        (3 a s + 2 b) s + c
+
+    At a kink that behind it, 0 beyond the ends.
+    """
     n = int(T[1])
     if not T[FIRST] <= x <= T[FIRST + n - 1]:
         return 0.0

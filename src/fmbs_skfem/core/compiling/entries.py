@@ -66,8 +66,10 @@ def call_now(
 
 @inlined
 def unfold(T: np.ndarray, first: int, D: np.ndarray, onto: bool) -> None:
-    """D[i, j, q] = D[j, i, q] for the LANES points q from `first` on, from T (i (i + 1)/2 + j, k),
-    j <= i; += if `onto`.
+    """Write symmetric entries for the LANES points q from `first` on, from T (i (i + 1)/2 + j, k);
+    add them if `onto`.
+
+        D[i, j, q] = D[j, i, q] = T[i (i + 1)/2 + j, q - first],    j <= i
 
     Rows of T are apart by a constant, which lets a loop that writes them all become vector
     instructions.

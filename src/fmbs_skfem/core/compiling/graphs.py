@@ -239,7 +239,7 @@ def one(graph: Graph, *_: Any) -> Node:
 
 
 def over_root(sign: float, square: float) -> Rule:
-    """1 / sqrt(sign x^2 + square)."""
+    """1 / sqrt(sign x^2 + square), as in derivatives of asin, asinh and acosh."""
 
     def rule(graph: Graph, f: Node, x: Node) -> Node:
         squared = graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, x, x))
@@ -253,7 +253,7 @@ def over_root(sign: float, square: float) -> Rule:
 
 
 def over_square(sign: float) -> Rule:
-    """1 / (1 + sign x^2)."""
+    """1 / (1 + sign x^2), the derivative of atan and atanh."""
 
     def rule(graph: Graph, f: Node, x: Node) -> Node:
         squared = graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, x, x))
@@ -265,7 +265,7 @@ def over_square(sign: float) -> Rule:
 
 
 def squared_and(sign: float) -> Rule:
-    """1 + sign f^2."""
+    """1 + sign f^2, the derivative of tan and tanh by their value f."""
     return lambda graph, f, x: graph.node(
         ADD,
         graph.constant(1.0),
@@ -281,13 +281,13 @@ def power_by_base(graph: Graph, f: Node, x: Node, y: Node) -> Node:
 
 
 def error_slope(graph: Graph, f: Node, x: Node) -> Node:
-    """2 / sqrt(pi) exp(-x^2)."""
+    """2 / sqrt(pi) exp(-x^2), the derivative of erf."""
     bell = graph.node(EXP, graph.node(NEGATE, graph.node(MULTIPLY, x, x)))
     return graph.node(MULTIPLY, graph.constant(2.0 / math.sqrt(math.pi)), bell)
 
 
 def by_angle(sign: float, other: int) -> Rule:
-    """sign b / (a^2 + b^2), of the other one of a and b."""
+    """sign b / (a^2 + b^2), of the other one of a and b: a derivative of atan2."""
 
     def rule(graph: Graph, f: Node, *parts: Node) -> Node:
         squares = [graph.node(MULTIPLY, one, one) for one in parts]

@@ -261,8 +261,11 @@ def call_lapack(typing: Any, addresses: Any, routine: Any, arguments: Any) -> An
 
 @intrinsic
 def add_product(typing: Any, total: Any, a: Any, b: Any) -> Any:
-    """total + a b, where a sum of many may be taken in any order: lets the compiler use all lanes;
-    NaN and infinity survive.
+    """A product added to a sum of which the order does not count.
+
+        total + a b
+
+    It lets the compiler use all lanes; NaN and infinity survive.
     """
 
     def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:

@@ -69,14 +69,24 @@ _call = deferred("fmbs_skfem.core.compiling.intrinsics", "call_lapack")
 
 @jit
 def pbtrf(addresses: np.ndarray, band: np.ndarray) -> int:
-    """Factor a symmetric positive definite band (n, d+1) in place: A = L L^T."""
+    """Factor a symmetric positive definite band in place.
+
+        A = L L^T
+
+    `band` (n, d+1).
+    """
     n, width = band.shape
     return _call(addresses, _PBTRF, (np.int8(_LOWER), n, width - 1, band, width))
 
 
 @jit
 def potrf(addresses: np.ndarray, half: np.ndarray) -> int:
-    """Factor a symmetric positive definite `half` (n, m+1) of a dense matrix in place: A = L L^T."""
+    """Factor a symmetric positive definite dense matrix in place.
+
+        A = L L^T
+
+    `half` (n, m+1) holds a half of it.
+    """
     n, rows = half.shape
     if rows <= n:
         return -1
@@ -87,8 +97,11 @@ def potrf(addresses: np.ndarray, half: np.ndarray) -> int:
 def gbtrf(
     addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivots: np.ndarray
 ) -> int:
-    """Factor a general band (n, 2l+u+1) in place with partial pivoting: P A = L U; fills `pivots`
-    (n,).
+    """Factor a general band in place with partial pivoting.
+
+        P A = L U
+
+    `band` (n, 2l+u+1); fills `pivots` (n,).
     """
     n, width = band.shape
     if width != 2 * lower + upper + 1 or pivots.size != n:
@@ -105,7 +118,12 @@ def gbtrs(
     pivots: np.ndarray,
     rhs: np.ndarray,
 ) -> int:
-    """Solve A x = b in place for every row of `rhs` (i, n), with `band` and `pivots` from `gbtrf`."""
+    """Solve in place with a band and pivots from `gbtrf`.
+
+        A x = b
+
+    for every row of `rhs` (i, n).
+    """
     n, width = band.shape
     if width != 2 * lower + upper + 1 or pivots.size != n or rhs.shape[1] != n:
         return -1
@@ -118,8 +136,11 @@ def gbtrs(
 
 @jit
 def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
-    """Factor the dense A, `matrix` (n, n) = A^T, in place with partial pivoting: P A = L U; fills
-    `pivots` (n,).
+    """Factor a dense matrix in place with partial pivoting.
+
+        P A = L U
+
+    `matrix` (n, n) is A^T; fills `pivots` (n,).
     """
     n = matrix.shape[0]
     if matrix.shape[1] != n or pivots.size != n:
@@ -129,8 +150,11 @@ def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
 
 @jit
 def getrs(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray, rhs: np.ndarray) -> int:
-    """Solve A x = b in place for every row of `rhs` (i, n), with `matrix` = A^T and `pivots` from
-    `getrf`.
+    """Solve in place with a matrix and pivots from `getrf`.
+
+        A x = b
+
+    for every row of `rhs` (i, n).
     """
     n = matrix.shape[0]
     if matrix.shape[1] != n or pivots.size != n or rhs.shape[1] != n:

@@ -296,8 +296,11 @@ class Reals:
 
 @dataclass(frozen=True)
 class Indices:
-    """An array of 64-bit integers i with these axes, low <= i and i + reach <= end; without an end
-    any above.
+    """An array of 64-bit integers i with these axes.
+
+        low <= i,    i + reach <= end
+
+    Without an end any above.
     """
 
     axes: str

@@ -8,9 +8,10 @@ bad input.
 
 Without it a wrong argument is an AttributeError or a TypeError of whatever uses it first, or
 nothing at all. What a declaration does not say (signs, shapes, names) is checked by whoever knows
-it. Numbers are finite, and may be those of NumPy; a sequence is all that can be gone through but a
-text, an array what NumPy makes finite numbers of. Names that only type checkers know are not looked
-at, nor what an iterator gives.
+it, but for bounds of quantities, as in scenes (`fields.quantity`). Numbers are finite, and may be
+those of NumPy; a sequence is all that can be gone through but a text, an array what NumPy makes
+finite numbers of. A class that only type checkers import is known by its name. What an iterator
+gives is not looked at.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from typing import (
     Annotated,
     Any,
     Literal,
+    NamedTuple,
     TypeAlias,
     TypeVar,
     Union,
@@ -51,6 +53,12 @@ Rule: TypeAlias = Callable[[Any], str]
 LIKE_ARRAYS = set(get_args(ArrayLike))
 
 
+class Known(NamedTuple):
+    """A class that only a type checker imports."""
+
+    name: str
+
+
 def checked(one: T) -> T:
     """A function that takes only what its annotations declare, or a dataclass that holds only that.
 
@@ -62,13 +70,38 @@ def checked(one: T) -> T:
 
 def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function whose arguments are checked before it is called."""
-    title = function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
-        names = [*parameters_of(function), *len(given) * [""]]
-        placed = [take(name, value) for name, value in zip(names, given, strict=False)]
-        return function(*placed, **{name: take(name, value) for name, value in named.items()})
+        placed, rest = taken(function, given, named)
+        return function(*placed, **rest)
+
+    return call
+
+
+def blamed(function: T) -> T:
+    """A function with better words of its own: its arguments are checked once it cannot stand them."""
+
+    @functools.wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        try:
+            return function(*given, **named)
+        except InputError:
+            raise
+        except (AttributeError, TypeError, ValueError):
+            taken(function, given, named)
+            raise
+
+    return cast(T, call)
+
+
+def taken(
+    function: Callable[..., Any], given: tuple[Any, ...], named: dict[str, Any]
+) -> tuple[list[Any], dict[str, Any]]:
+    """Arguments of a function by their place and by name, as it takes them; InputError for one that
+    is not what it is declared to be.
+    """
+    title = function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
 
     def take(name: str, value: Any) -> Any:
         rule, default, array = parameters_of(function).get(name, (None, value, False))
@@ -78,7 +111,9 @@ def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
             raise InputError(say(f"{title}: {name}", wanted, shown(value)))
         return np.asarray(value) if array and isinstance(value, list | tuple) else value
 
-    return call
+    names = [*parameters_of(function), *len(given) * [""]]
+    placed = [take(name, value) for name, value in zip(names, given, strict=False)]
+    return placed, {name: take(name, value) for name, value in named.items()}
 
 
 def checked_dataclass(kind: type) -> type:
@@ -149,14 +184,18 @@ def fields_of(kind: type) -> tuple[tuple[str, Rule, Any], ...]:
 
 
 def hints_of(owner: Any) -> dict[str, Any]:
-    """What annotations stand for; Any where only a type checker knows it."""
+    """What annotations stand for: of a class that only a type checker imports its name, Any of
+    what else only that knows.
+    """
     found: dict[str, Any] = {}
     for name, hint in inspect.get_annotations(owner).items():
         alone = type("Alone", (), {"__annotations__": {name: hint}})
         try:
-            found[name] = get_type_hints(alone, vars(sys.modules[owner.__module__]))[name]
+            known = vars(sys.modules[owner.__module__])
+            found[name] = get_type_hints(alone, known, include_extras=True)[name]
         except (NameError, TypeError):
-            found[name] = Any
+            named = isinstance(hint, str) and hint.isidentifier()
+            found[name] = Known(hint) if named else Any
     return found
 
 
@@ -247,7 +286,10 @@ def rule_of(kind: Any) -> Rule:
     """What says of a value what was expected where it is not of a kind, an annotation, and nothing
     where it is.
     """
-    kind = kind.__origin__ if get_origin(kind) is Annotated else kind
+    if get_origin(kind) is Annotated:
+        return rule_of_noted(kind.__origin__, kind.__metadata__)
+    if isinstance(kind, Known):
+        return rule_of_named(kind.name)
     origin = get_origin(kind) or kind
     parts = get_args(kind)
     if origin in (Union, UnionType) and kind != ArrayLike:
@@ -267,6 +309,22 @@ def rule_of(kind: Any) -> Rule:
     if rule in (Mapping, Iterable, Sequence) and parts:
         return rule_of_many(fits, word, rule, parts)
     return lambda value: "" if fits(value) else word
+
+
+def rule_of_noted(kind: Any, notes: tuple[Any, ...]) -> Rule:
+    """The same of a kind with notes, where those of numbers know bounds (`fields.quantity`)."""
+    rule = rule_of(kind)
+    bounds = [one.misfit for one in notes if getattr(one, "misfit", None) is not None]
+    if not bounds:
+        return rule
+    return lambda value: rule(value) or next(filter(None, (one(value) for one in bounds)), "")
+
+
+def rule_of_named(name: str) -> Rule:
+    """The same of a class that is not loaded here, whose items are known by its name."""
+    return lambda value: (
+        "" if name in [one.__name__ for one in type(value).__mro__] else called(name)
+    )
 
 
 def rule_of_many(fits: Callable[[Any], bool], word: str, rule: Any, parts: tuple[Any, ...]) -> Rule:

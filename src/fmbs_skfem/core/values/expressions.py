@@ -154,6 +154,11 @@ def of_time(
 ) -> Expression:
     """The function of time written as `text`; `parameters` are names it may use beside t and pi,
     with their values, and inputs.
+
+        >>> from fmbs_skfem.core.values.expressions import of_time
+        >>> push = of_time("F * sin(2 * pi * t)", {"F": 3.0})
+        >>> push(0.25)
+        3.0
     """
     values = {"pi": math.pi} | dict(parameters or {})
     told = dict(inputs or {})

@@ -62,6 +62,8 @@ class Takes:
     angle: Callable[[Any], float | None] | None = None
     #: how its default stands in the schema, where that is not as it is in a report
     show: Callable[[Any], Any] | None = None
+    #: what was expected instead of a number that is not within its bounds, nothing where it is
+    misfit: Callable[[float], str] | None = None
 
     @property
     def schema(self) -> Schema:
@@ -80,17 +82,25 @@ def read_quantity(
 ) -> float:
     """The SI value of a field; bounds such as "> 0" and "< 1"."""
     number = quantities.convert(value, dimension, context.parameters)
-    if not all(within(number, bound) for bound in bounds):
-        raise Problem(f"{dimension} {' and '.join(bounds)}", shown(value))
-    if dimension != units.TIME and (
-        abs(number) > LARGEST or ("> 0" in bounds and number < 1.0 / LARGEST)
-    ):
-        raise Problem(
-            f"{dimension} of a size from {1.0 / LARGEST:g} to {LARGEST:g}",
-            shown(value),
-            "look at its unit",
-        )
+    if wanted := outside(number, dimension, *bounds):
+        raise Problem(wanted, shown(value))
+    if wanted := oversized(number, dimension, *bounds):
+        raise Problem(wanted, shown(value), "look at its unit")
     return number
+
+
+def outside(number: float, dimension: units.Dimension, *bounds: str) -> str:
+    """What was expected instead of a number beyond its bounds; nothing where it is within."""
+    fits = all(within(number, bound) for bound in bounds)
+    return "" if fits else f"{dimension} {' and '.join(bounds)}"
+
+
+def oversized(number: float, dimension: units.Dimension, *bounds: str) -> str:
+    """The same of a number that is too large or too small to be computed with."""
+    small = "> 0" in bounds and number < 1.0 / LARGEST
+    if dimension == units.TIME or not (small or abs(number) > LARGEST):
+        return ""
+    return f"{dimension} of a size from {1.0 / LARGEST:g} to {LARGEST:g}"
 
 
 def within(number: float, bound: str) -> bool:
@@ -234,6 +244,9 @@ def quantity(unit: str, *bounds: str) -> Takes:
         lambda value, context: read_quantity(value, dimension, context, *bounds),
         number_schema(dimension, *bounds),
         angle=float if dimension == units.ANGLE else None,
+        misfit=lambda number: (
+            outside(number, dimension, *bounds) or oversized(number, dimension, *bounds)
+        ),
     )
 
 
@@ -251,16 +264,20 @@ def whole(least: int | None = None, most: int | None = None) -> Takes:
     def read(value: object, context: Context) -> int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise Problem("a whole number", shown(value))
-        if least is not None and value < least:
-            raise Problem(f"a number >= {least:g}", shown(value))
-        if most is not None and value > most:
-            raise Problem(f"a number <= {most:g}", shown(value))
+        if wanted := misfit(value):
+            raise Problem(wanted, shown(value))
         return value
+
+    def misfit(number: float) -> str:
+        if least is not None and number < least:
+            return f"a number >= {least:g}"
+        return f"a number <= {most:g}" if most is not None and number > most else ""
 
     limits = {"minimum": least, "maximum": most}
     return Takes(
         read,
         {"type": "integer", **{key: limit for key, limit in limits.items() if limit is not None}},
+        misfit=misfit,
     )
 
 

@@ -49,7 +49,12 @@ class Parameter:
 
     @property
     def nominal(self) -> float:
-        """The value where no other is given."""
+        """The value where no other is given, the middle of the range.
+
+            (low + high) / 2    or    sqrt(low high)
+
+        the latter on a logarithmic scale.
+        """
         if self.value is not None:
             return float(self.value)
         return (

@@ -182,8 +182,8 @@ def overshoot(table: Table) -> tuple[float, float]:
 
 
 def noise(table: Table) -> tuple[float, float]:
-    """The largest |q''| of a spline that follows noise, and that of one through every eighth point;
-    zeros where it does not.
+    """The largest second derivative |q''| of a spline that follows noise, and that of one through
+    every eighth point; zeros where it does not.
 
     Second differences of noise change their sign from point to point in 3 of 4 cases, those of a
     curve at its inflections alone.

@@ -80,6 +80,10 @@ DIMENSIONS = (
 def find_dimension(unit: str) -> Dimension:
     """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity, `1`
     is that of numbers.
+
+        >>> from fmbs_skfem.core.values import units
+        >>> units.find_dimension("N m/rad").name, units.find_dimension("N").unit
+        ('torsional stiffness', 'N')
     """
     known = (
         NUMBER
@@ -162,7 +166,14 @@ def refuse_cycles(quantity: Quantity, dimension: Dimension, got: object) -> None
 
 
 def measure(text: str) -> Quantity:
-    """A number with or without a unit as a quantity."""
+    """A number with or without a unit as a quantity.
+
+    A Problem where the text is none, or the unit is not known.
+
+        >>> from fmbs_skfem.core.values.units import measure
+        >>> measure("70 GPa").value, round(measure("60 rpm").value, 6)
+        (70000000000.0, 6.283185)
+    """
     match = _QUANTITY.fullmatch(text) if len(text) <= LENGTH_LIMIT else None
     if match is None:
         raise Problem("a number or a quantity", shown(text), "write for instance 0.01 or '10 mm'")

@@ -48,7 +48,12 @@ class BeamPoints(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Unknown vectors, and the vectors of all bodies that they move: V = S u."""
+    """Unknown vectors u, and the vectors V of all bodies that they move.
+
+        V = S u
+
+    with S by rows.
+    """
 
     unknowns: np.ndarray  #: (u, c), -1 for components that are no unknowns
     S: csc_array  #: (V, u)

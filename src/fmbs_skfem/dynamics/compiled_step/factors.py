@@ -56,8 +56,9 @@ def doors(form: Storage) -> tuple[Routine, Routine, Routine]:
 
 @routine
 def assemble(table: Any, part: Any) -> int:
-    """J = Phi_q and the front c W + d(Phi_q^T lambda)/dq of the matrix at the trial state, whose y
-    and Phi_y must be current.
+    """Front of the iteration matrix at the trial state, whose y and Phi_y must be current.
+
+        c W + d(Phi_q^T lambda)/dq,    J = Phi_q
 
     ALL of it, or one part after the other; 0, or 1 where a tangent failed. What terms keep of an
     assembly may be turned the next time.
@@ -126,7 +127,12 @@ def combine(
     stiffness: np.ndarray,
     W: np.ndarray,
 ) -> None:
-    """W = bh M + gh C + K."""
+    """Front of the iteration matrix from those of its parts.
+
+        W = bh M + gh C + K
+
+    bh [1/s2] and gh [1/s] are the factors of derivatives by accelerations and rates.
+    """
     for i in range(W.shape[0]):
         # an expression of arrays would make one of the size of W first
         for j in range(W.shape[1]):
@@ -223,8 +229,11 @@ def is_symmetric(W: np.ndarray) -> bool:
 
 @jit
 def lower_half(W: np.ndarray, first: int, last: int) -> np.ndarray:
-    """The lower half of a diagonal block of a symmetric W, as a band of all diagonals: B[j, i - j]
-    = W[i, j].
+    """The lower half of a diagonal block of a symmetric W, as a band of all diagonals.
+
+        B[j, i - j] = W[i, j]
+
+    i >= j.
     """
     # rows of n + 1 numbers begin one place further in each: no copy, and the substitution of bands
     # serves it
@@ -294,7 +303,12 @@ def factor_lu(w: Workspace, at: int, first: int, last: int) -> int:
 
 @routine
 def solve(table: Any, joints: Any) -> int:
-    """rhs <- KKT^-1 rhs with the current factors; with `joints` = 1 the front of rhs is zero."""
+    """Solve with the current factors of the whole matrix.
+
+        rhs <- KKT^-1 rhs
+
+    With `joints` = 1 the front of rhs is zero.
+    """
     S = opened(table)
     w = S.work
     rhs = S.space.rhs
@@ -311,7 +325,12 @@ def solve(table: Any, joints: Any) -> int:
 
 @jit
 def apply_factors(table: Any, which: int) -> None:
-    """RHS or JOINTS <- W^-1 of them, with what W has of low rank beside its factors."""
+    """Solve with the factors of W, and what it has of low rank beside them.
+
+        RHS or JOINTS <- W^-1 of them
+
+    `which` says which of both.
+    """
     doors = opened(table).doors
     invoke(doors.apply, table, which)
     # only models with beams or plates that may touch have these routines
@@ -347,7 +366,13 @@ def apply_dense(table: Any, which: Any) -> int:
 
 @jit
 def bordered(W: np.ndarray, J: np.ndarray, off: np.ndarray, kkt: np.ndarray) -> None:
-    """kkt = [[W, J^T], [J, 1 in rows that are off]]^T: LAPACK counts along columns."""
+    """The matrix of a dense front with the rows of joints, transposed as LAPACK counts along
+    columns.
+
+        kkt = [[W, J^T], [J, 1 in rows that are off]]^T
+
+    W (n, n), J (m, n), off (m,).
+    """
     n, m = len(W), len(J)
     for i in range(n):
         for j in range(n):
@@ -362,8 +387,10 @@ def bordered(W: np.ndarray, J: np.ndarray, off: np.ndarray, kkt: np.ndarray) -> 
 
 @jit
 def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
-    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than
-    LAPACK's getrs for one vector.
+    """Solve with factors by columns, the diagonal of U inverted; faster than LAPACK's getrs for one
+    vector.
+
+        x <- K^-1 x,    P K = L U
 
     Four columns at a time: the unknowns of a triangle first, then all that they reach.
     """
@@ -449,8 +476,11 @@ def factor_band(table: Any) -> int:
 
 @jit
 def close_factors(table: Any) -> int:
-    """W^-1 U in `lows`, W^-1 J^T in `spread`, and the factors of what follows from them; 0, or
-    LAPACK's info.
+    """Factors of what joints and terms of low rank add to the factors of W; 0, or LAPACK's info.
+
+        W^-1 U in `lows`,    W^-1 J^T in `spread`
+
+    and the factors of 1 + V^T W^-1 U and J W^-1 J^T that follow.
     """
     S = opened(table)
     w = S.work
@@ -472,8 +502,11 @@ def close_factors(table: Any) -> int:
 
 @jit
 def factor_joints(w: Workspace, off: np.ndarray) -> int:
-    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`, the diagonal of U inverted; 0, or
-    LAPACK's info.
+    """Factors of the Schur complement of joints, the diagonal of U inverted; 0, or LAPACK's info.
+
+        J W^-1 J^T
+
+    from the rows W^-1 J^T of `spread`.
     """
     m = len(w.J)
     for k in range(m):
@@ -555,8 +588,10 @@ def apply_band(table: Any, which: Any) -> int:
 
 @jit
 def substitute(L: np.ndarray, x: np.ndarray) -> None:
-    """x <- (L L^T)^-1 x with the factor of a band (n, d+1), its diagonal inverted; faster than
-    LAPACK for one vector.
+    """Solve with the Cholesky factor of a band (n, d+1), its diagonal inverted; faster than LAPACK
+    for one vector.
+
+        x <- (L L^T)^-1 x
 
     Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that
     all four reach, then the rest.
@@ -636,7 +671,12 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
 
 @jit
 def close(w: Workspace, rhs: np.ndarray) -> None:
-    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g)."""
+    """Solve with the Schur complement of joints.
+
+        rhs <- KKT^-1 (r, g)    from    rhs = (W^-1 r, g)
+
+    that is, once W is solved with.
+    """
     m, n = w.J.shape
     front, multipliers = rhs[0, :n], rhs[0, n:]
     for k in range(m):

@@ -57,8 +57,11 @@ EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interfac
 
 
 class Standing(NamedTuple):
-    """Of the interface what is not zero (b unknowns, m constraints), as the bodies stand: [[1 + F
-    H, F J^T], [J, 0]], F = W^-1.
+    """Of the interface what is not zero, as the bodies stand.
+
+        [[1 + F H, F J^T], [J, 0]],    F = W^-1
+
+    of b unknowns and m constraints.
     """
 
     turns: list[np.ndarray]  #: of the bodies since W was factored
@@ -190,8 +193,10 @@ class Large:
         return Standing(turns, at, small, H, J, dgetrf(A)[:2] if nb + m else (A, np.zeros(0)))
 
     def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
-        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the
-        bodies stood when W was factored.
+        """The interface solved, with W^-1 of what stands for the point as the bodies stood when W
+        was factored.
+
+            rhs <- KKT^-1 (., g)    from    rhs = (., g)
         """
         n = self.size
         nb = len(now.at)
@@ -247,8 +252,10 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
 
 
 def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
-    """Coordinates of every surface and G (b, c) = sum w N,k t_k, so that q^T G = sum w r,k t_k^T
-    shows how it has turned.
+    """Coordinates of every surface and weights G (b, c) of its functions, by which it shows how it
+    has turned.
+
+        G = sum w N,k t_k,    q^T G = sum w r,k t_k^T
     """
     system = model.system
     found = []
@@ -270,8 +277,11 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
 
 
 def fit_rotations(large: Large, x: np.ndarray) -> list[np.ndarray]:
-    """Rotation of every body that fits its motion from the reference best (polar decomposition of
-    q^T G).
+    """Rotation of every body that fits its motion from the reference best.
+
+        q^T G = R S    (polar decomposition)
+
+    with the weights G of `rotation_weights`.
     """
     # by all vectors of a body, so that what it bends to one side here it bends to the other there
     return [nearest(x[where].reshape(-1, large.dim).T @ G) for where, G in large.bodies]
@@ -394,7 +404,12 @@ def rigid_motions(model: Compiled) -> np.ndarray:
 
 
 def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarray:
-    """W^-1 columns (rows of the array) with three steps of refinement."""
+    """Solutions for columns (rows of the array) with three steps of refinement.
+
+        x <- x + P^-1 (b - W x)
+
+    with the `approximate` inverse P^-1 of W.
+    """
     x = approximate.solve(columns) if len(columns) else columns
     # single precision gains six digits a step: three of them are full double precision with one to
     # spare

@@ -38,8 +38,11 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
     """Go from a place in the present step to another one, both parts of it, and over the loads that
     jump between them.
 
-    Places are from 0 to 1 in the step. Pieces shorter than a hundredth of it go by x + h v + h^2
-    q'' / 2. Unreached where a piece cannot be taken.
+    Places are from 0 to 1 in the step. Pieces shorter than a hundredth of it go by
+
+        x + h v + h^2 q'' / 2
+
+    Unreached where a piece cannot be taken.
     """
     begin = run.scheme.step * (run.done + place)
     h = run.scheme.step
@@ -71,9 +74,14 @@ def release(run: OpenRun, time: float) -> None:
     """Give a motion that starts from the present state, at a time [s], what its steps begin with,
     see `initial.begin_steps`.
 
-    All forces jump onto rest: (M + (gh C + K) / bh) q'' + Phi_q^T lambda = -f. What the state
-    shows, M p + Phi_q^T mu = -f, stays, and is what steps begin with where nothing holds what
-    begins to move, q'' (gh C + K) q'' = bh q'' M (p - q'') < 0.
+    All forces jump onto rest:
+
+        (M + (gh C + K) / bh) q'' + Phi_q^T lambda = -f
+
+    What the state shows, M p + Phi_q^T mu = -f, stays, and is what steps begin with where nothing
+    holds what begins to move:
+
+        q'' (gh C + K) q'' = bh q'' M (p - q'') < 0
     """
     state = run.step.state
     counters = run.step.job.counters.copy()

@@ -177,7 +177,12 @@ def fill_border(R: Rotations, dim: int) -> None:
 
 @jit
 def add_share(R: Rotations, a: int, b: int, dim: int) -> None:
-    """border += Q_a T_ab Q_b^T, T the condensed tangent of a beam between its shared points."""
+    """Add the condensed tangent T_ab of a beam between its shared points to the border.
+
+        border += Q_a T_ab Q_b^T
+
+    `R` holds the rotations Q (a, c, c).
+    """
     Q, P = R.turns[R.sides[a, 4]], R.turns[R.sides[b, 4]]
     first, second = dim * R.sides[a, 0], dim * R.sides[b, 0]
     for i in range(dim):
@@ -386,8 +391,11 @@ def solve_inside(table: Any, x: np.ndarray) -> None:
 
 @jit
 def condense(table: Any) -> None:
-    """`reach` = W^-1 V, and the shares of beams condensed to their shared points: K_a - V_a^T W^-1
-    V_a.
+    """What beams have inside, condensed to their shared points.
+
+        `reach` = W^-1 V,    K_a - V_a^T W^-1 V_a
+
+    The latter are the shares of beams.
     """
     R = opened(table).rotations
     dim = R.groups.shape[1]
@@ -422,8 +430,10 @@ def apply(table: Any, which: Any) -> int:
 
 @jit
 def apply_row(table: Any, x: np.ndarray) -> None:
-    """x <- W'^-1 x: into the directions in which W was factored, the shared points, all others, and
-    back.
+    """Solve with the rotated factors: into the directions in which W was factored, the shared
+    points, all others, and back.
+
+        x <- W'^-1 x
     """
     S = opened(table)
     R = S.rotations

@@ -33,8 +33,11 @@ OLD = 0.01  #: part of (4) that old factors may leave
 
 @routine
 def find_drift(table: Any, _: int = 0) -> int:
-    """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the trial multipliers;
-    the trial v is overwritten.
+    """Right-hand side of the velocities that settle on the joints.
+
+        rhs = (0, r),    r what the accepted state is off (4)
+
+    r stands in the trial multipliers as well; the trial v is overwritten.
     """
     S = opened(table)
     s, t, method, A = S.state, S.space, S.method, S.arrays
@@ -103,7 +106,8 @@ def turn(table: Any) -> None:
     """rhs for the direction of the joints as they are now, from (d, mu) = KKT^-1 (0, r) with the
     joints J0 of the factors.
 
-    W d' + J^T mu' = 0,  J d' = r:    KKT (d', .) = (- J^T mu, r + r - J d)  up to the square of J - J0
+        W d' + J^T mu' = 0,    J d' = r
+        KKT (d', .) = (- J^T mu, r + r - J d)    up to the square of J - J0
     """
     S = opened(table)
     t = S.space

@@ -126,7 +126,12 @@ def predict(table: Any) -> None:
 
 @jit
 def algorithmic(method: Method, new: float, old: float, a: float) -> float:
-    """a1 from q1'', q0'' and a0."""
+    """Algorithmic acceleration at the end of a step, from that at its begin.
+
+        a1 = ((1 - alpha_f) q1'' + alpha_f q0'' - alpha_m a0) / (1 - alpha_m)
+
+    of one unknown.
+    """
     # a product with the inverse: the divisor is one for all unknowns, and a division costs several
     # products
     return ((1.0 - method.af) * new + method.af * old - method.am * a) * (1.0 / (1.0 - method.am))
@@ -314,8 +319,10 @@ def judge_changes(table: Any) -> int:
 
 @routine
 def find_touch(table: Any, _: Any) -> int:
-    """Where a force begins or ends first on x + t v + t^2 q'' / 2, of t up to touch[0] [s]: DONE, t
-    before it in touch[0], behind it in touch[1].
+    """Where a force begins or ends first on a way, of t up to touch[0] [s]: DONE, t before it in
+    touch[0], behind it in touch[1].
+
+        x + t v + t^2 q'' / 2
 
     TOO_LONG where none does. What changes by less than SLIGHT of all that begins and ends up to the
     end of the way does not count.
@@ -411,7 +418,12 @@ def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
 
 @jit
 def correction_size(table: Any) -> float:
-    """The size of dq [m] of the correction in rhs."""
+    """Size of the correction in rhs [m].
+
+        |dq| = sqrt(sum_n norm_n dq_n^2)
+
+    with the weights of `evaluation.Arrays`.
+    """
     S = opened(table)
     norm = S.arrays.norm
     square = 0.0
@@ -453,8 +465,10 @@ def apply(table: Any) -> None:
 def goal(method: Method, change: float, iteration: int, begun: float, rotated: bool) -> float:
     """Remaining error of q [m] at which the iteration may stop.
 
-    `change` is the second difference of q'' in the step before [m/s2], `begun` the first correction
-    of this one [m].
+        max(min(tolerance, sharp change), floor)
+
+    The tolerance is that of the method, or less beside `begun`. `change` is the second difference
+    of q'' in the step before [m/s2], `begun` the first correction of this one [m].
     """
     # the sharper goal is beta h^2 beside q'': below the round-off of forces over c it would never
     # be met
@@ -703,8 +717,9 @@ def is_near(table: Any) -> bool:
 
 @jit
 def try_straight(table: Any) -> int:
-    """The step that failed once more, from constant q'' and with first factors at x + h v; the
-    status.
+    """The step that failed once more, from constant q''; the status.
+
+        first factors at x + h v
 
     Where steps are large guesses compress what is stiff along its axis, and there tangents are
     indefinite: corrections of 25 mm are followed by one of 14 m. On a straight way nothing that
@@ -796,8 +811,10 @@ def jump(table: Any, _: Any) -> int:
     """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories
     that jump there; the status.
 
-    (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0:    as loads that begin with a step, see `initial`.
-    What predicts the next step jumps as well, so that steps on both sides are of second order.
+        (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0
+
+    as loads that begin with a step, see `initial`. What predicts the next step jumps as well, so
+    that steps on both sides are of second order.
     """
     S = opened(table)
     s = S.state

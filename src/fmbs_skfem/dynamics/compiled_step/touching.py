@@ -145,7 +145,12 @@ def approach(packed: PackedStep, begin: float, way: float, longest: float) -> fl
 
 
 def go_by_series(packed: PackedStep, begin: float, span: float) -> None:
-    """Go on from a time for a span [s] by x + h v + h^2 q'' / 2."""
+    """Go on from a time for a span h [s] by a series.
+
+        x + h v + h^2 q'' / 2
+
+    for both entries of `packed`.
+    """
     model = packed.model
     state = packed.step.state
     way = span * state.v + 0.5 * span**2 * state.acceleration

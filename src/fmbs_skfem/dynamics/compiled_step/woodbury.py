@@ -70,7 +70,12 @@ def fill(table: Any, _: Any) -> int:
 
 @routine
 def close(table: Any, _: Any) -> int:
-    """Factors of 1 + V^T Z, or of 1 + Z V^T, from the rows Z^T of `lows`; 0, or LAPACK's info."""
+    """Factors of what terms of low rank add to W.
+
+        1 + V^T Z    or    1 + Z V^T,    Z = W^-1 U
+
+    from the rows Z^T of `lows`; 0, or LAPACK's info.
+    """
     S = opened(table)
     w = S.work
     low = S.space.low
@@ -102,7 +107,12 @@ def close(table: Any, _: Any) -> int:
 
 @routine
 def correct(table: Any, which: Any) -> int:
-    """Solutions with the factors of W, RHS or JOINTS, become those of W + U V^T."""
+    """Solutions with the factors of W become those with the terms of low rank, too.
+
+        (W + U V^T)^-1
+
+    in RHS or JOINTS, as `which` says.
+    """
     S = opened(table)
     w = S.work
     n = len(S.space.x)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...core.errors import Reason, SolverError
 from ...core.values.arguments import checked
+from ...core.values.fields import Time
 from ..outputs import balance_of
 from ..tracing import SOUND, Rise
 from ..trajectory import Trajectory
@@ -56,7 +57,7 @@ def last_sound(trajectory: Trajectory) -> int:
 
 
 @checked
-def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
+def unstable(trajectory: Trajectory, step: Time) -> SolverError | None:
     """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its
     sound part; else None.
 

@@ -145,8 +145,11 @@ def warn_of_coarse_steps(
     to step, is left out. Nothing is missed in steps that end where loads jump in them, `whole` by
     their numbers.
 
-    The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where
-    S_h is that of the straight lines between the ends of the steps.
+    The integral S(t) of a history s, for a load its impulse, is off by
+
+        max |S - S_h| / max |S|
+
+    where S_h is that of the straight lines between the ends of the steps.
     """
     wrong = dict[str, float]()
     found = of_histories(
@@ -249,7 +252,10 @@ def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[
     """Numbers of the signals that drive joints and jump, or whose rates do: which of both, and when
     [s].
 
-    A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h,
+    A joint that jumps by u, or whose rate jumps by w, moves a mass with
+
+        m u / h^2    and    m w / h
+
     which no smaller step makes right. A corner between two steps shows in the second differences of
     both. Angles are looked at themselves, as second differences of their cosines vanish at every
     half turn.
@@ -440,8 +446,10 @@ def pushes(
 def integrals(
     values: Callable[[np.ndarray], np.ndarray], step: float, steps: int, whole: Collection[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s
-    i, k).
+    """Integrals S of functions of times (s, i) in s steps with values (s i, k), and how far those
+    of straight lines are off.
+
+        max |S|,    max |S - S_h|    (k,) each
 
     Zero for the latter where a function has only BRIEF steps since it began, in which it stays
     between the ends of its steps. Steps with the numbers `whole` miss nothing.

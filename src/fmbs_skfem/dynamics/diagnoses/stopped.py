@@ -54,8 +54,10 @@ SIZE = 1e-12  #: relative size below which a mass is none
 class StoppedSolve:
     """Last good state and the trial state beyond it, in the order of the system's unknowns.
 
-    W = K + gh C + bh M at the trial state, with bh and gh of the `short` step, and J the rows of
-    the joints; in statics W = K.
+        W = K + gh C + bh M
+
+    at the trial state, with bh and gh of the `short` step, and J the rows of the joints; in statics
+    W = K.
     """
 
     model: Compiled
@@ -77,7 +79,12 @@ class StoppedSolve:
 
     @cached_property
     def matrix(self) -> csr_array:
-        """W at the trial state (n, n)."""
+        """Iteration matrix (n, n) at the trial state.
+
+            W = K + gh C + bh M
+
+        with bh and gh of the step.
+        """
         at = self.at if self.h else self.good
         bh, gh = self.short
         return csr_array(
@@ -159,9 +166,11 @@ def stop_of_run(run: OpenRun, time: float) -> StoppedSolve:
 
 
 def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
-    """Part of the square of a vector that belongs to every name, largest first.
+    """Part of the square of a vector v that belongs to every name, largest first.
 
-    sum of v_i^2 over the entries of a name, over |v|^2; `names` and `values` have the same length.
+        sum v_i^2 / |v|^2    over the entries i of a name
+
+    `names` and `values` have the same length.
     """
     total: dict[str, float] = {}
     for name, value in zip(names, values**2 / max(float(values @ values), 1e-300), strict=True):
@@ -179,8 +188,10 @@ def saddle_of(stop: StoppedSolve) -> Saddle | None:
 
 
 def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
-    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced
+    """Smallest singular value of A relative to |A|, and the right vector y (n + m,) in balanced
     unknowns.
+
+        |A y| / |A|,    |y| = 1
 
     None for more than 20000 unknowns, and where the matrix is not finite or has no factors.
     """
@@ -207,8 +218,10 @@ def eigenvalues(
     """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,)
     and a time, ascending.
 
-    Those of Z^T D W D Z, with Z the null space of the balanced J. None for more than 1500 unknowns,
-    where W is not finite, and where the joints leave no motion.
+        Z^T D W D Z
+
+    with Z the null space of the balanced J. None for more than 1500 unknowns, where W is not
+    finite, and where the joints leave no motion.
     """
     if stop.system.size > DENSE:
         return None
@@ -243,7 +256,9 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
 def turns(system: System, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
     """Fastest turn of a slope of every line or surface [rad/s].
 
-    |t'| normal to t over |t| by lines and surfaces, at x (n,) and v (n,); those that do not turn are left out.
+        |t'| / |t|    of the part of t' normal to t
+
+    by lines and surfaces, at x (n,) and v (n,); those that do not turn are left out.
     """
     parts = np.stack([system.lift(x), np.asarray(system.lift.matrix @ v)])
     pairs = {name: found[:, 1] for name, found in centre_lines(system, parts).items()}
@@ -253,7 +268,12 @@ def turns(system: System, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
 
 
 def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
-    """Largest |t'| normal to t over |t|, rows (x, c)."""
+    """Fastest turn of slopes t with changes t', rows (x, c).
+
+        max |t'| / |t|    of the part of t' normal to t
+
+    [rad/s] of rates.
+    """
     square = np.sum(slope**2, axis=1)
     used = square > 0.0
     slope = slope[used]
@@ -268,7 +288,9 @@ def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
 def stiffest(stop: StoppedSolve) -> float:
     """h omega of the stiffest wave, a lower bound.
 
-    h max_i sqrt(K_ii / M_ii) over unknowns with a mass.
+        h max_i sqrt(K_ii / M_ii)
+
+    over unknowns with a mass.
     """
     system = stop.system
     m = csr_array(system.mass).diagonal()
@@ -282,8 +304,10 @@ def stiffest(stop: StoppedSolve) -> float:
 def stiffest_force(stop: StoppedSolve) -> tuple[str, float]:
     """Kind and owner of the stiffest force on probe rows, and its h omega; 0 for none.
 
-    omega^2 is the largest eigenvalue of S G, S = - dF/dy of its rows y = P x, and G = P a with the
-    accelerations a of unit forces on these rows that the joints permit, M a + J^T l = P^T, J a = 0.
+    omega^2 is the largest eigenvalue of S G of its rows y = P x, with the accelerations a of unit
+    forces on these rows that the joints permit.
+
+        S = - dF/dy,    G = P a,    M a + J^T l = P^T,    J a = 0
     """
     system, model = stop.system, stop.model
     if (
@@ -330,8 +354,10 @@ def closeness(stop: StoppedSolve, x: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def ahead(stop: StoppedSolve) -> np.ndarray:
-    """The position x + s h v, 0 <= s <= AHEAD, in which the unit rows of J are nearest to depend on
-    each other.
+    """The position on a straight way in which the unit rows of J are nearest to depend on each
+    other.
+
+        x + s h v,    0 <= s <= AHEAD
     """
     from scipy.optimize import minimize_scalar
 
@@ -400,8 +426,9 @@ def jumps(stop: StoppedSolve) -> list[tuple[str, float, float]]:
 def push(stop: StoppedSolve) -> tuple[str, float]:
     """Owner that the loads move furthest, and the way [m].
 
-    In a step of dynamics |dQ_i| h^2 / M_ii by the change dQ of loads since the start, in statics by
-    the tangent, K^-1 R.
+        |dQ_i| h^2 / M_ii    in a step of dynamics,    K^-1 R    in statics
+
+    by the change dQ of loads since the start, and by the tangent.
     """
     names = owners(stop.system)
     n = stop.system.size

@@ -99,9 +99,12 @@ class ArcLength:
     """Steps along a path: the first one is a load increment, then the length follows the number of
     iterations.
 
-    Behind a point that took i Newton iterations the length is multiplied by sqrt(wanted / i), at
-    least 1/2 and at most 2. InputError for a first increment outside of 0 to 1, no points, fewer
-    than two iterations, an angle outside of 0 to pi/2, another branch.
+    Behind a point that took i Newton iterations the length is multiplied by
+
+        sqrt(wanted / i)    at least 1/2 and at most 2
+
+    InputError for a first increment outside of 0 to 1, no points, fewer than two iterations, an
+    angle outside of 0 to pi/2, another branch.
 
     Source: Ramm 1981, doi 10.1007/978-3-642-81589-8_5.
     """
@@ -140,11 +143,21 @@ class PathProblem:
     control: ArcLength
 
     def measure(self, a: np.ndarray, b: np.ndarray) -> float:
-        """Product of two displacements in the metric."""
+        """Product of two displacements (n,) in the metric W.
+
+            a^T W b
+
+        of `systems.lengths`.
+        """
         return float(a @ (self.model.system.metric @ b))
 
     def size(self, a: np.ndarray) -> float:
-        """Length of a displacement."""
+        """Length of a displacement (n,).
+
+            sqrt(a^T W a)
+
+        see `measure`.
+        """
         return float(np.sqrt(max(self.measure(a, a), 0.0)))
 
     @property
@@ -154,7 +167,12 @@ class PathProblem:
 
     @property
     def long(self) -> float:
-        """Length of a displacement of all points by the size of the system."""
+        """Length of a displacement of all points by the size L of the system.
+
+            L sqrt(w)
+
+        with the mass w of `systems.lengths`.
+        """
         return float(self.model.system.scale * np.sqrt(self.model.system.weight))
 
 
@@ -184,8 +202,10 @@ def follow_path(
     time: float = 1.0,
     progress: Progress | None = None,
 ) -> Trajectory:
-    """Equilibria from no load along their path until the load factor is 1, as a Trajectory whose
+    """Equilibria from no load along their path until the load factor s is 1, as a Trajectory whose
     times are load factors.
+
+        f(x) - Q(s) + Phi_x^T lambda = 0,    Phi(x, s) = 0
 
     Load factors fall behind a limit point; every limit point is a point of the result
     (`limit_points`), and with the branch points among its `crossings`. The factor 1 stands for
@@ -439,10 +459,13 @@ def other_way(problem: PathProblem, last: PathPoint, beyond: PathPoint) -> PathP
     """A point next to a branch point with the unit direction of the other branch in place of its
     tangent.
 
-    Both tangents there are made of the motion that nothing resists, K u = 0, and of the answer to
-    more load, K u = dQ/ds, without that: the other one is normal to the first. So near to the
-    branch point round-off turns the first towards that motion; what it has of it alike on both
-    sides of the branch point is its own.
+    Both tangents there are made of the motion that nothing resists, and of the answer to more load
+    without that:
+
+        K u = 0,    K u = dQ/ds
+
+    Then the other one is normal to the first. So near to the branch point round-off turns the first
+    towards that motion; what it has of it alike on both sides of the branch point is its own.
     """
     model = problem.model
     at = last.at
@@ -592,8 +615,10 @@ def linearise(
 
 
 def border(problem: PathProblem, at: Equilibrium, ahead: np.ndarray) -> tuple[Array, float]:
-    """[G_x, G_s; c (W ahead)^T, 0] (n + m + 1, n + m + 1), and the factor c by which the plane
-    counts as much as the loads.
+    """Matrix of the bordered system of a path (n + m + 1, n + m + 1), and the factor c by which the
+    plane counts as much as the loads.
+
+        [G_x, G_s; c (W ahead)^T, 0]
     """
     model = problem.model
     J = compiled.gap(problem.model, at.x, at.at)[1]
@@ -624,7 +649,12 @@ def is_round_off(problem: PathProblem, at: Equilibrium, ahead: np.ndarray, norm:
 
 
 def load_slope(problem: PathProblem, at: Equilibrium) -> np.ndarray:
-    """- dG/ds (n + m,)."""
+    """Right-hand side (n + m,) of the answer to more load.
+
+        - dG/ds
+
+    at a point of the path.
+    """
     before, after = (
         compiled.residual(problem.model, at.x, at.multipliers, at.at + s, at.memory)
         for s in (-NEAR, NEAR)

@@ -63,8 +63,9 @@ LIMIT = "no equilibrium may be near beyond a limit or branch point of the load: 
 class Tangent:
     """Factors of the tangent and the rows of joints in a state.
 
-    [K, J^T; J, 0] with K = d(f - Q + Phi_x^T lambda)/dx and J = Phi_x, both scaled so that unknowns
-    and rows count alike.
+        [K, J^T; J, 0],    K = d(f - Q + Phi_x^T lambda)/dx,    J = Phi_x
+
+    both scaled so that unknowns and rows count alike.
     """
 
     stiffness: csr_array  #: (n, n) K in units of their own
@@ -110,7 +111,9 @@ class Tangent:
 class Equilibrium:
     """State at one load factor or time.
 
-    f(x) - Q(s) + Phi_x^T lambda = 0 and Phi(x, s) = 0 hold in it to the tolerance of the iteration.
+        f(x) - Q(s) + Phi_x^T lambda = 0,    Phi(x, s) = 0
+
+    hold in it to the tolerance of the iteration.
     """
 
     at: float  #: load factor, or time [s]
@@ -316,8 +319,9 @@ def is_enough(system: System, newton: Newton, norm: float, last: float) -> bool:
     """Whether a correction of size `norm` [m] after one of size `last` ends the iteration: the
     faster it contracts, the earlier.
 
-    That is, norm <= tolerance L min(1, last / (100 norm)) with L the size of the system, or norm is
-    at most 50 times the round-off of positions [m].
+        norm <= tolerance L min(1, last / (100 norm))
+
+    with L the size of the system, or norm is at most 50 times the round-off of positions [m].
     """
     enough = newton.tolerance * system.scale * min(1.0, 1e-2 * last / max(norm, 1e-300))
     return norm <= max(enough, FLOOR * round_off(system))

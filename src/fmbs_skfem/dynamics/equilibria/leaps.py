@@ -84,7 +84,9 @@ def judge(model: Compiled, before: Equilibrium, after: Equilibrium, start: np.nd
 def norm(w: np.ndarray, u: np.ndarray) -> float:
     """Length of a displacement u (n,) with weights w (n,) [m].
 
-    sqrt(sum_i w_i u_i^2), with w_i the diagonal of the metric over the mass of the system.
+        sqrt(sum_i w_i u_i^2)
+
+    with w_i the diagonal of the metric over the mass of the system.
     """
     return float(np.sqrt(max(float(w @ (u * u)), 0.0)))
 

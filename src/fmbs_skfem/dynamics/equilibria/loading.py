@@ -34,7 +34,12 @@ RADIAN = 1.0  #: most that a driven angle turns between two equilibria [rad]: it
 
 @dataclass(frozen=True)
 class Grown:
-    """factor s + constant."""
+    """A function of the load factor s that grows with it.
+
+        factor s + constant
+
+    in the unit of a load or a displacement.
+    """
 
     factor: float
     constant: float = 0.0
@@ -76,8 +81,10 @@ def ramp(system: System, end: float) -> System:
     """The system over the load factor in place of time; linear springs and torsion springs do not
     grow.
 
-    The constant part of the force is Q0 - (the springs' part of a change of coordinates), Q0 =
-    constant - K x0: they are at rest in the reference. It stays, and Q0 (s - 1) is added to it.
+    The constant part of the force is that without the springs' part of a change of coordinates, as
+    they are at rest in the reference. It stays, and what grows is added to it:
+
+        Q0 (s - 1),    Q0 = constant - K x0
     """
     finite_signals(system, end * np.linspace(0.0, 1.0, INSTANTS))
     signals: tuple[Signal, ...] = (

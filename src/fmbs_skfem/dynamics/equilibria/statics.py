@@ -18,7 +18,7 @@ from ...core.errors import InputError, SolverError, say
 from ...core.notices import Notice, Progress, notify
 from ...core.storage.records import dataclass
 from ...core.values.arguments import checked
-from ...systems import compiled
+from ...systems import compiled, operators
 from ...systems.compiled import Compiled, compile_system
 from ...systems.connections.mechanism import refuse_held_drives
 from ...systems.connections.redundancy import without_redundant
@@ -106,14 +106,28 @@ def solve_statics(
     progress: Progress | None = None,
     begin: np.ndarray | None = None,
 ) -> Trajectory:
-    """Equilibria at the load factors 0, 1/steps, ..., 1, as a Trajectory over them; the factor 1
-    stands for `time` [s].
+    """Equilibria at the load factors s = 0, 1/steps, ..., 1, as a Trajectory over them; the factor
+    1 stands for `time` [s].
+
+        f(x) - Q(s) + Phi_x^T lambda = 0,    Phi(x, s) = 0
 
     Loads without a history and constant displacements grow with the load factor, histories and
     drives are followed. A load step that does not converge, or leaves the path of equilibria, is
     taken in shorter ones, several times if need be; what stays a leap is a warning, and is among
     the `crossings`. SolverError carries the equilibria found so far. The first iteration begins at
     `begin` (n,), or at x0.
+
+        >>> from fmbs_skfem import bodies, dynamics, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At, joints, loads, probes
+        >>> beam = bodies.cable("beam", segment(4), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> clamp = joints.Clamp("clamp", At("beam", "left"))
+        >>> force = loads.PointForce("force", At("beam", "right"), (0.0, -0.03))
+        >>> tip = {"tip": probes.Position(At("beam", "right"))}
+        >>> bent = systems.eliminate(systems.assemble([beam], [clamp], [force], outputs=tip))
+        >>> path = dynamics.solve_statics(bent, steps=2)
+        >>> path.times.tolist(), dynamics.outputs(path)["tip_y"].round(4).tolist()  # F L^3 / (3 EI) = 0.02 m
+        ([0.0, 0.5, 1.0], [0.0, -0.01, -0.02])
     """
     newton = newton or Newton(STATIC)
     if steps < 1:
@@ -123,7 +137,7 @@ def solve_statics(
     refuse_held_drives(system)
     model = compile_system(system)
     start = unloaded(model)
-    start = start if begin is None else replace(start, x=begin)
+    start = start if begin is None else replace(start, x=operators.read(system, "begin", begin))
 
     def at(factor: float) -> Compiled:
         return pressure.at_load_factor(model, factor)

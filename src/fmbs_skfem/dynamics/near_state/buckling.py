@@ -59,8 +59,9 @@ FOUND = 1e-10  #: of the largest inverse of a factor: smaller ones are round-off
 
 @dataclass(frozen=True)
 class BucklingModes:
-    """Where the predicted stiffness is singular: (K0 + k K1) v = 0, for load factors k (i,) and
-    shapes v (n, i).
+    """Where the predicted stiffness is singular, for load factors k (i,) and shapes v (n, i).
+
+        (K0 + k K1) v = 0
 
     A structure buckles at `factors[0]` times its loads, as far as its equilibria are on a straight
     path up to there.
@@ -76,7 +77,9 @@ class BucklingModes:
 
 @checked
 def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes:
-    """The `count` load factors of least size at which K0 + k K1 is singular.
+    """The `count` load factors k of least size at which the stiffness is singular.
+
+        (K0 + k K1) v = 0
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of
     a hundredth of the least one. Loads without a potential may have no factor: theirs count only
@@ -85,6 +88,17 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes
     bends before is left out, as small beside its size; `follow_path` finds what happens. InputError
     where loads never take the stiffness away, do not change it or not grow in proportion, or the
     system is free to move.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import bodies, dynamics, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At
+        >>> beam = bodies.cable("beam", segment(4), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> clamp = systems.joints.Clamp("clamp", At("beam", "left"))
+        >>> force = systems.loads.PointForce("force", At("beam", "right"), (-1.0, 0.0))
+        >>> column = systems.eliminate(systems.assemble([beam], [clamp], [force]))
+        >>> f"{dynamics.buckling(column, 1).factors[0]:.3f}, {np.pi**2 * 0.5 / 4:.3f}"  # Euler
+        '1.234, 1.234'
     """
     if uneven := uneven_histories(system, time):
         got = f"another history of {listed(uneven)} up to t = {time:g} s"
@@ -183,8 +197,10 @@ def move(
 def soften(
     model: Compiled, at: Equilibrium, path: tuple[np.ndarray, np.ndarray], probe: float, wide: float
 ) -> csr_array:
-    """K1 (n, n), by which the tangent changes with the load factor along the path (n,), (m,) of an
-    equilibrium.
+    """K1 (n, n), by which the tangent changes with the load factor k along the path (n,), (m,) of
+    an equilibrium.
+
+        K1 = dK/dk
 
     Quotients of states up to `wide` away: loads of a hundredth of those that buckle move a stiff
     structure by a millionth of its size, and its strains then have six digits less than positions.

@@ -18,8 +18,10 @@ from collections.abc import Callable
 import numpy as np
 
 from ...core.algebra.linalg import Array, squares
+from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ...core.values.arguments import checked
+from ...core.values import arrays
+from ...core.values.arguments import checked, require
 from .modes import grows
 
 MORE = 4  #: motions beyond those asked for, among which each goes on
@@ -32,8 +34,10 @@ UPWARD = 1e-3  #: by which one that grows is nearer than one that decays as much
 class MotionsAt:
     """Motions at one value of the parameter.
 
-    Eigenvalues growth + i omega with their shapes, complex where bodies do not move in phase, and
-    the mass M that measures these.
+        s = growth + i omega
+
+    Eigenvalues s with their shapes, complex where bodies do not move in phase, and the mass M that
+    measures these.
     """
 
     omega: np.ndarray  #: (i,) [rad/s]
@@ -86,12 +90,16 @@ def campbell(
     than are followed, so that a motion is found again that has become faster than others. Motions
     of neighbouring values belong together as the module says.
     """
+    values = arrays.finite(values, "campbell: values", "numbers (s,)", None, empty=True)
+    if count < 1:
+        raise InputError(say("campbell: count", "at least 1", count))
     before = None
     omega = []
     growth = []
     others = []
     for number, value in enumerate(values):
         found = find(float(value), count + MORE)
+        require("campbell: find, what it gives", found, MotionsAt)
         if before is None:
             chosen = np.arange(min(count, len(found.omega)))
         else:

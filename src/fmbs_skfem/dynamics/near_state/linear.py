@@ -97,10 +97,11 @@ def in_rotating_frame(system: System, spin: Spin) -> System:
 
 
 def skew(dim: int, spin: Spin) -> np.ndarray:
-    """Matrix (c, c) of u -> rate axis x u [1/s].
+    """Matrix (c, c) of a rotation rate [1/s].
 
-    In the plane it is rate [[0, -1], [1, 0]]. InputError in space for an `axis` that is zero or has
-    other than three components.
+        u -> rate axis x u,    in the plane    rate [[0, -1], [1, 0]]
+
+    InputError in space for an `axis` that is zero or has other than three components.
     """
     if dim == 2:
         return spin.rate * np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -118,8 +119,9 @@ def skew(dim: int, spin: Spin) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Linear:
-    """The linear equations (2) about an equilibrium: M u'' + C u' + K u = 0 with rows u = 0, for
-    small changes u (n,) of x.
+    """The linear equations (2) about an equilibrium, for small changes u (n,) of x.
+
+        M u'' + C u' + K u = 0,    rows u = 0
 
     Forces are in newtons where an unknown is a length [m]; `large` says what change of each unknown
     counts as large.
@@ -145,6 +147,8 @@ def linearise(
     """Equations (2) of a system about an equilibrium x (n,) with multipliers (m,) at time t, by
     default about the reference.
 
+        M u'' + C u' + K u = 0,    K = d(f - Q + Phi_x^T lambda)/dx,    C = d(f - Q)/dv,    Phi_x u = 0
+
     `memory` (l,) is what forces keep of the equilibrium, such as turns of springs. A state of
     `solve_statics` belongs to the system at the load factor t of `loading.ramp`.
     """
@@ -155,6 +159,9 @@ def linearise(
         if multipliers is None
         else operators.read_multipliers(model.constraints, multipliers)
     )
+    if memory is not None:
+        kept = len(model.memory)
+        memory = arrays.finite(memory, "memory", f"what forces keep, ({kept},)", kept)
     J = compiled.gap(model, x, t)[1]
     K = compiled.tangent(model, x, multipliers, t, 0.0, memory)
     C = compiled.tangent(model, x, multipliers, t, 1.0, memory) - K
@@ -193,8 +200,9 @@ def is_symmetric(linear: Linear) -> bool:
     """Whether undamped motions are vibrations: forces have a potential, and there are no gyroscopic
     terms.
 
-    That is, |A - A^T| <= 1e-9 max |A| for every entry of the stiffness and of the damping. Damping
-    that is symmetric passes as well.
+        |A - A^T| <= 1e-9 max |A|
+
+    for every entry of the stiffness and of the damping. Damping that is symmetric passes as well.
     """
     return all(
         abs(A - A.T).max() <= ALIKE * abs(A).max() for A in (linear.stiffness, linear.damping)

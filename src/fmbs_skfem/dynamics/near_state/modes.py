@@ -60,7 +60,9 @@ UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so t
 
 @dataclass(frozen=True)
 class VibrationModes:
-    """Vibration modes (1) about a configuration: K v = omega^2 M v, v^T M v = 1, by rising omega^2.
+    """Vibration modes (1) about a configuration, by rising omega^2.
+
+        K v = omega^2 M v,    v^T M v = 1
 
     A negative omega^2 is a motion that grows by exp(sqrt(-omega^2) t): the equilibrium is unstable.
     """
@@ -70,7 +72,12 @@ class VibrationModes:
 
     @property
     def angular_frequencies(self) -> np.ndarray:
-        """Angular frequencies (i,) [rad/s], 0 where the equilibrium is unstable."""
+        """Angular frequencies (i,) [rad/s].
+
+            omega = sqrt(max(omega^2, 0))
+
+        0 where the equilibrium is unstable.
+        """
         return np.sqrt(np.maximum(self.squares, 0.0))
 
 
@@ -84,10 +91,21 @@ def vibration_modes(
     """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all
     constraints in linear form.
 
+        K v = omega^2 M v    on    Phi_x v = 0
+
     All where there are fewer. Cables curved in space have no stiffness out of their plane in the
     reference, and are refused there. Found by Lanczos iteration on the inverse of the bordered
     matrix, shifted a little below zero so that free bodies have one; where most modes are wanted,
     by a dense solution on the null space of the constraints.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import bodies, dynamics, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> beam = bodies.cable("beam", segment(4), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> clamp = systems.joints.Clamp("clamp", systems.At("beam", "left"))
+        >>> found = dynamics.vibration_modes(systems.assemble([beam], [clamp]), 1)
+        >>> f"{found.angular_frequencies[0]:.2f}, {1.8751**2 * np.sqrt(0.5 / 0.1):.2f} rad/s"
+        '7.86, 7.86 rad/s'
     """
     if x is None:
         free_motions.refuse_limp("vibration_modes", system)
@@ -99,10 +117,11 @@ def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
     """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in
     their stiffness left out.
 
-    K is taken as (K + K^T)/2. There are as many modes as unknowns n less the rows m and directions
-    without mass, which follow at rest, if `count` asks for more. InputError for a count below 1,
-    where the joints leave no motion, where no motion has a mass, and where some direction has
-    neither mass nor stiffness.
+        (K + K^T)/2 v = omega^2 M v    on    rows v = 0
+
+    There are as many modes as unknowns n less the rows m and directions without mass, which follow
+    at rest, if `count` asks for more. InputError for a count below 1, where the joints leave no
+    motion, where no motion has a mass, and where some direction has neither mass nor stiffness.
     """
     large, (K, M, J) = in_alike_units(linear)
     possible = len(linear.x) - len(J)
@@ -115,8 +134,11 @@ def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
 
 
 def in_alike_units(linear: Linear) -> tuple[np.ndarray, tuple[Array, Array, np.ndarray]]:
-    """S (n,) of v = S y, by which positions and axes count alike, however small a body is; S K S, S
-    M S and unit rows of J S.
+    """Units S (n,) by which positions and axes count alike, however small a body is.
+
+        v = S y
+
+    with S K S, S M S and unit rows of J S.
     """
     large = np.broadcast_to(linear.large, len(linear.x))
     large = large / large.max()
@@ -161,8 +183,9 @@ def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarr
 
 
 def split_by_mass(M: Array, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n): M N = 0, and R^T
-    M R = 1 where there are such N.
+    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n).
+
+        M N = 0,    and R^T M R = 1 where there are such N
 
     Unknowns count in units of their own mass, in which that of a direction is either of the size of
     1 or round-off: directors of thin beams weigh 1e-10 of what positions do, and some nothing.
@@ -181,8 +204,9 @@ def split_by_mass(M: Array, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def follow(K: Array, R: np.ndarray, N: np.ndarray) -> np.ndarray:
-    """z (i, r) by which directions N (n, i) without mass follow motions R (n, r) at rest: N^T K (R
-    + N z) = 0.
+    """z (i, r) by which directions N (n, i) without mass follow motions R (n, r) at rest.
+
+        N^T K (R + N z) = 0
 
     InputError where some of them have no stiffness.
     """
@@ -198,8 +222,9 @@ def follow(K: Array, R: np.ndarray, N: np.ndarray) -> np.ndarray:
 def sparse_modes(
     K: csr_array, M: csr_array, J: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration
-    in shift-invert mode.
+    """Eigenvalues and vectors for independent rows J, by Lanczos iteration in shift-invert mode.
+
+        K v = omega^2 M v,    J v = 0
 
     Near a shift close to zero the free motions of a body drown the digits of all others: where
     there are any, the lowest other eigenvalue, negative, is the second shift.
@@ -240,8 +265,9 @@ def shifted_modes(
 
 @dataclass(frozen=True)
 class ComplexModes:
-    """Motions u = Re v exp(s t) by (2), each of a conjugate pair once, slowest first: by |s|,
-    rising.
+    """Motions by (2), each of a conjugate pair once, slowest first: by |s|, rising.
+
+        u = Re v exp(s t),    (s^2 M + s C + K) v = 0
 
     A motion grows where Re s > 0, and the equilibrium is unstable then: flutter with, divergence
     without an imaginary part.
@@ -255,12 +281,22 @@ class ComplexModes:
 
     @property
     def angular_frequencies(self) -> np.ndarray:
-        """Angular frequencies (i,) |Im s| [rad/s]."""
+        """Angular frequencies (i,) of the motions [rad/s].
+
+            |Im s|
+
+        0 where one grows or decays without a vibration.
+        """
         return np.asarray(np.abs(self.eigenvalues.imag))
 
     @property
     def damping_ratios(self) -> np.ndarray:
-        """-Re s / |s| (i,), negative where a motion grows."""
+        """Damping ratios (i,) of the motions.
+
+            - Re s / |s|
+
+        negative where a motion grows.
+        """
         size = np.abs(self.eigenvalues)
         return np.asarray(
             np.divide(0.0 - self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0)
@@ -271,6 +307,8 @@ class ComplexModes:
 def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
     """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more
     where that parts a pair s, -s.
+
+        (s^2 M + s C + K) v = 0    on    rows v = 0
 
     What grows beside them is among those `beyond`, as far as it is found: of a small system, all of
     which is found by a dense solution on the null space of the constraints. Those of a large one
@@ -332,7 +370,9 @@ def whole_pairs(values: np.ndarray, count: int) -> int:
 def without_round_off(values: np.ndarray) -> np.ndarray:
     """Eigenvalues (i,) on the axes of the complex plane where they are there but for round-off.
 
-    Real or imaginary parts up to 1e-9 of |s| become zero.
+        |Re s| <= 1e-9 |s|    or    |Im s| <= 1e-9 |s|
+
+    become zero.
     """
     real, imaginary = (
         np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part)
@@ -344,7 +384,9 @@ def without_round_off(values: np.ndarray) -> np.ndarray:
 def fastest(linear: Linear) -> float:
     """A bound of the frequencies that the matrices allow, to a factor [rad/s].
 
-    sqrt(max |K| / max |M|), of the largest entries.
+        sqrt(max |K| / max |M|)
+
+    of the largest entries.
     """
     return float(np.sqrt(abs(linear.stiffness).max() / abs(linear.mass).max()))
 
@@ -353,8 +395,10 @@ def once(values: np.ndarray, shapes: np.ndarray, still: float) -> np.ndarray:
     """Which motions (i,) are left when those slower than `still` [rad/s], sorted, are kept only
     where their shapes (n, i) are new.
 
-    A free motion u = a + b t has the eigenvalue 0 twice with one shape; round-off parts it into s
-    and -s, real or imaginary, where damped motions have negative real parts alone.
+        u = a + b t
+
+    Such a free motion has the eigenvalue 0 twice with one shape; round-off parts it into s and -s,
+    real or imaginary, where damped motions have negative real parts alone.
     """
     slow = int(np.sum(np.abs(values) <= still))
     if abs(values[:slow].real.sum()) > MIRRORED * np.abs(values[:slow]).sum():
@@ -371,8 +415,10 @@ def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]
     """Eigenvalues (i,) and vectors (n, i) of (2) on the null space Z of the rows, by the companion
     form in the time 1/w.
 
-    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions;
-    unknowns in metres and slopes are counted in what is large of each.
+        w = sqrt(|K| / |M|)
+
+    It makes both matrices equally large, which keeps the digits of slow motions; unknowns in metres
+    and slopes are counted in what is large of each.
     """
     large, (K, M, J) = in_alike_units(linear)
     R, N = split_by_mass(M, J)
@@ -431,8 +477,9 @@ def symmetric(A: Array) -> Array:
 def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The slowest eigenvalues (i,) and vectors (n, i) of (2) by shift and inversion.
 
-    With q = (u, u'), A q = s B q and (A - z B)^-1 (a, b):  (K + z C + z^2 M) u = -(b + (C + z M)
-    a),  u' = z u + a on the rows.
+    With q = (u, u') and A q = s B q, a shift z takes (a, b) to (A - z B)^-1 (a, b):
+
+        (K + z C + z^2 M) u = -(b + (C + z M) a),    u' = z u + a    on the rows
     """
     M = linear.mass
     C = linear.damping
@@ -476,7 +523,9 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
 def largest_one(shapes: np.ndarray) -> np.ndarray:
     """Shapes (n, i) with the largest entry 1.
 
-    Every column is divided by its entry of largest size, which may be complex.
+        v / v_k,    k the entry of largest size, which may be complex
+
+    column by column.
     """
     return np.asarray(shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])])
 
@@ -485,7 +534,9 @@ def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
     """Which motions (i,) bool of eigenvalues growth + i omega [1/s], both (i,) or (s, i), grow by
     more than round-off.
 
-    That is 1e-6 of the largest |growth + i omega| among all of them.
+        growth > 1e-6 max |growth + i omega|
+
+    of all of them.
     """
     return np.asarray(growth > GROWS * np.hypot(omega, growth).max(initial=0.0))
 
@@ -505,8 +556,10 @@ def instability(path: Trajectory) -> str:
 
 
 def growth(path: Trajectory) -> float:
-    """Largest s = sqrt(-omega^2) [1/s] of the last state of a load path (`solve_statics`), 0 where
-    it is stable.
+    """Largest growth s [1/s] of the last state of a load path (`solve_statics`), 0 where it is
+    stable.
+
+        s = sqrt(-omega^2)
 
     Nothing is said of forces without a potential, such as follower forces and friction, and of more
     than `LARGE` unknowns.

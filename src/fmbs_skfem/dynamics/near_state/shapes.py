@@ -19,7 +19,7 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import as_dense, squares
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ...core.values.arguments import checked
+from ...core.values.arguments import checked, fields_blamed, require
 from ...systems import free_motions
 from ...systems.connections import mechanism
 from ...systems.system import System, project
@@ -35,7 +35,9 @@ ALIKE = 1e-3
 
 @dataclass(frozen=True)
 class Shapes:
-    """Small motions of a system about a state: x + Re v exp(s t) each, v a column of `vectors`.
+    """Small motions of a system about a state x, v a column of `vectors`.
+
+        x + Re v exp(s t)
 
     Their size is arbitrary; `captions` say what they are.
     """
@@ -46,7 +48,11 @@ class Shapes:
     captions: tuple[str, ...]  #: (i,) what they are, in a few words
 
     def __post_init__(self) -> None:
-        sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
+        require("Shapes: system", self.system, System)
+        require("Shapes: x", self.x, np.ndarray)
+        require("Shapes: captions", self.captions, tuple[str, ...])
+        with fields_blamed(self):
+            sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
         if sizes != (
             (self.system.size,),
             (self.system.size, len(self.captions)),
@@ -72,8 +78,10 @@ class Free:
 
 @checked
 def shares(shapes: Shapes) -> dict[str, np.ndarray]:
-    """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is
+    """Parts (i,) of every motion v that belong to the bodies b, to components of a model that is
     saved without them.
+
+        Re sum_(i in b) conj(v_i) (M v)_i / v^H M v    (1)
 
     Where a motion has no mass, W of `systems.lengths` takes the place of M.
     """
@@ -103,8 +111,9 @@ def in_phase(vectors: np.ndarray, metric: csr_array | np.ndarray) -> np.ndarray:
     """Complex motions (n, i), each turned by a phase so that as much of it as possible is at its
     largest at t = 0.
 
-    exp(-i angle) v with angle = arg(v^T W v) / 2, W the `metric` (n, n): v^T W v is then real and
-    positive.
+        exp(-i angle) v,    angle = arg(v^T W v) / 2
+
+    with the `metric` W (n, n): v^T W v is then real and positive.
     """
     angle = 0.5 * np.angle(np.sum(vectors * (metric @ vectors), axis=0))
     return np.asarray(vectors * np.exp(-1j * angle))
@@ -146,14 +155,18 @@ def find_free(system: System, linear: Linear) -> Free:
 def apart_from(linear: Linear, free: Free) -> Linear:
     """The equations of motions that are orthogonal to free ones in the mass.
 
-    Rows v^T M of the free motions stand behind those of the joints, (m + f, n).
+        v^T M u = 0
+
+    Such rows of the free motions v stand behind those of the joints, (m + f, n).
     """
     return replace(linear, rows=np.concatenate([linear.rows, (linear.mass @ free.vectors).T]))
 
 
 def stands_alone(linear: Linear, free: Free) -> bool:
-    """Whether no force acts along free motions, so that motions orthogonal to them in the mass stay
-    so: Y^T K = 0 and Y^T C = 0.
+    """Whether no force acts along free motions Y, so that motions orthogonal to them in the mass
+    stay so.
+
+        Y^T K = 0,    Y^T C = 0
 
     Both to round-off, beside the largest of |Y|^T |K| and |Y|^T |C|.
     """
@@ -167,8 +180,9 @@ def stands_alone(linear: Linear, free: Free) -> bool:
 def are_free(vectors: np.ndarray, free: Free, metric: csr_array | np.ndarray) -> np.ndarray:
     """Which motions (n, i) are combinations of free ones, (i,) bool.
 
-    What is left of v without its part along Y, in the `metric` (n, n), is at most a thousandth of
-    it.
+        |v - Y Y^+ v|_W <= 1e-3 |v|_W
+
+    What is left of v without its part along Y, in the `metric` W (n, n), is so little.
     """
     Y = free.vectors
     if not Y.shape[1]:

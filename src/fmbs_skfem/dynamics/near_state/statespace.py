@@ -29,6 +29,7 @@ from ...core.algebra import ranks, saddle
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage import durable
 from ...core.storage.records import dataclass
+from ...core.values import arrays
 from ...core.values.arguments import checked
 from ...systems import compiled
 from ...systems.compiled import compile_system
@@ -52,8 +53,9 @@ INSTANT = 1e-9  #: time between the states of which outputs are differentiated [
 
 @dataclass(frozen=True, repr=False)
 class StateSpace:
-    """The linear system (2), z' = A z + B w and y = C z + D w; states z (k,) are amplitudes of
-    modes, then their rates.
+    """The linear system (2); states z (k,) are amplitudes of modes, then their rates.
+
+        z' = A z + B w,    y = C z + D w
 
     w (j,) and y (i,) are changes of the inputs and outputs from those of the equilibrium x (n,), in
     the `units`. A displacement is V z[:r], but for what `static` adds, with modes V (n, r) of unit
@@ -84,8 +86,10 @@ class StateSpace:
     def states(self, motion: Trajectory) -> np.ndarray:
         """States (s, k) of a motion of the system, for feedback: amplitudes and their rates.
 
-        z = (V^T M (x - x0), V^T M x') with x0 the equilibrium, for every stored state; `motion` has
-        the unknowns (s, n) of the same system.
+            z = (V^T M (x - x0), V^T M x')
+
+        with x0 the equilibrium, for every stored state; `motion` has the unknowns (s, n) of the
+        same system.
         """
         return np.concatenate(
             [(motion.x - self.x) @ self.weights.T, motion.v @ self.weights.T], axis=1
@@ -93,15 +97,16 @@ class StateSpace:
 
     @checked
     def transfer(self, omega: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Transfer functions C (i omega - A)^-1 B + D at angular frequencies (s,) [rad/s], (s, i,
-        j) complex.
+        """Transfer functions (s, i, j), complex, at angular frequencies `omega` (s,) [rad/s].
+
+            C (i omega - A)^-1 B + D
+
+        from inputs j to outputs i.
         """
         one = np.eye(len(self.A))
+        omega = arrays.finite(omega, "transfer: omega", "frequencies (s,)", None, empty=True)
         return np.array(
-            [
-                self.C @ np.linalg.solve(1j * w * one - self.A, self.B) + self.D
-                for w in np.asarray(omega, dtype=float)
-            ]
+            [self.C @ np.linalg.solve(1j * w * one - self.A, self.B) + self.D for w in omega]
         )
 
     def save(self, path: Path | str) -> Path:
@@ -149,6 +154,8 @@ def state_space(
 ) -> StateSpace:
     """The linear system (2) of a system about the equilibrium of its linear equations, which loads
     and drives have at `time` [s].
+
+        z' = A z + B w,    y = C z + D w
 
     `inputs` are names of inputs, `outputs` of columns, all by default; `count` is the number of
     modes, the lowest, all by default, to which `static` adds (3): outputs are those of all modes
@@ -234,8 +241,10 @@ def nudged(system: System, name: str, value: float) -> System:
 
 
 def slope(system: System, x: np.ndarray, time: float, name: str, start: float) -> np.ndarray:
-    """dQ/dw (n,) of one input at rest in x (n,), from loads alone, by a central difference that is
-    exact where they are linear.
+    """What one input w pushes, (n,), at rest in x (n,), from loads alone, by a central difference
+    that is exact where they are linear.
+
+        dQ/dw
 
     `start` is the value of the input `name` about which it is taken, `time` [s] that of the loads.
     """
@@ -250,7 +259,12 @@ def slope(system: System, x: np.ndarray, time: float, name: str, start: float) -
 
 
 def residual_flexibility(linear: Linear, V: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """R (n, j) of (3) for modes V (n, r) and inputs that push by Q_w (n, j)."""
+    """What the modes that are left out bend at rest, R (n, j) of (3).
+
+        K R + Phi_x^T l + M V k = Q_w,    Phi_x R = 0,    V^T M R = 0
+
+    for modes V (n, r) and inputs that push by Q_w (n, j).
+    """
     rows = np.concatenate([linear.rows, V.T @ linear.mass])
     found = saddle.regular_solution(
         saddle.matrix(linear.stiffness, rows), np.pad(push, [(0, len(rows)), (0, 0)])

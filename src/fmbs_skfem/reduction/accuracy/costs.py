@@ -63,7 +63,12 @@ class Payoff:
 
     @property
     def speedup(self) -> float:
-        """How many times as fast as the full model it is."""
+        """How many times as fast as the full model the reduced one is.
+
+            full_s / run_s
+
+        of one run each.
+        """
         return self.full_s / self.run_s
 
     @property
@@ -73,7 +78,12 @@ class Payoff:
 
     @property
     def runs(self) -> float | None:
-        """Runs after which the training has paid; None where it does not pay."""
+        """Runs after which the training has paid.
+
+            training_s / (full_s - run_s)
+
+        None where it does not pay.
+        """
         return self.training_s / (self.full_s - self.run_s) if self.pays else None
 
     @property
@@ -186,8 +196,10 @@ def by_component(
 def multiplications(dofs: Mapping[str, int], modes: Mapping[str, int], width: int) -> int:
     """p from the coordinates touched and the modes of every component.
 
-    p = sum_b N_b (w r_b + r_b^2), w = `width`, N_b = `dofs`, r_b = `modes` (46). Source: Hou, Liu,
-    Hu 2020, doi 10.1016/j.cma.2019.112690.
+        p = sum_b N_b (w r_b + r_b^2)    (46)
+
+    with w = `width`, N_b = `dofs`, r_b = `modes`. Source: Hou, Liu, Hu 2020, doi
+    10.1016/j.cma.2019.112690.
     """
     return sum(
         dofs[name] * (width * modes[name] + modes[name] ** 2) for name in modes if name in dofs

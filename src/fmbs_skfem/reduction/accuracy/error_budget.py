@@ -115,7 +115,9 @@ def choose(
 def first_eps(tolerance: float) -> float:
     """The eps tried first: the square of the share.
 
-    (0.1 tolerance)^2, from 1e-24 to 1e-6: errors fall about as sqrt(eps).
+        eps = (0.1 tolerance)^2
+
+    from 1e-24 to 1e-6: errors fall about as sqrt(eps).
     """
     # errors go with the root of eps
     return clip((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)

@@ -60,17 +60,32 @@ class Errors:
 
     @property
     def maximum(self) -> float:
-        """Largest distance over the largest displacement."""
+        """Largest distance over the largest displacement.
+
+            max_t |q - p| / max_t |q - q0|
+
+        0 without an error, also where nothing moves.
+        """
         return over(float(self.distance.max()), float(self.motion.max()))
 
     @property
     def median(self) -> float:
-        """Median distance over the largest displacement."""
+        """Median distance over the largest displacement.
+
+            median_t |q - p| / max_t |q - q0|
+
+        0 without an error.
+        """
         return over(float(np.median(self.distance)), float(self.motion.max()))
 
     @property
     def mean(self) -> float:
-        """Integral of the distance over that of the displacement."""
+        """Integral of the distance over that of the displacement.
+
+            int |q - p| dt / int |q - q0| dt
+
+        See `mean_error`.
+        """
         return mean_error(self.times, self.distance, self.motion)
 
     @property
@@ -92,8 +107,10 @@ class Errors:
 def mean_error(times: np.ndarray, distance: np.ndarray, motion: np.ndarray) -> float:
     """Integral of a distance (s,) over that of the displacement (s,).
 
-    int |q - p| dt / int |q - q0| dt by the trapezoidal rule, at times (s,) [s]; 0 without an error,
-    infinite for an error of what does not move.
+        int |q - p| dt / int |q - q0| dt
+
+    by the trapezoidal rule, at times (s,) [s]; 0 without an error, infinite for an error of what
+    does not move.
     """
     return over(float(np.trapezoid(distance, times)), float(np.trapezoid(motion, times)))
 
@@ -121,8 +138,10 @@ def notify_other_end(full: np.ndarray, other: np.ndarray) -> None:
 
 @checked
 def compare(full: Trajectory, other: Trajectory) -> Errors:
-    """Errors |q - p|_M over time of `other` (reduced, coarser, or with another step) against
-    `full`, at the times both have stored.
+    """Errors over time of the motion p of `other` (reduced, coarser, or with another step) against
+    q of `full`, at the times both have stored.
+
+        |q - p|_M = sqrt((q - p)^T W (q - p) / w)    [m]
 
     InputError where they share fewer than two times; a warning where they end at different times.
     """
@@ -174,7 +193,12 @@ def all_positions(system: System, q: np.ndarray) -> np.ndarray:
 
 
 def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
-    """Root mean squares (s,) [m] of displacements (s, x c) along centre lines."""
+    """Root mean squares (s,) [m] of displacements u (s, x c) along centre lines.
+
+        sqrt(mean_x |u|^2)
+
+    over their x samples.
+    """
     return np.sqrt(dim * np.mean(displacements**2, axis=1))
 
 
@@ -182,9 +206,10 @@ def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
 class Norms:
     """Norms of the full residual on a reduced motion over time, (s,) each.
 
-    c |R| for `plain`, c |R|_g for `gappy`, c = h^2 beta: residual forces as far as unknowns move by
-    them in a step. `constraint` is the part of the forces of constraints that the reduced model has
-    dropped.
+        c |R| for `plain`,    c |R|_g for `gappy`,    c = h^2 beta
+
+    These are residual forces as far as unknowns move by them in a step. `constraint` is the part of
+    the forces of constraints that the reduced model has dropped.
     """
 
     times: np.ndarray
@@ -221,11 +246,13 @@ def touched(full: System, rows: np.ndarray) -> np.ndarray:
 
 @checked
 def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> Norms:
-    """Norms (s,) of c R for a motion of a reduced system over its stored states; `full` is the form
-    with all multipliers.
+    """Norms (s,) of the residual for a motion of a reduced system over its stored states; `full` is
+    the form with all multipliers.
 
-    R [force per unknown] is the residual of (2), c = h^2 beta of the `scheme`. Of the unknown
-    forces of dropped constraints those that make R smallest are taken, by least squares.
+        c R,    c = h^2 beta
+
+    R [force per unknown] is the residual of (2), h and beta are those of the `scheme`. Of the
+    unknown forces of dropped constraints those that make R smallest are taken, by least squares.
     """
     c = scaling(scheme)
     R = full_residual(compile_system(full), motion)
@@ -263,8 +290,9 @@ def unknown_forces(full: System, motion: Trajectory, R: np.ndarray, rows: np.nda
 
 
 def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> float:
-    """I = c int |R|_g dt [m s] (49) for a motion of a reduced system, over its stored states (s,
-    n).
+    """Error indicator [m s] of a motion of a reduced system, over its stored states (s, n).
+
+        I = c int |R|_g dt    (49)
 
     `full` is the form with all multipliers at the same parameters; rows of constraints that the
     reduced model does not know are masked, all others divided by their mass.
@@ -280,7 +308,9 @@ def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> flo
 
 
 def scaling(scheme: GeneralizedAlpha) -> float:
-    """c = h^2 beta.
+    """Factor of residuals by which they become displacements in a step.
+
+        c = h^2 beta
 
     [s2] of the step h and beta of the scheme.
     """
@@ -288,8 +318,10 @@ def scaling(scheme: GeneralizedAlpha) -> float:
 
 
 def full_residual(model: Compiled, motion: Trajectory) -> np.ndarray:
-    """M q'' + F + Q + Phi_q^T lambda of a full system on a reduced motion (s, q), with the
-    multipliers that the motion has.
+    """Residual (s, q) of a full system on a reduced motion, with the multipliers that the motion
+    has.
+
+        R = M q'' + F + Q + Phi_q^T lambda
     """
     here = {name: k for k, name in enumerate(motion.system.constraints.names)}
     multipliers = np.zeros((len(motion.times), model.constraints))

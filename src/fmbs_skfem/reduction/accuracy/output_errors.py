@@ -92,8 +92,9 @@ def measure(
     """e: the largest relative error; with tolerances [unit of the output] the largest error over
     its own; NaN without any.
 
-    max_c relative_c, or max_c error_c / tolerance_o over the columns of outputs that have a
-    tolerance.
+        max_c relative_c    or    max_c error_c / tolerance_o
+
+    over the columns of outputs that have a tolerance.
     """
     known = parts(found, tolerances)
     return float(np.max(list(known.values()))) if known else math.nan

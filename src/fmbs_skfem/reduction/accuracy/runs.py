@@ -29,8 +29,9 @@ NEAR = 1e-6  #: part of a step that is round-off
 class TimeError:
     """Error of the full model's own step, from halving or doubling it.
 
-    `position`, `distance` and `relative` are of the step h itself, e_h = 4/3 |q_h - q_h/2| or 1/3
-    |q_h - q_2h| for a method of second order.
+        e_h = 4/3 |q_h - q_h/2|    or    1/3 |q_h - q_2h|
+
+    for a method of second order: `position`, `distance` and `relative` are of the step h itself.
     """
 
     step: float  #: [s]

@@ -91,7 +91,9 @@ class Selection:
 class Gram:
     """Normal equations of the training matrix.
 
-    ||G w - b||^2 = w^T A w - 2 c^T w + b^T b, which is all that the search reads; G (i, e), b (i,).
+        ||G w - b||^2 = w^T A w - 2 c^T w + b^T b
+
+    which is all that the search reads; G (i, e), b (i,).
     """
 
     A: Array  #: (e,e) G^T G
@@ -116,12 +118,20 @@ class NotReached(SolverError):
 
 
 def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sample:
-    """Sparse weights w >= 0 with ||G w - b|| <= tolerance ||b||; b is the sum of the columns of G
-    unless given.
+    """Sparse weights w (e,) of the columns of G (i, e); b (i,) is their sum unless given.
+
+        ||G w - b|| <= tolerance ||b||,    w >= 0
 
     Below a tolerance of 1e-6 the search runs on the compressed form. A G that is stored in blocks
     is searched as `weights_from_gram(gram(blocks), tolerance)` or, `R, y = compress(blocks)`,
     `weights(R, tolerance, b=y)`.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.reduction import ecsw
+        >>> G = np.array([[1.0, 2.0, 3.0], [1.0, 1.0, 1.0]])  # two equations, three cells
+        >>> found = ecsw.weights(G, 1e-10)
+        >>> found.indices.tolist(), found.weights.round(6).tolist()
+        ([0, 2], [1.5, 1.5])
     """
     where = "ecsw.weights"
     _check_tolerance(tolerance, where)
@@ -159,8 +169,10 @@ def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
 
 
 def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
-    """A = G^T G, c = G^T b, b^T b of a training matrix that comes whole or in blocks of rows; b
-    (i,) is G 1 unless given.
+    """Normal equations of a training matrix that comes whole or in blocks of rows; b (i,) is G 1
+    unless given.
+
+        A = G^T G,    c = G^T b,    b^T b
 
     InputError for blocks of different widths, or another number of entries of b than of rows.
     """
@@ -177,8 +189,9 @@ def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
 
 
 def compress(blocks: Blocks, b: ArrayLike | None = None) -> tuple[Array, Array]:
-    """R (k,e) and y (k,), k <= e + 1, with ||R w - y|| = ||G w - b|| for every w: the triangle of a
-    blockwise QR of [G b].
+    """R (k, e) and y (k,), k <= e + 1, by the triangle of a blockwise QR of [G b].
+
+        ||R w - y|| = ||G w - b||    for every w
 
     Rows of blocks are appended one block after the other, so that G never stands in memory as a
     whole. InputError as of `gram`.

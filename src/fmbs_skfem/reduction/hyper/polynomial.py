@@ -47,8 +47,10 @@ BLOCK = 256  #: points whose strains are formed at once
 class Exact(HyperReduction):
     """The exact polynomial of planar membranes: nothing is sampled or trained.
 
-    W(x) = 1/2 y^T P y as in the module, at a cost of the number of modes alone. Its rule raises
-    InputError for bodies of other laws, in space, or with stiffness damping.
+        W(x) = 1/2 y^T P y
+
+    as in the module, at a cost of the number of modes alone. Its rule raises InputError for bodies
+    of other laws, in space, or with stiffness damping.
 
     Source: Barbic and James 2005, doi 10.1145/1073204.1073300.
     """
@@ -174,8 +176,11 @@ def check(sampled: Sampled, beta: float, name: str) -> None:
 
 
 def energy_matrix(sampled: Sampled) -> np.ndarray:
-    """P (m, m), its lower triangle; blocks of points are summed with compensation, so that P is as
-    good as one block.
+    """The lower triangle of P (m, m) of all points.
+
+        P = sum_p s_p s_p^T
+
+    Blocks of points are summed with compensation, so that P is as good as one block.
     """
     points = sampled.section.shape[2]
     fields = np.concatenate([sampled.offset[:, None], sampled.rows], axis=1).reshape(4, points, -1)
@@ -201,8 +206,12 @@ def energy_matrix(sampled: Sampled) -> np.ndarray:
 
 
 def strain_rows(fields: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """The three rows s of every point (3 p, m) from z -> r,1x r,1y r,2x r,2y (4, p, n) and A, nu,
-    weight (3, p).
+    """The three rows s of every point (3 p, m), by which its energy is half the sum of their
+    squares.
+
+        sqrt(w A (1 + nu) / 2) (E11 + E22),  sqrt(w A (1 - nu) / 2) (E11 - E22),  sqrt(2 w A (1 - nu)) E12
+
+    from z -> r,1x r,1y r,2x r,2y (4, p, n) and A, nu, weight w (3, p).
     """
     a, b = pairs(fields.shape[2])
     half = np.where(a == b, 0.5, 1.0)
@@ -237,7 +246,12 @@ def pairs(size: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fold(P: np.ndarray) -> np.ndarray:
-    """Coefficients of the monomials of y^T P y / 2, from the lower triangle of P (m, m)."""
+    """Coefficients (t,) of the monomials of an energy, from the lower triangle of P (m, m).
+
+        y^T P y / 2
+
+    in the order of `starts`.
+    """
     size = (int(np.sqrt(8 * len(P) + 1)) - 1) // 2
     a, b = pairs(size)
     place = starts(size)

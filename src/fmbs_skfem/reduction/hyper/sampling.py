@@ -62,7 +62,9 @@ Measure: TypeAlias = Callable[[np.ndarray], np.ndarray]
 class Ecsw(HyperReduction):
     """ECSW of every component, to the relative tolerance eta.
 
-    ||G w - G 1|| <= eta ||G 1|| over all training states. NotReached, a SolverError, where no weights keep it.
+        ||G w - G 1|| <= eta ||G 1||,    w >= 0
+
+    over all training states. NotReached, a SolverError, where no weights keep it.
     """
 
     tolerance: float = USUAL
@@ -79,7 +81,9 @@ class Ecsw(HyperReduction):
 class Elements(Ecsw):
     """ECSW over the cells of a component, to the relative tolerance eta.
 
-    F_r ~ sum_e w_e U_e^T F_e. Source: Farhat, Avery, Chapman, Cortial 2014, doi 10.1002/nme.4668.
+        F_r ~ sum_e w_e U_e^T F_e
+
+    Source: Farhat, Avery, Chapman, Cortial 2014, doi 10.1002/nme.4668.
     """
 
     name: ClassVar[str] = Level.ELEMENTS.value
@@ -158,8 +162,10 @@ def full_body(elastic: Elastic) -> InputError:
 
 
 def by_energy(members: list[Elastic], start: int, states: np.ndarray) -> np.ndarray:
-    r"""C^(1/2) (s, r, r) of the forces of a component in states (s, r), C = sum_i v_i v_i^T /
-    (|l_i| + l), K v_i = l_i v_i.
+    """Roots of the compliance (s, r, r), by which the forces of a component in states (s, r) count
+    as energies.
+
+        C^(1/2),    C = sum_i v_i v_i^T / (|l_i| + l),    K v_i = l_i v_i
 
     K is the tangent of the first run, l the least of its eigenvalues that rigid motions do not
     have. The modes are orthonormal in the mass.
@@ -180,8 +186,11 @@ def by_energy(members: list[Elastic], start: int, states: np.ndarray) -> np.ndar
 
 
 def compliance_root(values: np.ndarray, vectors: np.ndarray, least: float) -> np.ndarray:
-    """C^(1/2) (r, r) of C = sum_i v_i v_i^T / (|l_i| + least), eigenvalues l (r,) and vectors v (r,
-    r) of a tangent.
+    """Root of a compliance (r, r), of eigenvalues l (r,) and vectors v (r, r) of a tangent.
+
+        C^(1/2),    C = sum_i v_i v_i^T / (|l_i| + least)
+
+    which is positive definite whatever the signs of l are.
     """
     return np.asarray((vectors / np.sqrt(np.abs(values) + least)).T)
 
@@ -337,8 +346,11 @@ def training_blocks(
     level: Level,
     measure: Measure | None = None,
 ) -> Iterator[np.ndarray]:
-    """Rows (s n) of G for blocks of states (s, n); columns are cells or points of all bodies of the
-    component.
+    """Rows (s r) of the training matrix for blocks of states (s, r).
+
+        G_(s,i),e = (U_e^T F_e(q_s))_i
+
+    Columns e are cells or points of all bodies of the component.
     """
     points = sum(len(sampled_gather(e).cell) for e in members)
     # blocks of states, so that forces of all points stay below BLOCK numbers
@@ -357,8 +369,11 @@ def training_blocks(
 
 
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
-    """Contribution of every cell or point to the force on the body's own unknowns (s, r): (s, r,
-    e).
+    """Contributions of cells or points e to the force on the body's own unknowns.
+
+        U_e^T F_e(q_s)    (s, r, e)
+
+    of states (s, r).
     """
     gather = sampled_gather(elastic)
     points = len(gather.cell)
@@ -377,8 +392,9 @@ def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
 
 
 def apply(system: System, selections: tuple[Selection, ...]) -> System:
-    """The hyper-reduced system, F_r ~ sum_e w_e U_e^T F_e: rows of the storages, and quadrature
-    weights times ECSW weights.
+    """The hyper-reduced system: rows of the storages, and quadrature weights times ECSW weights w.
+
+        F_r ~ sum_e w_e U_e^T F_e
 
     `system` may be the reduced system of any parameters, with the components on which the
     selections were trained.

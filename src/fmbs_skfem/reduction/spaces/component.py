@@ -53,6 +53,13 @@ def body_level(system: System) -> dict[str, tuple[str, ...]]:
 
     Joints between bodies then keep their rows in the reduced model, or are eliminated where they
     are linear and the plan says so.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import reduction, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> pair = systems.assemble([point_mass(name, 1.0, np.zeros(2)) for name in "ab"])
+        >>> reduction.body_level(pair), reduction.system_level(pair)
+        ({'a': ('a',), 'b': ('b',)}, {'system': ('a', 'b')})
     """
     return {name: (name,) for name, _, _ in system.coordinates}
 
@@ -100,10 +107,12 @@ def is_rigid(system: System, members: Sequence[str]) -> bool:
 def metric_of(system: System, rows: np.ndarray) -> csr_array:
     """The metric of some coordinates (n, n): modes are orthonormal in it, singular values lengths.
 
-    W_bb / w with the metric W and the mass w of a full system: u^T W u is a mean square
-    displacement [m2]. `rows` are numbers (n,) in q. Directors of a beam hold its section and its
-    shear, however thin it is, and their small mass says nothing of them: the n coefficients of each
-    count together as a displacement of the beam by its size, as in `parts.bodies.metric`.
+        u^T W_bb u / w
+
+    is a mean square displacement [m2], with the metric W and the mass w of a full system. `rows`
+    are numbers (n,) in q. Directors of a beam hold its section and its shear, however thin it is,
+    and their small mass says nothing of them: the n coefficients of each count together as a
+    displacement of the beam by its size, as in `parts.bodies.metric`.
     """
     added = director_masses(system)
     if not added.any():
@@ -128,8 +137,11 @@ def mass_of(system: System, rows: np.ndarray) -> csr_array | None:
 
 
 def director_masses(system: System) -> np.ndarray:
-    """What directors of full beams weigh, a diagonal (q,): m L^2 / n of a beam of mass m, size L, n
-    functions; else 0 [kg m2].
+    """What directors of full beams weigh, a diagonal (q,) [kg m2].
+
+        m L^2 / n
+
+    of a beam of mass m, size L and n functions; else 0.
     """
     found = np.zeros((len(system.unit), system.dim))
     dim = system.dim
@@ -149,7 +161,9 @@ def director_masses(system: System) -> np.ndarray:
 
 
 def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Linear constraints A q + a = 0 that touch the given coordinates only: A (m, rows), a (m,).
+    """Linear constraints that touch the given coordinates only: A (m, rows), a (m,).
+
+        A q + a = 0
 
     Nonlinear rows, and those of time, are not among them.
     """
@@ -176,10 +190,11 @@ def is_resting(system: System, displacement: float) -> bool:
 
 
 def any_motion(A: np.ndarray) -> np.ndarray:
-    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are
-    made: they need a direction.
+    """A displacement (n, 1) of which bases of components at rest are made: they need a direction.
 
-    It is random, always the same.
+        A q = 0
+
+    A (m, n); it is random, always the same.
     """
     return satisfy(np.random.default_rng(0).normal(size=(1, A.shape[1])), A, np.zeros(len(A))).T
 
@@ -209,16 +224,20 @@ def refuse_rest(
 
 
 def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """The states (s, n) nearest to q with A q + a = 0.
+    """The states (s, n) nearest to q that satisfy linear constraints.
 
-    q - A^+ (A q + a), A (m, n) and a (m,), with the pseudoinverse A^+: nearest in the Euclidean
-    norm. Without rows q itself.
+        q - A^+ (A q + a)
+
+    with A (m, n), a (m,) and the pseudoinverse A^+: nearest in the Euclidean norm. Without rows q
+    itself.
     """
     return q - ranks.least(A, (q @ A.T + a).T).T if len(a) else q
 
 
 def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
-    """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n).
+    """Modes U (n, r) of all q that A (m, n) allows, orthonormal in the metric W (n, n).
+
+        A U = 0,    U^T W U = 1
 
     The null space of A, as many modes as unknowns n less its rank: of rigid bodies nothing is left
     out.
@@ -227,8 +246,9 @@ def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
 
 
 def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m,
-    n).
+    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that A (m, n) allows.
+
+        A q = 0
 
     `rows` (n,) are the numbers in q of the coordinates. Rows of A that read other bodies as well
     count with what they read of rigid ones.
@@ -246,9 +266,10 @@ def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndar
 
 
 def projected(system: System, q: np.ndarray) -> np.ndarray:
-    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates
-    (s, q).
+    """Unknowns x (s, n) of a reduced system nearest to body coordinates (s, q).
 
-    x = argmin |V x + qbar - q| by `systems.project`, V and qbar being the lift of the system.
+        x = argmin |V x + qbar - q|
+
+    by `systems.project`, V and qbar being the lift of the system.
     """
     return np.ascontiguousarray(project(system.lift.matrix, (q - system.lift.offset).T).T)

@@ -38,8 +38,11 @@ def reduce_floating(system: System, modes: int = 10) -> System:
     bending modes a body.
 
     Unknowns of a beam are c, e and the amplitudes m_i, c letters each (`System.components` says
-    where). Its stiffness is diag(omega_i^2), its constraints those of the system and |e|^2 = 1, m_i
-    . e = 0. InputError for a beam that is not straight.
+    where). Its stiffness is diag(omega_i^2), its constraints those of the system and
+
+        |e|^2 = 1,    m_i . e = 0
+
+    InputError for a beam that is not straight.
     """
     require_body_coordinates("reduce_floating", system)
     if modes < 1:
@@ -85,6 +88,8 @@ def floating_fields(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scalar fields (b, 2 + i): 1, arc length, bending modes; squares of the frequencies omega^2
     (i,).
+
+    InputError for a body whose reference line is curved.
     """
     first, last = next((a, b) for body, a, b in system.coordinates if body == name)
     dim = system.dim
@@ -109,8 +114,10 @@ def floating_fields(
 def bending_modes(
     system: System, cells: Cells, first: int, last: int, start: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mass-normalised bending modes clamped at the start: omega^2 (i,), shapes (b, i); `start` (2,
-    b) reads value and slope.
+    """Bending modes clamped at the start: omega^2 (i,), shapes v (b, i); `start` (2, b) reads value
+    and slope.
+
+        K v = omega^2 M v,    v^T M v = 1
     """
     dim = cells.dim
     mass = csr_array(system.mass)[first:last:dim, first:last:dim].toarray()
@@ -124,7 +131,12 @@ def bending_modes(
 
 
 def frame_rows(terms: TermCollector, name: str, e: int, dim: int, modes: int) -> None:
-    """|e|^2 = 1 and m_i . e = 0; the frame axis is probe row `e`, the amplitudes behind it."""
+    """Constraints of a floating frame and its amplitudes.
+
+        |e|^2 = 1,    m_i . e = 0
+
+    The frame axis is probe row `e`, the amplitudes stand behind it.
+    """
     terms.row(name, "frame", *[(0.5, -1, e + c, e + c) for c in range(dim)], (-0.5, -1, -1, -1))
     for i in range(modes):
         m = e + (i + 1) * dim

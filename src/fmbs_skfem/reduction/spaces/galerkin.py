@@ -83,6 +83,14 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
     stored ones by default.
 
     InputError where states were not stored at these times.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem import dynamics, reduction, systems
+        >>> from fmbs_skfem.bodies import point_mass
+        >>> rest = systems.assemble([point_mass("ball", 2.0, np.ones(2))])
+        >>> motion = dynamics.integrate(rest, dynamics.GeneralizedAlpha(0.01), 0.1)
+        >>> reduction.snapshots(motion, 0.05).q.tolist()
+        [[1.0, 1.0], [1.0, 1.0], [1.0, 1.0]]
     """
     times = trajectory.times
     if interval is None:
@@ -109,6 +117,8 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
 def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Where (k,) wanted times [s] stand among stored ones (s,) [s]; the interval between them tells
     round-off from a wrong time.
+
+    InputError for no times, and for one at which no state is stored.
     """
     near = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     near = near - (wanted - times[near - 1] < times[near] - wanted)
@@ -137,6 +147,8 @@ def bases(
 ) -> dict[str, Basis]:
     """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps =
     `tolerance` (14) or to `modes`.
+
+        q^b = U^b xi^b + qbar^b,    U^bT W U^b = 1,    eps >= sum_{i>r} s_i^2 / sum_i s_i^2
 
     Modes are orthonormal in the mass of the component over that of all bodies; the initial state is
     kept in every basis. Snapshots are first projected onto the linear constraints inside the
@@ -178,8 +190,10 @@ def bases(
 
 
 def keeping(system: System, rows: np.ndarray, A: np.ndarray, basis: Basis) -> Basis:
-    """A basis of coordinates (n,) whose modes keep A q = 0, A (m, n), and hold all that rigid
-    bodies among them do by themselves.
+    """A basis of coordinates (n,) whose modes U keep rows A (m, n), and hold all that rigid bodies
+    among them do by themselves.
+
+        A U = 0
 
     Their axes turn far: modes of a training would let them deform, and their joints would not
     close.
@@ -226,14 +240,31 @@ def reduce_system(
     eliminate: bool = False,
     configurations: np.ndarray | None = None,
 ) -> System:
-    """The reduced system of a full one (with all multipliers), a System again: q = V x + qbar, V =
-    diag(U^b), equations (21).
+    """The reduced system of a full one (with all multipliers), a System again.
+
+        q = V x + qbar,    V = diag(U^b),    V^T (M q'' + F + Q + Phi_q^T lambda) = 0    (21)
 
     `found` has the basis of every component, `components` names their bodies, each in exactly one.
     `eliminate` removes the linear constraints between components by pivoted columns (33); otherwise
     they keep multipliers. `configurations` (s, q) are states at which dependent rows are looked
     for. InputError where a component has too few modes for the constraints that link it to others,
     or a basis belongs to another model.
+
+        >>> from fmbs_skfem import bodies, dynamics, reduction, systems
+        >>> from fmbs_skfem.shapes.meshes import segment
+        >>> from fmbs_skfem.systems import At, joints, loads
+        >>> beam = bodies.cable("beam", segment(10), bodies.Given(1e5, 0.5, 0.1), dim=2)
+        >>> hinge, weight = joints.Pin("hinge", At("beam", "left")), loads.Gravity((0.0, -9.81))
+        >>> raw = systems.assemble([beam], [hinge], [weight])
+        >>> full = dynamics.integrate(systems.eliminate(raw), dynamics.GeneralizedAlpha(5e-3), 0.5)
+        >>> components = reduction.body_level(raw)
+        >>> found = reduction.bases(raw, reduction.snapshots(full, 0.01), components, 1e-8)
+        >>> small = reduction.reduce_system(raw, components, found)
+        >>> small
+        <System 6 unknowns, 0 constraints: beam>
+        >>> motion = dynamics.integrate(small, dynamics.GeneralizedAlpha(5e-3), 0.5)
+        >>> reduction.compare(full, motion).maximum < 1e-2
+        True
     """
     component.require_body_coordinates("reduce_system", system)
     check_components(system, components)
@@ -335,8 +366,11 @@ def clean_diagonal(A: Matrix) -> Matrix:
 def block_basis(
     system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis]
 ) -> tuple[np.ndarray, np.ndarray, tuple[tuple[str, int, int], ...]]:
-    """V (q, r) with one block a component, the mean (q,), and where each component's unknowns
-    stand.
+    """Basis of all components, and where each component's unknowns stand.
+
+        q = V x + mean,    V = diag(U^b)
+
+    V (q, r), mean (q,).
     """
     total = sum(found[name].modes.shape[1] for name in components)
     V = np.zeros((system.size, total))

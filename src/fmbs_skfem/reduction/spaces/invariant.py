@@ -65,8 +65,10 @@ def make(
     count: int | None,
     A: np.ndarray,
 ) -> Basis:
-    """The same with so many functions, or as many as the tolerance asks for, that keeps A q = A q0,
-    A (i, n).
+    """The same with so many functions, or as many as the tolerance asks for, that keeps rows A (i,
+    n).
+
+        A q = A q0
     """
     dim = system.dim
     start = system.lift(system.x0)[rows]
@@ -100,8 +102,9 @@ def of_functions(
 ) -> Basis:
     """The basis of functions S (b, m), for coordinates that keep A q = A q0, A (i, n).
 
-    modes = (S (x) 1_dim) T, about the state `start` (n,), n = b dim; T is the identity in some of
-    its rows.
+        modes = (S (x) 1_dim) T
+
+    about the state `start` (n,), n = b dim; T is the identity in some of its rows.
     """
     closed = np.asarray(kron(S, np.eye(dim)).toarray())
     T = keeping(A, closed)
@@ -109,9 +112,11 @@ def of_functions(
 
 
 def as_complex(states: np.ndarray) -> np.ndarray:
-    """x + i y (b, s) of states (n, s) in the plane.
+    """States in the plane as complex numbers (b, s).
 
-    b = n / 2 vectors of two components each.
+        x + i y
+
+    of states (n, s), b = n / 2 vectors of two components each.
     """
     return np.asarray(states[0::2] + 1j * states[1::2])
 
@@ -125,7 +130,12 @@ def with_quarter_turns(U: np.ndarray) -> np.ndarray:
 
 
 def keeping(A: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """T (k, r), the identity in r rows, with A modes T = 0 for A (i, n) and modes (n, k)."""
+    """Amplitudes of modes (n, k) that keep rows A (i, n).
+
+        A modes T = 0
+
+    with T (k, r), the identity in r of its rows.
+    """
     D = A @ modes
     seen = np.abs(D).max(axis=1, initial=0.0) > ranks.EXACT * (np.abs(A) @ np.abs(modes)).max(
         axis=1, initial=0.0
@@ -156,8 +166,10 @@ def with_rows(S: np.ndarray, B: np.ndarray, sizes: np.ndarray | float = 1.0) -> 
     """The same space as S (b, m) with the values of independent rows B (i, b) as its first
     coordinates; the others vanish there.
 
-    S [B^+, Z] with the rows B S that are independent, and Z orthonormal with B S Z = 0. S as it is
-    without rows. Rows are held against one another times their `sizes` (i,).
+        S [B^+, Z],    B S Z = 0
+
+    with the rows B S that are independent, and Z orthonormal. S as it is without rows. Rows are
+    held against one another times their `sizes` (i,).
     """
     if not len(B):
         return S

@@ -82,8 +82,9 @@ def sample_rows(
 ) -> RowSamples:
     """Constraint rows at the projections of states q (s, q) of the full system.
 
-    x = argmin |V x + qbar - q| at each of `times` (s,) [s], 0 by default; rows are divided by their
-    lengths in the full system.
+        x = argmin |V x + qbar - q|
+
+    at each of `times` (s,) [s], 0 by default; rows are divided by their lengths in the full system.
     """
     x = projected(reduced, q)
     model = compile_system(reduced)

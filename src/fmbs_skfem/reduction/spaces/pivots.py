@@ -25,11 +25,19 @@ Indices = NDArray[np.intp]
 
 
 def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
-    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows
-    of T are the identity.
+    """T (r,r-m) and x0 (r,) by which linear constraints are eliminated; y are entries of x: their
+    rows of T are the identity.
+
+        D (T y + x0) + d = 0    for every y
 
     Equations (33) to (36), D (m,r), d (m,). InputError where there are as many constraints as
     modes, or dependent ones.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.reduction import pivots
+        >>> T, x0 = pivots.eliminate(np.array([[2.0, 1.0]]), np.array([-4.0]))  # 2 x_0 + x_1 = 4
+        >>> T.T.tolist(), x0.tolist()
+        ([[-0.5, 1.0]], [2.0, 0.0])
     """
     where = "pivots.eliminate"
     matrix = _matrix(D, "pivots.eliminate")

@@ -43,11 +43,13 @@ SAME = 1e-12  #: a kept state that differs from the mean by less than this, rela
 
 @dataclass(frozen=True)
 class Basis:
-    """q = mean + modes @ xi; `singular_values` are those of all deviations from the mean, also
-    beyond the truncation.
+    """A basis of states; `singular_values` are those of all deviations from the mean, also beyond
+    the truncation.
+
+        q = mean + modes @ xi,    eps = sum_{i>r} s_i^2 / sum_i s_i^2
 
     U^T W U = 1 for the metric W that it was made in. `modes` (n, r) may be fewer than the singular
-    values (i,): the error of truncation is eps = sum_{i>r} s_i^2 / sum_i s_i^2.
+    values (i,): eps is the error of truncation.
     """
 
     modes: Array  #: (n,r), columns orthonormal in the metric: a kept state first, then the largest singular value first
@@ -69,8 +71,8 @@ def basis(
     metric: csr_array | None = None,
     second: csr_array | None = None,
 ) -> Basis:
-    """POD basis of the snapshots (n,s), truncated by `tolerance` (the eps of equation (14)) or to a
-    number of `modes`.
+    """POD basis U of the snapshots X (n,s), truncated by `tolerance` (the eps of equation (14)) or
+    to a number of `modes`.
 
     The snapshots are centred at their mean, or at the state `mean` (n,) where one is given. The
     state `keep` (n,), as a rule the initial one, is represented exactly: its deviation is the first
@@ -79,6 +81,13 @@ def basis(
     positive definite; `tolerance` holds in a `second` one as well, which may be semidefinite.
     InputError for snapshots that are not finite or do not move, and without exactly one of the two
     limits.
+
+        >>> import numpy as np
+        >>> from fmbs_skfem.reduction import pod
+        >>> t = np.linspace(0.0, 1.0, 9)
+        >>> states = np.outer([3.0, 4.0], np.sin(t))  # (n, s), all along one direction
+        >>> pod.basis(states, tolerance=1e-12).modes.T.round(3).tolist()
+        [[0.6, 0.8]]
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
@@ -97,8 +106,10 @@ def update(
     metric: csr_array | None = None,
     second: csr_array | None = None,
 ) -> Basis:
-    """Basis of several runs from their truncated factors: left singular vectors of [U_1 S_1, U_2
-    S_2, ...], equation (50).
+    """Basis of several runs from their truncated factors: the left singular vectors of them side by
+    side.
+
+        [U_1 S_1, U_2 S_2, ...]    (50)
 
     A factor is (U (n,r), s (r,)) of deviations from the one state `mean` (n,), without a kept
     state: `(b.modes, b.singular_values[: b.modes.shape[1]])` of a basis `b`; metrics as those of
@@ -143,11 +154,12 @@ def of_vectors(
     """Basis of coordinates that are vectors in space, from their components (n,s), as many columns
     as snapshots times components.
 
-    U (x) I_c holds the states turned in any way if U holds their components. Vectors in the plane
-    may be complex numbers, x + iy, one column a snapshot: then U and i U hold all turned states.
-    The first of the columns `keep` (n,k) is the field 1: the tolerance refers to the deviations
-    from it. All of them are represented exactly, in the first columns of U. Metrics as those of
-    `basis`.
+        U (x) I_c
+
+    holds the states turned in any way if U holds their components. Vectors in the plane may be
+    complex numbers, x + iy, one column a snapshot: then U and i U hold all turned states. The first
+    of the columns `keep` (n,k) is the field 1: the tolerance refers to the deviations from it. All
+    of them are represented exactly, in the first columns of U. Metrics as those of `basis`.
     """
     x, kept = _states(snapshots, "snapshots"), _states(keep, "fields to be kept")
     W = _metric(metric, x.shape[0])
@@ -172,11 +184,16 @@ def of_vectors(
 
 
 def truncation(singular_values: ArrayLike, tolerance: float) -> int:
-    """Smallest r with tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2, equation (14); the tails are
-    summed from the small end.
+    """Smallest number r of modes that a tolerance allows; the tails are summed from the small end.
+
+        tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2    (14)
 
     `singular_values` are (i,). InputError where they are not finite or all zero, and for a
     tolerance outside of 0 to 1.
+
+        >>> from fmbs_skfem.reduction import pod
+        >>> pod.truncation([1.0, 0.1, 0.01], 1e-3)  # 0.01^2 / 1.0101 is left out
+        2
     """
     s = np.asarray(singular_values, dtype=np.float64)
     if s.ndim != 1 or s.size == 0 or not np.all(np.isfinite(s)) or not np.max(s) > 0.0:
@@ -275,8 +292,9 @@ def outside(W: csr_array, x: Array, first: Array) -> Array:
     """x (n,) or (n, k) without its part along the orthonormal columns `first` (n, r) in the metric
     W (n, n).
 
-    x - U U^T W x, twice, so that what is left is orthogonal to round-off; conjugate where `first`
-    is complex.
+        x - U U^T W x
+
+    twice, so that what is left is orthogonal to round-off; conjugate where `first` is complex.
     """
     # twice, as what round-off leaves of the first time is as large as small modes
     for _ in range(2):
@@ -288,8 +306,9 @@ def orthonormal(W: csr_array, columns: Array) -> Array:
     """Columns (n,r) made orthonormal in the metric W (n,n), each a combination of itself and those
     before it.
 
-    U = X C^-T with the Cholesky factor C of X^T W X; LinAlgError where that is not positive
-    definite.
+        U = X C^-T
+
+    with the Cholesky factor C of X^T W X; LinAlgError where that is not positive definite.
     """
     C = np.linalg.cholesky(columns.T @ (W @ columns))
     return np.ascontiguousarray(solve_triangular(C, columns.T, lower=True).T)
@@ -298,8 +317,9 @@ def orthonormal(W: csr_array, columns: Array) -> Array:
 def left_singular(W: csr_array, x: Array) -> tuple[Array, Array]:
     """U (n,i), orthonormal in the metric W (n,n), and s (i,) of x (n,s).
 
-    x = U diag(s) Z^T with U^T W U = 1 and i = min(n, s), s falling; x may be complex. W is
-    symmetric and positive definite.
+        x = U diag(s) Z^T,    U^T W U = 1
+
+    with i = min(n, s), s falling; x may be complex. W is symmetric and positive definite.
     """
     # positions and slopes in one size, so that QR loses no digits of either
     scale = np.sqrt(W.diagonal())

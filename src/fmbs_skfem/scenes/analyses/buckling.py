@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Buckling(States):
-    """Load factors at which the loads take the stiffness away, predicted from small ones; the
+    """Load factors k at which the loads take the stiffness away, predicted from small ones; the
     factor 1 stands for t = `time`.
+
+        (K0 + k K1) v = 0
 
     {type: buckling, count: 3}
     """

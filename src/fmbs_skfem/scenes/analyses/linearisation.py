@@ -29,8 +29,10 @@ STILL = 1e-6  #: of the largest one, up to which an eigenvalue is that of a free
 
 @dataclass(frozen=True, kw_only=True)
 class Linearise(NearState):
-    """The linear system x' = A x + B u, y = C x + D u about the equilibrium of the loads, or about
-    the reference as if it were one.
+    """The linear system about the equilibrium of the loads, or about the reference as if it were
+    one.
+
+        x' = A x + B u,    y = C x + D u
 
     Its states are amplitudes of vibration modes and their rates, of all modes unless `modes` says
     how many, the lowest. Inputs are those of the section `inputs`, outputs the columns of the
@@ -114,7 +116,12 @@ class Linearise(NearState):
 
 
 def sizes(space: StateSpace) -> np.ndarray:
-    """|s| (i,) of the listed eigenvalues [rad/s]."""
+    """Sizes (i,) of the listed eigenvalues s [rad/s].
+
+        |s|
+
+    each of a conjugate pair once.
+    """
     found = eigenvalues(space)
     return np.asarray(np.hypot(2.0 * np.pi * found["frequency_hz"], found["growth_per_s"]))
 

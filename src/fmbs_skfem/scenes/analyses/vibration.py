@@ -48,6 +48,8 @@ class Modes(NearState):
     """Vibration modes about the equilibrium of the loads, which is found as in statics, or about
     the unloaded reference.
 
+        K v = omega^2 M v,    where `damped` or with `spin`    (s^2 M + s C + K) v = 0
+
     About the reference, of the loads only springs act. `damped` modes have a damping ratio each;
     follower forces and `spin`, with which joints and loads turn, need complex modes, too. A motion
     that grows is named: flutter or divergence.
@@ -135,7 +137,12 @@ class Modes(NearState):
 
 
 def size(found: Motions) -> np.ndarray:
-    """|growth + i omega| (i,) [rad/s]."""
+    """Sizes (i,) of eigenvalues [rad/s].
+
+        |growth + i omega|
+
+    of all motions that are listed.
+    """
     return np.asarray(np.hypot(found.omega, found.growth))
 
 

@@ -35,6 +35,12 @@ from .solving import RunTask, attempt
 GENERATOR = b'name="generator" content="fmbs_skfem"'  #: in the head of every page
 IN_TERMINALS = "www-browser", "links", "elinks", "lynx", "w3m"  #: browsers that run no scripts
 
+#: kinds of what a scene is run with again, see `reports.RECORD`
+PLAN = {
+    **dict.fromkeys(("steps", "step", "cells", "local_error", "tolerance"), float),
+    "wanted": str,
+}
+
 if TYPE_CHECKING:
     from ...scenes import Scene
 
@@ -262,6 +268,7 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
 
 def read_plan(path: Path, found: Any) -> Planned:
     """What was found for an accuracy, of a file at a path."""
+    reports.require_shape(path, found, PLAN, "accuracy")
     try:
         return Planned(**found)
     except TypeError as problem:

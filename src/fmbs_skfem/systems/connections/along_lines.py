@@ -50,7 +50,12 @@ def cell_of(F: Any, k: int, s: float, cells: int) -> int:
 
 @jit
 def share(F: Any, k: int, e: int, b: int, s: float, order: int) -> float:
-    """The derivative of this order by s of function b of cell e: sum_j C_bj u^j, u = (s - s_e) / h."""
+    """Derivative of a function of a line by the place along it.
+
+        N_b^(order)(s) = d^order/ds^order sum_j C_bj u^j,    u = (s - s_e) / h
+
+    of function b of cell e.
+    """
     _, count, first, cells = layout(F, k)
     start = F.numbers[k, HEAD + e]
     h = F.numbers[k, HEAD + e + 1] - start
@@ -74,7 +79,12 @@ def node(F: Any, k: int, e: int, cells: int) -> int:
 
 @jit
 def value(F: Any, k: int, e: int, y: np.ndarray, c: int, s: float, order: int) -> float:
-    """sum_b N_b^(order)(s) Y_bc with the coefficients Y in y, in the cell e."""
+    """Derivative of a line by the place along it, one component c.
+
+        sum_b N_b^(order)(s) Y_bc
+
+    with the coefficients Y in y, in the cell e.
+    """
     dim, count, _, cells = layout(F, k)
     first = node(F, k, e, cells)
     total = 0.0

@@ -49,8 +49,9 @@ ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
 
 
 class Joint(Declared, ABC):
-    """A joint: a frozen dataclass with a name, see `core.declared`, which adds constraint rows
-    Phi(q, t) = 0.
+    """A joint: a frozen dataclass with a name, see `core.declared`, which adds constraint rows.
+
+        Phi(q, t) = 0
 
     `check_joint` tests one.
     """
@@ -85,6 +86,8 @@ def needs_axis(axis: Ground | None, dim: int) -> Iterator[tuple[str, Problem]]:
             "axis",
             Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]"),
         )
+    elif axis is not None and len(axis) != 3:
+        yield "axis", Problem("an axis of 3 numbers", f"{len(axis)} of them")
 
 
 def needs_other_side(to: At | Ground | None) -> Iterator[tuple[str, Problem]]:
@@ -152,8 +155,11 @@ def point(
 
 
 def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:
-    """Rows r - target = 0 [m] of a place and a point (c,) from the origin of the coordinates, c of
-    them.
+    """Rows that hold a place at a point (c,) from the origin of the coordinates.
+
+        r - target = 0    [m]
+
+    c of them.
     """
     first = draft.probes.add(draft.layout.read(where(joint), at))
     for c in range(draft.layout.dim):
@@ -163,7 +169,12 @@ def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:
 
 
 def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
-    """Rows r_a - r_b = 0 [m] of two places, c of them."""
+    """Rows that hold two places together.
+
+        r_a - r_b = 0    [m]
+
+    c of them.
+    """
     layout = draft.layout
     first = draft.probes.add(layout.read(where(joint), at) - layout.read(where(joint), to))
     for c in range(layout.dim):
@@ -171,7 +182,9 @@ def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
 
 
 def coincide(joint: Any, draft: Draft, at: At, to: End) -> None:
-    """Rows of equal positions r_at - r_to = 0 [m]; `to` None: of the position in the reference.
+    """Rows of equal positions; `to` None: of the position in the reference.
+
+        r_at - r_to = 0    [m]
 
     InputError where the places are apart in the reference, see `check_meeting`.
     """
@@ -226,6 +239,8 @@ def size_of(layout: Coordinates, names: set[str]) -> float:
 
 def unit(place: str, values: object, size: int) -> np.ndarray:
     """A direction (size,) of length 1.
+
+        d / |d|
 
     InputError, after `place`, for another number of values, zeros alone, or values that are not
     finite.
@@ -310,7 +325,9 @@ def carried(joint: Any, draft: Draft, end: End, direction: np.ndarray) -> Vector
 
 
 def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -> list[Term]:
-    """Terms (coefficient, signal, i, j) of factor s(t) u . w.
+    """Terms (coefficient, signal, i, j) of a scalar product.
+
+        factor s(t) u . w
 
     u and w are the first of c = `dim` probe rows, or fixed vectors (c,); `signal` is the number of
     s, -1 for 1.
@@ -325,8 +342,9 @@ def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -
 
 
 def far(first: int, dim: int, length: float) -> list[Term]:
-    """Terms of (|u|^2 - l^2) / (2 l) [m] of the probe rows u (dim,) from `first` on, l = `length`
-    [m].
+    """Terms of the distance l = `length` [m] of the probe rows u (dim,) from `first` on.
+
+        (|u|^2 - l^2) / (2 l) = 0    [m]
 
     Its derivative by u is u / l: the multiplier is the force along u [N].
     """
@@ -383,8 +401,9 @@ def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> Non
 
 
 def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
-    """No relative rotation: u . n_i = 0 for a direction u of one end and its normals on the other,
-    and n_1 . n_2 = 0 in space.
+    """No relative rotation, by a direction u of one end and its normals on the other.
+
+        u . n_i = 0,    and n_1 . n_2 = 0 in space
 
     The slope of a line is held in direction only: its stretch is free, and it carries no torsion.
     """
@@ -460,8 +479,10 @@ def tied(joint: Any, draft: Draft, at: At, to: End) -> None:
 
 
 def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:
-    """Rows n_i . (r_at - r_to) = const [m] for the c - 1 normals n_i of a direction (c,), which
-    move with the end `to`.
+    """Rows that guide a place along a direction (c,), by its c - 1 normals n_i, which move with the
+    end `to`.
+
+        n_i . (r_at - r_to) = const    [m]
 
     Values are those of the reference; to None: normals are fixed. InputError where `to` does not
     carry them.

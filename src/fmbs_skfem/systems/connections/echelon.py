@@ -26,7 +26,9 @@ ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a p
 
 @dataclass(frozen=True)
 class Echelon:
-    """The solution of A x + a = 0 for some unknowns: x[dependent] = solution @ x + fixed.
+    """The solution of A x + a = 0 for some unknowns.
+
+        x[dependent] = solution @ x + fixed
 
     `solution` has no entries in the columns of dependent unknowns.
     """
@@ -41,7 +43,9 @@ class Echelon:
 def solve(
     A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np.ndarray | None = None
 ) -> Echelon:
-    """Echelon form of A x + a = 0, A (m, n), a (m,), see the module; unknowns x (n,).
+    """Echelon form of linear equations with A (m, n) and a (m,), see the module; unknowns x (n,).
+
+        A x + a = 0
 
     Pivots are larger than `tolerance` times r_i c_j, entries of S than ROUND_OFF times c_j / c_i, r
     and c the largest entries of rows and columns: a weight of 6e-10 left out moves one end of a

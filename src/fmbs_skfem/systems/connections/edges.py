@@ -263,10 +263,11 @@ def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: b
 
 
 def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:
-    """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some
-    cells (i,) [m2].
+    """Weights of surface loads over some cells (i,) [m2].
 
-    b counts the functions of the body.
+        int N_b dA (b, 1)    or    int N_b n dA (b, 3)
+
+    with the unit normal n of the reference; b counts the functions of the body.
     """
     reference = part.shape_reference
     table = surface.tabulate(shape)
@@ -279,8 +280,11 @@ def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool)
 
 
 def edge_weights(part: Body, shape: Surface, sides: np.ndarray) -> np.ndarray:
-    """int N_b ds (b, 1) over sides of cells, pairs (i, 2) of a cell and a side [m]; b counts the
-    functions of the body.
+    """Weights of edge loads over sides of cells, pairs (i, 2) of a cell and a side [m].
+
+        int N_b ds (b, 1)
+
+    b counts the functions of the body.
     """
     x, w = np.polynomial.legendre.leggauss(shape.order + 1)
     cell, side = np.repeat(sides, len(x), axis=0).T

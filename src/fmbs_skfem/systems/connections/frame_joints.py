@@ -70,8 +70,10 @@ class Revolute(Joint):
 
 @dataclass(frozen=True)
 class Universal(Joint):
-    """Two places coincide; the axis on `at` stays normal to `axis_to` on the other (or the ground),
-    in space.
+    """Two places coincide; the axis a on `at` stays normal to `axis_to` b on the other (or the
+    ground), in space.
+
+        r_at - r_to = 0,    a . b = 0
 
     {type: universal, at: shaft.frame, axis: [0, 1, 0], to: fork.frame, axis_to: [0, 0, 1]}
     """
@@ -124,7 +126,10 @@ class Prismatic(Joint):
 
 @dataclass(frozen=True)
 class Cylindrical(Joint):
-    """Translation along and rotation about an axis that `to` (or the ground) carries, in space.
+    """Translation along and rotation about an axis a that `to` (or the ground) carries, in space,
+    with its normals n_i.
+
+        n_i . (r_at - r_to) = const,    a_at . n_i = 0
 
     {type: cylindrical, at: piston.frame, to: housing.frame, axis: [0, 0, 1]}
     """
@@ -147,6 +152,8 @@ class Cylindrical(Joint):
 class Gear(Joint):
     """Two wheels with numbers of teeth (negative: inside teeth) on the ground or, in the plane, on
     a carrier that turns.
+
+        teeth_1 theta_1 + teeth_2 theta_2 = (teeth_1 + teeth_2) theta_carrier
 
     In space they turn about `axis` and `axis_b`, which is the same unless given. The joint passes
     moments alone: the force between the teeth, moment over radius, is not among the reactions of

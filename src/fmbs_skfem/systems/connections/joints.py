@@ -89,6 +89,8 @@ class Pin(Joint, word=("pin", "spherical")):
     """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it
     is.
 
+        r_at - r_to = 0
+
     {type: pin, at: crank.right, to: coupler.left}
     """
 
@@ -201,7 +203,9 @@ class Weld(Joint):
 
 @dataclass(frozen=True)
 class RigidLink(Joint, word="distance"):
-    """A massless rigid link; its length [m] is that of the reference unless given.
+    """A massless rigid link; its length l [m] is that of the reference unless given.
+
+        |r_at - r_to| = l
 
     {type: distance, at: beam.right, to: [1 m, 0.5 m, 0], length: 0.4 m}
     """
@@ -237,7 +241,9 @@ class RigidLink(Joint, word="distance"):
 @dataclass(frozen=True)
 class Slider(Joint):
     """A point stays on a line through its reference position, fixed to the ground or to the place
-    `to`.
+    `to`, with its normals n_i.
+
+        n_i . (r_at - r_to) = const
 
     {type: slider, at: rod.right, direction: [1, 0]}
     """
@@ -256,8 +262,10 @@ class Slider(Joint):
 
 @dataclass(frozen=True)
 class DrivenAngle(Joint):
-    """The slope or frame turns by angle(t) [rad] from its reference, about z in the plane, about
+    """The slope or frame turns by an angle [rad] from its reference, about z in the plane, about
     `axis` in space.
+
+        theta = angle(t)
 
     Against the place `to`, which carries the axis, or the ground.
 
@@ -304,7 +312,9 @@ class DrivenAngle(Joint):
 
 @dataclass(frozen=True)
 class DrivenPosition(Joint):
-    """A point is displaced from its reference position by functions of t [m], one a coordinate.
+    """A point is displaced from its reference position r0 by functions of t [m], one a coordinate.
+
+        r - r0 = displacement(t)
 
     {type: driven_position, at: cable.left, displacement: [0.1 * sin(t), 0, 0]}
     """

@@ -180,7 +180,12 @@ def motions(system: System, q: np.ndarray) -> list[np.ndarray]:
 
 
 def turn(apart: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """axis x r for rows r (b, c) and an axis (3,), in the plane about z: (b, c)."""
+    """Velocities (b, c) of points r (b, c) by a turn about an axis (3,).
+
+        axis x r
+
+    in the plane about z.
+    """
     dim = apart.shape[1]
     return np.asarray(np.cross(axis, np.pad(apart, ((0, 0), (0, 3 - dim))))[:, :dim])
 
@@ -210,8 +215,10 @@ def motion_counts(system: System) -> dict[str, int]:
 
 
 def on_motions(system: System, rows: StartRows | None, q: np.ndarray) -> np.ndarray:
-    """Phi_q B (m, z) in the state q (q,), of the constraint rows of a system or of none; rows that
-    all motions satisfy are zero.
+    """Constraints on rigid motions (m, z) in the state q (q,), of the rows of a system or of none;
+    rows that all motions satisfy are zero.
+
+        Phi_q B
 
     z counts the motions of all bodies, 3 or 6 each, as in `motions`.
     """
@@ -267,7 +274,12 @@ def ties(
 
 
 def common(system: System) -> np.ndarray:
-    """Motions (z, 3 or 6) of all bodies as one: z_b = (t + w x (c_b - c), w)."""
+    """Motions (z, 3 or 6) of all bodies as one.
+
+        z_b = (t + w x (c_b - c), w)
+
+    with the centres c_b of the bodies and their mean c.
+    """
     dim = system.dim
     size = system.scale
     blocks = []
@@ -408,8 +420,9 @@ def dependences(
     phi: np.ndarray | None = None,
     kept: np.ndarray | None = None,
 ) -> list[Dependence]:
-    """Rows of J (m, u) that follow from others: row = sum_i w_i row_i; with values phi the gap phi
-    - sum_i w_i phi_i.
+    """Rows of J (m, u) that follow from others, with their values phi the gap.
+
+        row = sum_i w_i row_i,    gap = phi - sum_i w_i phi_i
 
     Rows `kept` (m,) are those that others follow from, as far as possible.
     """

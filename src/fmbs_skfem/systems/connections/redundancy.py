@@ -62,8 +62,10 @@ AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it
 
 @dataclass(frozen=True)
 class StartRows:
-    """Constraints at t = 0 on the coordinates z = x[used] that they read: called with z (u,), Phi
-    (m,) and Phi_z (m, u).
+    """Constraints at t = 0 on the coordinates that they read: called with z (u,), Phi (m,) and
+    Phi_z (m, u).
+
+        z = x[used]
     """
 
     terms: kernels.Terms
@@ -190,7 +192,12 @@ def row_lengths(system: System) -> np.ndarray:
 
 
 def lengths(rows: StartRows, J: Array) -> np.ndarray:
-    """Changes (m,) of the gaps by changes of z that count as large, J (m, u)."""
+    """Changes (m,) of the gaps by changes d of z that count as large.
+
+        sqrt(sum_u J_mu^2 d_u^2)
+
+    J (m, u), d (u,).
+    """
     return np.asarray(np.sqrt((J * J) @ rows.scale**2))
 
 

@@ -39,11 +39,15 @@ Length = Annotated[float, fields.quantity("m")]
 @dataclass(frozen=True)
 class Screw(Joint):
     """Translation along and rotation about one axis that `to` (or the ground) carries, by `lead` a
-    turn, in space.
+    turn theta, in space.
+
+        a . (r_at - r_to) = lead / 2 pi theta
 
     A positive lead is a right-handed thread: `at` turns about the axis and moves along it. The
     screw has no friction of its own, so that a force turns it; its reaction `thrust` is the force
-    along the axis, whose moment about it is - lead / 2 pi times as large.
+    along the axis, and its moment about it
+
+        - lead / 2 pi thrust
 
     {type: screw, at: nut.frame, to: frame.frame, axis: [0, 0, 1], lead: 5 mm}
     """
@@ -77,8 +81,10 @@ class Screw(Joint):
 
 @dataclass(frozen=True)
 class RackAndPinion(Joint):
-    """A wheel `at` that rolls on a rack `to`, or on one that is fixed: it moves along `direction`
-    by `radius` times its turn.
+    """A wheel `at` that rolls on a rack `to`, or on one that is fixed: it moves along `direction` n
+    by `radius` times its turn theta.
+
+        n . (r_at - r_to) = radius theta
 
     Both are measured against the rack, which carries the direction and the axis (z in the plane)
     and may move itself; other joints guide wheel and rack. Teeth are on the side axis x direction
@@ -116,8 +122,10 @@ class RackAndPinion(Joint):
 def travel(
     joint: Any, draft: Draft, axis: Ground | None, direction: np.ndarray, rate: float, label: str
 ) -> None:
-    """The row by which `at` moves against `to` along a direction (c,) by `rate` [m/rad] times its
-    turn about an axis.
+    """The row by which `at` moves against `to` along a direction n (c,) by `rate` [m/rad] times its
+    turn theta about an axis.
+
+        n . (r_at - r_to) = rate theta
 
     `to` carries the direction and the axis, z in the plane; both turn and travel count from the
     reference.

@@ -128,7 +128,9 @@ class Sliding(Joint):
 @dataclass(frozen=True)
 class DrivenSlide(Joint):
     """What slides by the joint `along` is displaced along its line by a function of t [m] from
-    where it begins.
+    where it begins, s0.
+
+        s - s0 = displacement(t)
 
     {type: driven_slide, along: trolley, displacement: 2 * t}
     """

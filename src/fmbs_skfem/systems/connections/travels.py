@@ -30,7 +30,12 @@ D, N, U, FIRST, SECOND, VECTORS = range(6)
 
 @jit
 def product(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int, i: int, j: int) -> float:
-    """a_i . b_j of the vectors i and j of row k, whose components stand in a and b."""
+    """Product of two vectors i and j of row k.
+
+        a_i . b_j
+
+    whose components stand in a and b.
+    """
     dim = F.rows.shape[1] // VECTORS
     total = 0.0
     for c in range(dim):
@@ -40,13 +45,23 @@ def product(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int, i: int, j
 
 @jit
 def arm(a: np.ndarray, b: np.ndarray, F: ConstraintRecord, k: int) -> complex:
-    """u . e_1 + i u . e_2 with u of a and e of b."""
+    """The direction u of a place a in axes e of another one, as a complex number.
+
+        w = u . e_1 + i u . e_2
+
+    of 3 c components a and b.
+    """
     return complex(product(a, b, F, k, U, FIRST), product(a, b, F, k, U, SECOND))
 
 
 @jit
 def slope(y: np.ndarray, F: ConstraintRecord, k: int, part: int) -> complex:
-    """dw/dy by the component `part` of u, e_1, e_2, of 3 c components."""
+    """Derivative of `arm` by one of its 3 c components.
+
+        dw/dy
+
+    by the component `part` of u, e_1, e_2.
+    """
     dim = F.rows.shape[1] // VECTORS
     which = part // dim
     c = part % dim

@@ -49,7 +49,12 @@ def held(F: ForceRecord, k: int, w: Any, c: int) -> float:
 
 @jit
 def resistance(F: ForceRecord, k: int, w: Any) -> tuple[float, float]:
-    """F on s of group k, and dF/ds'."""
+    """Friction of group k along its line, and its derivative by the rate of s.
+
+        F = - (mu N tanh(v / v_0) + c v) |r'|,    v = |r'| s'
+
+    on the coordinate s, with the force N across the line.
+    """
     dim, _, _, cells = along_lines.layout(F, k)
     s = w.y[F.rows[k, 0]]
     rate = w.rates[F.rows[k, 0]]
@@ -140,8 +145,10 @@ class SlidingForce(Load):
 
 @dataclass(frozen=True)
 class SlidingFriction(Load):
-    """Coulomb's friction of what slides along a line, by its force across the line, and viscous
-    `damping`.
+    """Coulomb's friction of what slides along a line at v, by its force N across the line, and
+    viscous `damping`.
+
+        F = - (coefficient |N| tanh(v / speed) + damping v)
 
     From a sliding `speed` of 0.76 of its own on the force is within a quarter of `coefficient` N,
     from 2 on within 4 %; below it falls to zero, so that what sticks creeps. In equilibria it is

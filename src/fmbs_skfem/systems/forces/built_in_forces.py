@@ -63,7 +63,12 @@ def row(room: np.ndarray, last: float) -> float:
 
 @jit
 def slide(room: np.ndarray, last: float) -> float:
-    """p . d of the rows p, then d."""
+    """A coordinate along a direction that turns.
+
+        c = p . d
+
+    of the rows p, then d.
+    """
     c = 0.0
     half = room.shape[1] // 2
     room[SECOND:] = 0.0
@@ -117,8 +122,12 @@ def angle_in_space(room: np.ndarray, last: float) -> float:
 
 @jit
 def spring(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, float, float, float]:
-    """f, df/dc, df/dr, the potential and its derivative by c, as of all laws: p stiffness, damping,
-    c0.
+    """Force along a coordinate c with the rate r, its derivatives, its potential and the derivative
+    of that.
+
+        f = - k (c - c0) - d r,    df/dc = - k,    df/dr = - d,    k (c - c0)^2 / 2,    k (c - c0)
+
+    p holds stiffness k, damping d and c0.
     """
     s = c - p[2]
     return -p[0] * s - p[1] * r, -p[0], -p[1], 0.5 * p[0] * s * s, p[0] * s
@@ -128,8 +137,12 @@ def spring(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, f
 def side(
     sign: float, c: float, r: float, p: np.ndarray
 ) -> tuple[float, float, float, float, float]:
-    """p stiffness, damping, c0, length of transition, and whether what is never negative is cut
-    there.
+    """Force on one side of a coordinate c with the rate r, as of `spring`.
+
+        f = - sign N,    N = k ramp(s) + d touch(s) s',    s = sign (c - c0)
+
+    p holds stiffness k, damping d, c0, length of transition, and whether what is never negative is
+    cut there.
     """
     s = sign * (c - p[2])
     N = p[0] * ramp(s, p[3]) + p[1] * touch(s, p[3]) * sign * r
@@ -162,7 +175,12 @@ def below(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float, fl
 def constant(
     c: float, r: float, p: np.ndarray, h: float
 ) -> tuple[float, float, float, float, float]:
-    """A pull p h(t)."""
+    """A pull along a coordinate c.
+
+        f = - p h(t),    with the potential p h c
+
+    as of `spring`.
+    """
     return -h * p[0], 0.0, 0.0, h * p[0] * c, h * p[0]
 
 
@@ -335,7 +353,12 @@ def carry(
     parts: tuple[float, float, float, float],
     room: np.ndarray,
 ) -> float:
-    """room (4, 3): h (a 1 + [m x]) / |x|^n, then x; |x|^2 is returned."""
+    """Force of a vector x of group k that turns with it, as a matrix; the square of its length.
+
+        h (a 1 + [m x]) / |x|^n
+
+    in `room` (4, 3), above x.
+    """
     square = 0.0
     for i in range(dim):
         room[3, i] = s.y[F.rows[k, i]]

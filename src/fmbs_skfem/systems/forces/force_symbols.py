@@ -30,8 +30,11 @@ SIGN = {
 
 
 def norm(vector: sympy.Matrix) -> Expression:
-    """|vector| of a matrix of symbols (c,), as sqrt(v . v + tiny): its derivatives are numbers
-    where it is zero, too.
+    """Length of a matrix of symbols (c,).
+
+        sqrt(v . v + tiny)
+
+    Its derivatives are numbers where it is zero, too.
     """
     return sympy.sqrt(vector.dot(vector) + SMALLEST)
 

@@ -100,6 +100,8 @@ def where(load: Load) -> str:
 class Gravity(Load):
     """Uniform acceleration of all bodies.
 
+        dF = acceleration dm
+
     {type: gravity, acceleration: [0, 0, -9.81 m/s^2]}
     """
 
@@ -114,7 +116,9 @@ class Gravity(Load):
 
 @dataclass(frozen=True)
 class PointForce(Load):
-    """A force of fixed direction at a point, times `history`.
+    """A force of fixed direction at a point.
+
+        force history(t)
 
     {type: point_force, at: beam.right, force: [0, -5 N], history: sin(10 * t)}
     """
@@ -246,8 +250,9 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
 
 @dataclass(frozen=True)
 class TorsionSpring(Load):
-    """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`,
-    against `to` or the ground.
+    """Torque about z, in space about `axis`, against `to` or the ground.
+
+        - stiffness (theta - rest_angle) - damping dtheta/dt
 
     In space `to` carries the axis, which is that of the reference. theta is the angle turned since
     the reference, its turns counted: of less than half a turn a step.
@@ -445,7 +450,9 @@ def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np
     """Add one probe row that holds all nodal forces (b, c) [N] of a load on a plate or shell, times
     its history.
 
-    The row is sum_bc values_bc q_bc, its force 1. InputError where a value is not finite.
+        sum_bc values_bc q_bc
+
+    is the row, its force 1. InputError where a value is not finite.
     """
     if not np.isfinite(values).all():
         raise InputError(say(where(load), "finite numbers", "others"))

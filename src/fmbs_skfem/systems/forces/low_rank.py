@@ -21,7 +21,12 @@ from ..kernels import Csr
 
 
 class LowRank(NamedTuple):
-    """Terms L^T R of the derivatives of a state, k of them, on q probe rows each and of rank r."""
+    """Terms of the derivatives of a state, k of them.
+
+        H = L^T R
+
+    on q probe rows each and of rank r.
+    """
 
     used: Integers  #: (1,) how many there are
     rows: IntegerMatrix  #: (k, q)
@@ -54,7 +59,12 @@ def room(sizes: list[Size]) -> LowRank:
 
 @jit
 def add_column(P: Csr, rows: np.ndarray, values: np.ndarray, x: np.ndarray) -> None:
-    """x (n,) += P^T of values (q,) on `rows` (q,) of the probe matrix P (j, n)."""
+    """Add values (q,) on some `rows` (q,) of the probe matrix P (j, n) to unknowns.
+
+        x += P^T values
+
+    x (n,).
+    """
     for j in range(len(rows)):
         # rows of two pieces, most of whose weights are zero in one of d, A_p and B_q
         if values[j] != 0.0:
@@ -64,7 +74,12 @@ def add_column(P: Csr, rows: np.ndarray, values: np.ndarray, x: np.ndarray) -> N
 
 @jit
 def read_terms(low: LowRank, P: Csr, x: np.ndarray, out: np.ndarray) -> None:
-    """out (k r,) = V^T x of all terms, x (n,), V_k = P_k^T R_k^T (n, r)."""
+    """Products of all terms with unknowns x (n,).
+
+        out = V^T x,    V_k = P_k^T R_k^T    (n, r)
+
+    out (k r,).
+    """
     rank, many = low.right.shape[1], low.right.shape[2]
     y = np.empty(many)
     for k in range(low.used[0]):
@@ -77,7 +92,12 @@ def read_terms(low: LowRank, P: Csr, x: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def add_dense(low: LowRank, P: Csr, W: np.ndarray) -> None:
-    """W (n, n) += sum U_k V_k^T of all terms, U_k = P_k^T L_k^T and V_k = P_k^T R_k^T (n, r)."""
+    """Add all terms to a dense matrix.
+
+        W += sum U_k V_k^T,    U_k = P_k^T L_k^T,    V_k = P_k^T R_k^T
+
+    W (n, n), U_k and V_k (n, r).
+    """
     u, v = np.empty(len(W)), np.empty(len(W))
     for k in range(low.used[0]):
         for i in range(low.left.shape[1]):

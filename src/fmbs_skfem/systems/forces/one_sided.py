@@ -13,7 +13,12 @@ from ...core.compiling.jit import jit
 
 @jit
 def lift(s: float, e: float) -> float:
-    """Integral of the ramp from 0 to s: 0, s^3 / 6e, (s - e/2)^2 / 2 + e^2 / 24."""
+    """Integral of the ramp from 0 to s.
+
+        0,    s^3 / 6e,    (s - e/2)^2 / 2 + e^2 / 24
+
+    for s <= 0, 0 < s < e, s >= e.
+    """
     if s <= 0.0:
         return 0.0
     return s * s * s / (6.0 * e) if s < e else 0.5 * (s - 0.5 * e) ** 2 + e * e / 24.0
@@ -21,7 +26,12 @@ def lift(s: float, e: float) -> float:
 
 @jit
 def ramp(s: float, e: float) -> float:
-    """The ramp: 0, s^2 / 2e, s - e/2 for s <= 0, 0 < s < e, s >= e."""
+    """The ramp: s with a transition of the length e.
+
+        0,    s^2 / 2e,    s - e/2
+
+    for s <= 0, 0 < s < e, s >= e.
+    """
     if s <= 0.0:
         return 0.0
     return 0.5 * s * s / e if s < e else s - 0.5 * e
@@ -29,7 +39,12 @@ def ramp(s: float, e: float) -> float:
 
 @jit
 def touch(s: float, e: float) -> float:
-    """Derivative of the ramp, 0, s / e, 1: between 0 and 1."""
+    """Derivative of the ramp, between 0 and 1.
+
+        0,    s / e,    1
+
+    for s <= 0, 0 < s < e, s >= e.
+    """
     if s <= 0.0:
         return 0.0
     return s / e if s < e else 1.0
@@ -37,7 +52,12 @@ def touch(s: float, e: float) -> float:
 
 @jit
 def closing(s: float, e: float) -> float:
-    """Second derivative of the ramp: 1 / e for 0 < s < e, else 0."""
+    """Second derivative of the ramp.
+
+        1 / e
+
+    for 0 < s < e, else 0.
+    """
     return 1.0 / e if 0.0 < s < e else 0.0
 
 

@@ -99,8 +99,9 @@ def act_on_one_side(
     contact, see `contacts`.
 
     The change of a force N is to change no speed by more than resolution^2 times the largest so
-    far, of the mass of the body at one end, and of both together where there are two, m_A m_B /
-    (m_A + m_B).
+    far, of the mass of the body at one end, and of both together where there are two:
+
+        m_A m_B / (m_A + m_B)
     """
     if not load.resolution:
         return draft.forces.act(f"one_sided{kind}", rows, law)
@@ -114,7 +115,12 @@ def act_on_one_side(
 
 
 def distance(load: Between, draft: Draft) -> float:
-    """Distance |r_at - r_to| of the places in the reference [m]."""
+    """Distance of the places in the reference.
+
+        |r_at - r_to|
+
+    [m].
+    """
     layout = draft.layout
     name = where(load)
     ends = [layout.reference(name, end) for end in (load.at, load.to)]
@@ -142,8 +148,11 @@ def need_direction(load: Between, draft: Draft) -> None:
 
 @dataclass(frozen=True)
 class SpringDamper(Between):
-    """Pulls with stiffness (d - length) + damping d' at a distance d; `length` without force, by
-    default that of the reference.
+    """Pulls two places at a distance d together.
+
+        stiffness (d - length) + damping d'
+
+    `length` is the distance without force, by default that of the reference.
 
     {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 20 N/m, damping: 0.1 N s/m}
     """
@@ -168,6 +177,8 @@ class SpringDamper(Between):
 class Rope(Between):
     """Pulls where it is longer than `length`, by default its length in the reference, and never
     pushes.
+
+        N = stiffness s + damping s' >= 0    where s = d - length > 0
 
     {type: rope, at: beam.right, to: [1 m, 0.5 m], stiffness: 1 kN/m, length: 0.6 m}
     """
@@ -195,6 +206,8 @@ class Rope(Between):
 class Stop(Between):
     """Pushes two places apart that are nearer than `gap`: in distance or, with `direction`, as seen
     along it from `to` to `at`.
+
+        N = stiffness s + damping s' >= 0    where s = gap - d > 0
 
     Damping acts while they touch, from the first instant on: a `smoothing` takes the jump out of
     it. It stops where it would pull; with `cut: false` it may (the law of Kelvin and Voigt). Steps
@@ -240,8 +253,9 @@ class Stop(Between):
 
 @dataclass(frozen=True)
 class ConstantForce(Between):
-    """Pulls two places together with a force, times `history`, at any distance; a negative one
-    pushes.
+    """Pulls two places together at any distance; a negative force pushes.
+
+        force history(t)
 
     {type: constant_force, at: beam.right, to: [1 m, 1 m], force: 20 N}
     """

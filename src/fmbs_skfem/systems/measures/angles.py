@@ -73,7 +73,7 @@ def change_between(h: Part, speed: tuple[Part, Part], acceleration: tuple[Part, 
     """Change of an angle in times h [s] by its rates and accelerations before and behind, up to h^5
     w'''' / 720.
 
-    h / 2 (w0 + w1) + h^2 / 12 (w0' - w1')
+        h / 2 (w0 + w1) + h^2 / 12 (w0' - w1')
     """
     return 0.5 * h * (speed[1] + speed[0]) + h * h / 12.0 * (acceleration[0] - acceleration[1])
 

@@ -162,7 +162,12 @@ def swept_line(part: Body, spread: Callable[[csr_array], csr_array]) -> SweptLin
 
 
 def matrices(section: np.ndarray) -> np.ndarray:
-    """C (..., 6, 6) of sections (i, ...)."""
+    """Section matrices of beams at sections (i, ...).
+
+        S = C e,    C (..., 6, 6)
+
+    with e = (Gamma, kappa).
+    """
     C = np.zeros((*section.shape[1:], 6, 6))
     C[..., UPPER[0], UPPER[1]] = C[..., UPPER[1], UPPER[0]] = np.moveaxis(
         section[: len(UPPER[0])], 0, -1

@@ -482,8 +482,11 @@ class AngularVelocity(Probe):
     """Angular velocity [rad/s]: about z or, in space, its component along `axis`, or all three as
     NAME_x, NAME_y, NAME_z.
 
-    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2
-    1 - e_k e_k^T) w = sum_k e_k x e_k'; one vector alone has no rate about itself.
+    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares:
+
+        sum_k (|e_k|^2 1 - e_k e_k^T) w = sum_k e_k x e_k'
+
+    One vector alone has no rate about itself.
 
     {type: angular_velocity, at: rotor.frame, axis: [0, 0, 1]}
     """
@@ -630,8 +633,10 @@ class Stress(Probe):
 
 @dataclass(frozen=True)
 class Deflection(Probe):
-    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the
-    plane, as a distance in space.
+    """Position of `tip` relative to `root`, normal to the root's unit slope t [m]: with its sign in
+    the plane, as a distance in space.
+
+        t x (r_tip - r_root)    in space    |t x (r_tip - r_root)|
 
     {type: deflection, tip: beam.right, root: beam.left}
     """
@@ -679,8 +684,10 @@ class Deflection(Probe):
 
 @dataclass(frozen=True)
 class Distance(Probe):
-    """Distance [m] between two places, or a place and a fixed point, and its rate [m/s], in the
+    """Distance d [m] between two places, or a place and a fixed point, and its rate [m/s], in the
     columns NAME and NAME_rate.
+
+        d = |r_at - r_to|,    d' = (r_at - r_to) . (r_at - r_to)' / d
 
     At a distance of 0 it has no direction, and its rate is 0.
 
@@ -726,8 +733,9 @@ class Distance(Probe):
 
 @dataclass(frozen=True)
 class Energy(Probe):
-    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of
-    all loads and drives.
+    """Kinetic, strain, potential energy and balance [J].
+
+        balance = kinetic + strain - work of all loads and drives
 
     Equilibria have no balance (NaN): nothing moves from one to the next.
 

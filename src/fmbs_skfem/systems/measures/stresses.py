@@ -306,7 +306,9 @@ class SectionStrains(OfBeam):
     NAME_axial and the shear strains NAME_shear_y and NAME_shear_z [-] of the line, NAME_torsion,
     the angle of twist a length, and the curvatures NAME_curvature_y and NAME_curvature_z [1/m]
     about the axes y and z of the section, from the reference; the strain along the beam at a point
-    of the section is axial + z curvature_y - y curvature_z.
+    of the section is
+
+        axial + z curvature_y - y curvature_z
 
     {type: section_strains, at: beam.left}
     """

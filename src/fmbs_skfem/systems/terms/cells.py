@@ -61,7 +61,12 @@ opened = opener(CellsRecord)
 def gather_cells(
     nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.ndarray, u: np.ndarray
 ) -> None:
-    """u[(k, c), p, e] = sum_b table[k, p, b, e] q[nodes[b, e] + c]."""
+    """Gradients of cells from the coordinates that they read.
+
+        u[(k, c), p, e] = sum_b table[k, p, b, e] q[nodes[b, e] + c]
+
+    `local` is room.
+    """
     derivatives, points, basis, cells = table.shape
     dim = u.shape[0] // derivatives
     for b in range(basis):
@@ -108,7 +113,12 @@ def gather_cells(
 def scatter_cells(
     nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np.ndarray, f: np.ndarray
 ) -> None:
-    """f[nodes[b, e] + c] += sum_kp table[k, p, b, e] S[(k, c), p, e]."""
+    """Forces of stresses of cells on the coordinates that they read.
+
+        f[nodes[b, e] + c] += sum_kp table[k, p, b, e] S[(k, c), p, e]
+
+    `local` is room.
+    """
     derivatives, points, basis, cells = table.shape
     dim = S.shape[0] // derivatives
     for b in range(basis):
@@ -140,8 +150,11 @@ def scatter_cells(
 
 @jit
 def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
-    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli
-    D (k c, k c, p, e).
+    """Lower triangles of all cell matrices.
+
+        work[l (l+1)/2 + m, e],    l = (b, c) >= m
+
+    from the moduli D (k c, k c, p, e).
     """
     vectors, points, basis, cells = table.shape
     dim = len(D) // vectors
@@ -181,8 +194,11 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
 
 @jit
 def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
-    """The same of lines, cell by cell: functions b and c have the block sum_kl N_kb N_lc D_kl over
-    all components at once.
+    """The same of lines, cell by cell.
+
+        sum_kl N_kb N_lc D_kl
+
+    is the block of functions b and c, over all components at once.
     """
     _, points, basis, cells = table.shape
     dim = len(D) // 2
@@ -227,8 +243,11 @@ def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
 def modulus_times_basis(
     D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray
 ) -> None:
-    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law
-    reads at least two vectors.
+    """Products of moduli with functions.
+
+        DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]
+
+    Two terms at once: every law reads at least two vectors.
     """
     vectors = len(DB)
     dim = len(D) // len(DB)
@@ -273,7 +292,12 @@ def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 
 @jit
 def scatter(s: Any, C: Any, S: np.ndarray) -> None:
-    """Forces on the coordinates of the cells += B^T S, of stresses S (k c, p, e)."""
+    """Add forces on the coordinates of the cells.
+
+        f += B^T S
+
+    of stresses S (k c, p, e).
+    """
     # gradients are not needed any more: their room takes the forces of the cells
     basis, cells = C.nodes.shape
     scatter_cells(
@@ -283,7 +307,12 @@ def scatter(s: Any, C: Any, S: np.ndarray) -> None:
 
 @jit
 def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
-    """W += B^T D B in the places of `targets`, of moduli D (k c, k c, p, e)."""
+    """Add the matrices of the cells in the places of `targets`.
+
+        W += B^T D B
+
+    of moduli D (k c, k c, p, e).
+    """
     # matrices of a block before any goes into W: loops over cells stay vectors, only the last one
     # jumps in memory
     cell_matrices(C.table, D, s.work[2])
@@ -466,8 +495,11 @@ def numbers_read(cells: Cells) -> float:
 
 
 def gradient_rows(cells: Cells, size: int) -> csr_array:
-    """Gather of cells as a sparse array: u = rows @ q, rows (k c p e, q) in the order (k, c, p, e),
-    q (size,).
+    """Gather of cells as a sparse array, in the order (k, c, p, e).
+
+        u = rows @ q
+
+    rows (k c p e, q), q (size,).
     """
     K, P, B, E = cells.table.shape
     dim = cells.dim
@@ -486,8 +518,9 @@ def gradient_rows(cells: Cells, size: int) -> csr_array:
 
 
 def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
-    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T
-    K_e T with p = T x.
+    """Where entries of the lower triangles of cells go in the flat storage of a matrix.
+
+        W += T^T K_e T,    p = T x
 
     `local` (l, e) are the coordinates p that cells read, T (p, n) is sparse, `layout` says how W
     (n, n) is stored.

@@ -54,8 +54,11 @@ def nothing(size: int) -> CorotationalTangent:
 
 @jit
 def add_rotated_tangent(T: CorotationalTangent, x: np.ndarray, gh: float, W: np.ndarray) -> None:
-    """W (n, n) += (1 + gh beta) K(theta) of all parts, theta their turns in the state x (n,), gh
-    [1/s].
+    """Add the co-rotational tangent of all parts, theta their turns in the state x (n,).
+
+        W += (1 + gh beta) K(theta)
+
+    W (n, n), gh [1/s].
     """
     for t in range(len(T.table)):
         c, s = T.offset[t, 0], T.offset[t, 1]

@@ -174,8 +174,11 @@ class Lifts:
         return self.shared
 
     def add(self, matrix: Matrix, offset: np.ndarray) -> int:
-        """The first of the coordinates matrix @ x + offset of the unknowns x (n,), with the matrix
-        (w, n) and the offset (w,).
+        """The number of the first of more coordinates p (w,) of the unknowns x (n,).
+
+            p = matrix @ x + offset
+
+        with the matrix (w, n) and the offset (w,).
         """
         start = self.count
         self.rows.append(matrix)
@@ -279,8 +282,10 @@ def at_points(
 
 @singledispatch
 def carry(storage: Any, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Any:
-    """The storage of a body in unknowns z (r,) with x = V z + d, V (n, r) and d (n,); `lift` gives
-    the body coordinates from z.
+    """The storage of a body in unknowns z (r,), with V (n, r) and d (n,); `lift` gives the body
+    coordinates from z.
+
+        x = V z + d
 
     Types of storages register here; TypeError for a type that has not.
     """
@@ -413,7 +418,12 @@ class PythonTerm(Protocol):
         """f (n,) [N] at x and v (n,), on the left side of the equations: minus a load."""
 
     def tangent(self, x: np.ndarray, gh: float) -> np.ndarray:
-        """df/dx + gh df/dv (n, n) at x (n,), gh [1/s]."""
+        """Tangent (n, n) of a term at x (n,).
+
+            df/dx + gh df/dv
+
+        gh [1/s].
+        """
 
     def energy(self, x: np.ndarray) -> float:
         """What is stored at x (n,) [J]."""

@@ -60,7 +60,12 @@ dense_lift = opener(DenseLift)
 
 @routine
 def place_sparse(table: Any, record: Any) -> int:
-    """p = V x + d, and V v."""
+    """Coordinates of the cells and their rates.
+
+        p = V x + d,    p' = V v
+
+    with a sparse V.
+    """
     E = evaluation(table)
     L = sparse_lift(record)
     s = E.space
@@ -93,7 +98,12 @@ def no_tangent(table: Any, record: Any) -> int:
 
 @routine
 def place_dense(table: Any, record: Any) -> int:
-    """p = V x + d, and V v."""
+    """Coordinates of the cells and their rates.
+
+        p = V x + d,    p' = V v
+
+    with a dense V, in blocks.
+    """
     E = evaluation(table)
     L = dense_lift(record)
     s = E.space
@@ -108,7 +118,12 @@ def place_dense(table: Any, record: Any) -> int:
 
 @jit
 def combine(L: Any, fixed: float, x: np.ndarray, p: np.ndarray) -> None:
-    """p = V x + fixed d."""
+    """Coordinates of the cells by a dense V.
+
+        p = V x + fixed d
+
+    `fixed` is 1 for positions, 0 for rates.
+    """
     for i in range(len(p)):
         p[i] = fixed * L.offset[i]
     # a block a body: V is zero where a mode moves others, and is not multiplied there
@@ -139,7 +154,11 @@ def scatter_dense(table: Any, record: Any) -> int:
 
 @routine
 def tangent_dense(table: Any, record: Any) -> int:
-    """W += V^T K V from the entries of K, which are zero afterwards."""
+    """Add the tangent of the cells in reduced unknowns, from the entries of K, which are zero
+    afterwards.
+
+        W += V^T K V
+    """
     s = evaluation(table).space
     L = dense_lift(record)
     for i in range(len(L.indptr) - 1):
@@ -193,8 +212,9 @@ DENSE = LiftRoutines(
 def piece(
     V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray], pattern: Pattern | None
 ) -> Piece | None:
-    """The lift V (p, n) of a system with its offset d (p,), p = V x + d; None where nothing reads
-    p.
+    """The lift V (p, n) of a system with its offset d (p,); None where nothing reads p.
+
+        p = V x + d
 
     A sparse V is given as `Csr`, a dense one as an array, which is kept in blocks of the
     coordinates that cells read. `locals_` are the coordinates (l, e) of the cells of each storage,

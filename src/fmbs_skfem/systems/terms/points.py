@@ -90,21 +90,36 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 
 @jit
 def scatter(s: Any, P: Any, S: np.ndarray) -> None:
-    """f += L^T S, of stresses S (k c, 1, p)."""
+    """Add forces on the unknowns of points.
+
+        f += L^T S
+
+    of stresses S (k c, 1, p).
+    """
     # the same rows as the gather, which are in the cache still
     add_sums(P.transposed, view(S, 0, (S.size,)), view(s.f, P.first, (len(P.transposed),)))
 
 
 @jit
 def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
-    """W[columns, columns] += L^T D L, of moduli D (k c, k c, 1, p)."""
+    """Add the matrix of points.
+
+        W[columns, columns] += L^T D L
+
+    of moduli D (k c, k c, 1, p).
+    """
     # moduli are in the second row of the room already
     add_product(P, s.work, s.W)
 
 
 @jit
 def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
-    """W[columns, columns] += L^T D L with D in the second row of `work`."""
+    """Add the product of rows of points with stresses.
+
+        W[columns, columns] += L^T D L
+
+    with D in the second row of `work`.
+    """
     (modes, size) = P.transposed.shape
     points = P.section.shape[2]
     rows = size // points
@@ -146,8 +161,10 @@ def product_alone(table: Any, record: Any) -> int:
 
 @jit
 def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray) -> None:
-    """stress[i, p, r] = sum_j D[i, j, p] gradients[j, p, r]; four terms, then two at a time: every
-    law has at least four rows.
+    """Products of moduli with rows of gradients; four terms, then two at a time: every law has at
+    least four rows.
+
+        stress[i, p, r] = sum_j D[i, j, p] gradients[j, p, r]
     """
     rows, points, modes = gradients.shape
     for i in range(rows):

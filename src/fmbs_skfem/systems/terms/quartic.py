@@ -124,7 +124,12 @@ def add_row(a: np.ndarray, weight: float, y: np.ndarray, g: np.ndarray) -> float
 def add_two_rows(
     B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray
 ) -> None:
-    """products = B y, and g += weights B, for two rows."""
+    """Products with two rows.
+
+        products = B y,    g += weights B
+
+    B (2, m), y and g (m,).
+    """
     a, b = B[0], B[1]
     wa, wb = weights[0], weights[1]
     sa, sb = 0.0, 0.0
@@ -140,8 +145,11 @@ def add_two_rows(
 def add_eight_rows(
     B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray
 ) -> None:
-    """products = B y, and g += weights B, for eight rows: y and g pass through the registers once
-    for all of them.
+    """Products with eight rows.
+
+        products = B y,    g += weights B
+
+    y and g pass through the registers once for all of them.
     """
     a, b, c, d, e, p, q, r = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
     wa, wb, wc, wd, we, wp, wq, wr = (
@@ -178,8 +186,11 @@ def add_eight_rows(
 def add_block(
     B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray
 ) -> None:
-    """products (d,) = B y, and g (m,) += weights B, of a block B (d, m), y (m,) and weights (d,): B
-    is read once.
+    """Products with a block B (d, m), which is read once.
+
+        products = B y,    g += weights B
+
+    y and g (m,), products and weights (d,).
     """
     rows = B.shape[0]
     d = 0
@@ -253,7 +264,12 @@ def energy(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> float:
 
 @jit
 def pair_slope(row: np.ndarray, z: np.ndarray, c: int, h: np.ndarray) -> None:
-    """h (c + 1,) = d(row y)/dz."""
+    """Derivative of a row of y by the unknowns.
+
+        h = d(row y)/dz
+
+    h (c + 1,).
+    """
     k = 0
     for b in range(c + 1):
         total = 0.0
@@ -286,7 +302,12 @@ def add_force(T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> 
 
 @jit
 def add_pair(W: np.ndarray, i: int, h: np.ndarray, factor: float, count: int) -> None:
-    """W += factor (e_i h^T + h e_i^T) over the unknowns, of which z_0 = 1 is none."""
+    """Add a product of rank two.
+
+        W += factor (e_i h^T + h e_i^T)
+
+    over the unknowns, of which z_0 = 1 is none.
+    """
     # z_0 = 1 is no unknown
     if i > 0:
         for a in range(1, count):

@@ -87,7 +87,12 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 
 @jit
 def scatter(s: Any, P: Any, S: np.ndarray) -> None:
-    """Forces f[b, c] on the coordinates of the cells += sum_kp N[k, p, b] S[(k, c), p]."""
+    """Add forces on the coordinates of the cells.
+
+        f[b, c] += sum_kp N[k, p, b] S[(k, c), p]
+
+    of stresses S (k c, p).
+    """
     (functions, size) = P.transposed.shape
     points = S.shape[2]
     dim = laws.components(P.calls)
@@ -106,7 +111,12 @@ def scatter(s: Any, P: Any, S: np.ndarray) -> None:
 
 @jit
 def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
-    """W += N^T D N in the places of `targets`, of moduli D (k c, k c, 1, p)."""
+    """Add the matrix of points in the places of `targets`.
+
+        W += N^T D N
+
+    of moduli D (k c, k c, 1, p).
+    """
     dim = laws.components(P.calls)
     (functions, size) = P.transposed.shape
     (rows, _, _, points) = D.shape
@@ -128,7 +138,12 @@ def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
 
 @jit
 def modulus_times_functions(D: np.ndarray, table: np.ndarray, dim: int, DN: np.ndarray) -> None:
-    """DN[(k, p), (c, g), d] = sum_l D[(k, c), (l, g), p] table[l, p, d] for g <= c."""
+    """Products of moduli with functions.
+
+        DN[(k, p), (c, g), d] = sum_l D[(k, c), (l, g), p] table[l, p, d]
+
+    for g <= c.
+    """
     vectors, points, functions = table.shape
     for k in range(vectors):
         for p in range(points):
@@ -175,7 +190,12 @@ assemble_tangent: Any = ASSEMBLED.tangent
 
 @routine
 def tangent(table: Any, record: Any) -> int:
-    """W += N^T phi' N, or what was kept of it when it was assembled last, turned with the body."""
+    """Tangent of points.
+
+        W += N^T phi' N
+
+    or what was kept of it when it was assembled last, turned with the body.
+    """
     s = evaluation(table).space
     P = opened(record)
     # a tenth of an assembly: a plate thrown round at a corner takes 0.6 of the time
@@ -338,7 +358,12 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
 
 
 def gram_of(points: ShapePoints) -> np.ndarray:
-    """G (b, b) = sum_p w (N,1 N,1^T + N,2 N,2^T), so that the turn of a body shows in z'^T G z."""
+    """Gram matrix (b, b) of a surface.
+
+        G = sum_p w (N,1 N,1^T + N,2 N,2^T)
+
+    so that the turn of a body shows in z'^T G z.
+    """
     weight = points.section[-1, 0]
     return np.ascontiguousarray(sum(N.T @ (weight[:, None] * N) for N in points.table[:2]))
 

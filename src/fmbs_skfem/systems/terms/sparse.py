@@ -24,8 +24,10 @@ NONE = np.zeros(0, np.int32)
 
 @dataclass(frozen=True)
 class Pattern:
-    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of K = T^T K_p T (n,
-    n).
+    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of the matrix in
+    unknowns (n, n).
+
+        K = T^T K_p T
     """
 
     keys: np.ndarray  #: (z,) row * n + column of every entry
@@ -68,8 +70,11 @@ def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -
 
 
 def entries(local: np.ndarray, n: int) -> np.ndarray:
-    """Keys row * n + column (row >= column) of the entries of all lower triangles, (l (l + 1) / 2,
-    e).
+    """Keys of the entries of all lower triangles of cells.
+
+        row * n + column,    row >= column
+
+    (l (l + 1) / 2, e).
     """
     low, column = np.tril_indices(len(local))
     # one integer an entry, row times n plus column, so that sorting sorts rows and columns at once

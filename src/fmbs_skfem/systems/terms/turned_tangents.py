@@ -93,8 +93,11 @@ def turned(s: Any, P: Any) -> np.ndarray:
 
 @jit
 def turn(K: np.ndarray, Q: np.ndarray, block: np.ndarray, entries: np.ndarray) -> None:
-    """entries = lower triangle of (I (x) Q) K (I (x) Q)^T, row by row as K, of a rotation Q (3, 3);
-    `block` is room for (3, 3).
+    """Lower triangle of a block that is turned by a rotation Q (3, 3), row by row as K.
+
+        (I (x) Q) K (I (x) Q)^T
+
+    into `entries`; `block` is room for (3, 3).
     """
     b, at = 0, 0
     while at < len(K):
@@ -166,7 +169,12 @@ def to_rotation(H: np.ndarray, other: np.ndarray) -> None:
 
 @jit
 def cofactors(A: np.ndarray, found: np.ndarray) -> float:
-    """det(A) A^-T in `found`, (c, c); the determinant."""
+    """Cofactors of a matrix, and its determinant.
+
+        det(A) A^-T
+
+    in `found`, (c, c) as A.
+    """
     for c in range(3):
         # cyclic, so that signs come by themselves
         i, j = (c + 1) % 3, (c + 2) % 3
