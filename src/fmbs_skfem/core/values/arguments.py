@@ -53,7 +53,7 @@ Rule: TypeAlias = Callable[[Any], str]
 LIKE_ARRAYS = set(get_args(ArrayLike))
 
 
-class Known(NamedTuple):
+class ClassName(NamedTuple):
     """A class that only a type checker imports."""
 
     name: str
@@ -195,7 +195,7 @@ def hints_of(owner: Any) -> dict[str, Any]:
             found[name] = get_type_hints(alone, known, include_extras=True)[name]
         except (NameError, TypeError):
             named = isinstance(hint, str) and hint.isidentifier()
-            found[name] = Known(hint) if named else Any
+            found[name] = ClassName(hint) if named else Any
     return found
 
 
@@ -288,7 +288,7 @@ def rule_of(kind: Any) -> Rule:
     """
     if get_origin(kind) is Annotated:
         return rule_of_noted(kind.__origin__, kind.__metadata__)
-    if isinstance(kind, Known):
+    if isinstance(kind, ClassName):
         return rule_of_named(kind.name)
     origin = get_origin(kind) or kind
     parts = get_args(kind)
