@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError, closest, listed, say
+from ..core.errors import InputError, closest, listed, require_positive, say
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
-from .sections import Material, Section, positive
+from .sections import Material, Section
 
 if TYPE_CHECKING:
     from .body import Body, ShapePoints
@@ -144,7 +144,7 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
     known = dict(part.values)
     for name, number in numbers.items():
         where = f"body '{part.name}'"
-        positive(where, **{name: number})
+        require_positive(where, **{name: number})
         if name not in known:
             remedy = "train the part of a body that is made of it" if not known else ""
             expected = f"a number that scales it ({listed(known, name, 'none is known')})"
