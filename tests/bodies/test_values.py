@@ -12,10 +12,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
-from fmbs_skfem.bodies import Body, Circular, Given, Material, Rectangular, cable, values
+from fmbs_skfem.bodies import Body, Circular, Given, Material, Rectangular, cable
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts import rescaling
 from tests import models
 from verification.plates import rectangle
 
@@ -84,18 +85,18 @@ def test_another_number_is_the_body_that_is_made_of_it(name: str, number: str) -
     make, numbers = KINDS[name]
     body, other = make(**numbers), make(**(numbers | {number: 1.7 * numbers[number]}))
     assert set(body.values) == set(numbers)
-    assert_alike(values.changed(body, {number: 1.7 * numbers[number]}), other)
+    assert_alike(rescaling.rescale(body, {number: 1.7 * numbers[number]}), other)
     random = np.random.default_rng(0).normal(size=(len(body.reference), 3))
     S = np.column_stack([body.constant, body.reference, random])
     S = np.linalg.qr(S)[0][:, : np.linalg.matrix_rank(S)]
     small, made = parts.reduced_body(body, S), parts.reduced_body(other, S)
-    assert_alike(values.changed(small, {number: 1.7 * numbers[number]}), made)
+    assert_alike(rescaling.rescale(small, {number: 1.7 * numbers[number]}), made)
 
 
 def test_numbers_act_together() -> None:
     make, numbers = KINDS["strip"]
     more = {name: (1.0 + 0.2 * k) * number for k, (name, number) in enumerate(numbers.items())}
-    assert_alike(values.changed(make(**numbers), more), make(**more))
+    assert_alike(rescaling.rescale(make(**numbers), more), make(**more))
 
 
 @pytest.mark.parametrize(
@@ -134,4 +135,4 @@ def test_what_does_not_scale_a_body_is_refused(
     body: Callable[[], Body], numbers: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
-        values.changed(body(), numbers)
+        rescaling.rescale(body(), numbers)

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from fmbs_skfem import studies
-from fmbs_skfem.scenes import Scene, build, read
-from fmbs_skfem.studies import ReportTable, comparison, projects, text_tables
+from fmbs_skfem.scenes import Scene, build, examples, read
+from fmbs_skfem.studies import ReportTable, comparison, text_tables
 
 from .calls import fmbs
 from .test_provenance import KEYS
@@ -24,8 +24,8 @@ def short(scene: Scene) -> Scene:
 
 
 def test_the_scenes_travel_with_the_package() -> None:
-    assert (projects.folder() / projects.DEMO).is_file()
-    assert (projects.folder().parent / "meshes" / "double_pendulum_100.msh").is_file()
+    assert (examples.folder() / examples.DEMO).is_file()
+    assert (examples.folder().parent / "meshes" / "double_pendulum_100.msh").is_file()
 
 
 def test_examples_are_copied_with_their_meshes_and_run_there(
@@ -103,7 +103,7 @@ def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(
     """Full and best reduced model, the error of the step, pictures, the cheapest models; all tables
     where they are asked for.
     """
-    scene = short(read(projects.folder() / projects.DEMO))
+    scene = short(read(examples.folder() / examples.DEMO))
     assert scene.compare
     scene = replace(scene, compare=replace(scene.compare, steps=[2e-3]))
     monkeypatch.setattr(comparison, "demo_scene", lambda: scene)

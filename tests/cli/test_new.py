@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.studies import projects
+from fmbs_skfem.scenes import examples
 
 from .calls import fmbs
 
 
-@pytest.mark.parametrize("like", projects.examples())
+@pytest.mark.parametrize("like", examples.names())
 def test_a_project_like_any_example_is_sound(like: str, tmp_path: Path) -> None:
     """It stands alone: no file outside of its folder is read."""
     done = fmbs("new", tmp_path / "mine", "--like", like, "--json")

@@ -18,7 +18,6 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Circular, Material, cable, finer
 from fmbs_skfem.bodies.body import locate, probe
 from fmbs_skfem.bodies.plate import Rim, plate
-from fmbs_skfem.bodies.values import changed
 from fmbs_skfem.control.events import Event
 from fmbs_skfem.control.live import LiveRun
 from fmbs_skfem.core.errors import Reason, SolverError
@@ -43,6 +42,7 @@ from fmbs_skfem.parts import files as part_files
 from fmbs_skfem.parts import finer_parts, unbent_places
 from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.parts.files import Part
+from fmbs_skfem.parts.rescaling import rescale
 from fmbs_skfem.reduction.accuracy import output_errors, runs
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
@@ -592,7 +592,7 @@ def test_runs_that_differ_in_their_step_alone_are_checked_once(
 
 
 def test_parts_made_of_other_numbers_err_alike_where_all_forces_grow_alike() -> None:
-    stiff = changed(pinned().body, {"young_modulus": 4e9, "density": 7200.0})
+    stiff = rescale(pinned().body, {"young_modulus": 4e9, "density": 7200.0})
     with pytest.warns(Notice):
         one, other = clamped(pinned().body), clamped(stiff)
     assert (other.part_errors or {})["free_z"] == pytest.approx(

@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import brentq
 
 from fmbs_skfem import scenes
-from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable, values
+from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.algebra.linalg import as_dense, evenly
@@ -26,7 +26,7 @@ from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
 from fmbs_skfem.parts import bodies as parts
-from fmbs_skfem.parts import departures, excitation
+from fmbs_skfem.parts import departures, excitation, rescaling
 from fmbs_skfem.parts import files as part_files
 from fmbs_skfem.parts.excitation import Excitation, excite, settle
 from fmbs_skfem.reduction import affine
@@ -601,7 +601,7 @@ def test_numbers_far_from_the_training_are_refused() -> None:
         InputError,
         match=r"'arm': diameter: expected a number like that of its training, .*, got 1e\+200; look at",
     ):
-        values.changed(alone().body, {"diameter": 1e200})
+        rescaling.rescale(alone().body, {"diameter": 1e200})
 
 
 SCENE = """

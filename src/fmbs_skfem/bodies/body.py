@@ -24,7 +24,7 @@ from scipy.sparse import coo_array, csr_array, vstack
 
 from ..core.algebra.linalg import as_csr
 from ..core.declared import words_with
-from ..core.errors import InputError, closest, listed, say
+from ..core.errors import InputError, closest, listed, require_positive, say
 from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
@@ -50,7 +50,7 @@ from .beams.profiles import Profile
 from .cable_law import curvatures
 from .cable_points import degree_of, points_of
 from .laws import Law
-from .sections import Given, Material, Section, positive
+from .sections import Given, Material, Section
 from .spare_shapes import MissingShapes
 from .values import Value, of_line
 
@@ -372,7 +372,7 @@ def point_mass(name: str, mass: float, position: np.ndarray, radius: Length = 0.
         >>> point_mass("ball", 0.5, np.array([0.0, 2.0])).total_mass
         0.5
     """
-    positive(f"body '{name}'", mass=mass)
+    require_positive(f"body '{name}'", mass=mass)
     at = arrays.finite(position, f"body '{name}': position", "2 or 3 finite numbers [m]", None)[
         None, :
     ]

@@ -26,7 +26,7 @@ from scipy.sparse import block_array, coo_array, csr_array, diags_array, vstack
 
 from ..core.algebra import ranks
 from ..core.algebra.linalg import distinct, entries, is_identity
-from ..core.errors import InputError, closest, listed, say
+from ..core.errors import InputError, closest, listed, require_positive, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
@@ -37,7 +37,7 @@ from ..shapes.surface import Surface
 from . import edge_directions, patches
 from .body import Body, Cells, place, scatter_blocks
 from .laws import Law
-from .sections import Material, positive
+from .sections import Material
 from .values import of_plate
 
 ROUND_OFF = 1e-15  #: coordinate in a frame, over the largest, that is zero: what is left out of 1e-12 strains a plate at rest
@@ -90,7 +90,7 @@ def plate(
         '54.0 kg'
     """
     where = f"body '{name}'"
-    positive(where, thickness=float(np.min(thickness)))
+    require_positive(where, thickness=float(np.min(thickness)))
     if both := sorted(set(rims or {}) & set(shape.points)):
         got = f"the rim '{both[0]}' beside a point of the mesh of that name"
         raise InputError(say(where, "names of rims and points that differ", got, "rename the rim"))

@@ -18,13 +18,12 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError, require_positive, say
 from ..core.notices import notify
 from ..core.values.arguments import blamed
 from ..shapes import plate_audit, plate_meshes
 from ..shapes.plate_meshes import PlateMesh
 from .body import Body, place
-from .sections import positive
 
 LIGHT = 1e-12  #: second moment, relative to the largest, that counts as none
 CENTERED = 1e-6  #: distance from the centre of mass, relative to the size, that is none
@@ -66,7 +65,7 @@ def rigid(
         (0.6, ['center', 'left', 'right'])
     """
     where = f"body '{name}'"
-    positive(where, mass=mass)
+    require_positive(where, mass=mass)
     axes = orthonormal(
         where, np.eye(dim) if rotation is None else np.asarray(rotation, dtype=float), dim
     )
@@ -157,7 +156,7 @@ def rigid_from_mesh(
     the plane of a planar scene, and as of `rigid`.
     """
     where = f"body '{name}'"
-    positive(where, thickness=thickness, density=density)
+    require_positive(where, thickness=thickness, density=density)
     mesh = plate_meshes.read(mesh, dim == 2) if isinstance(mesh, (str, Path)) else mesh
     points = place(where, mesh.points, dim, origin, rotation)
     area, center, moments = area_moments(points[mesh.cells])

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 import numpy as np
 
 from ..core.declared import Declared
-from ..core.errors import InputError, say
+from ..core.errors import InputError, require_positive, say
 from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
 from ..core.values.fields import Density, Length, quantity
@@ -29,15 +29,6 @@ Pieces: TypeAlias = tuple[tuple[int, ...], ...]
 DEFINITE = 1e-12  #: least eigenvalue of a matrix with ones in its diagonal
 
 
-def positive(where: str, **values: float) -> None:
-    """Refuse values that are not finite and positive: InputError with the place `where` and the
-    name of the value.
-    """
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
-            raise InputError(say(f"{where}.{name}", "a positive and finite number", value))
-
-
 @dataclass(frozen=True)
 @checked
 class Material:
@@ -48,7 +39,7 @@ class Material:
     poisson_ratio: Annotated[float, quantity("", "> -1", "< 0.5")] = 0.3  #: of plates and shells
 
     def __post_init__(self) -> None:
-        positive("material", young_modulus=self.young_modulus, density=self.density)
+        require_positive("material", young_modulus=self.young_modulus, density=self.density)
         if not -1.0 < self.poisson_ratio <= 0.5:
             raise InputError(
                 say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio)
@@ -195,7 +186,7 @@ class Circular(Section):
     diameter: Length
 
     def __post_init__(self) -> None:
-        positive("section", diameter=self.diameter)
+        require_positive("section", diameter=self.diameter)
 
     def of_cable(self, material: Material | None) -> Given:
         # a product of floats becomes infinite, a power of one raises
@@ -226,7 +217,7 @@ class Rectangular(Section):
     height: Length
 
     def __post_init__(self) -> None:
-        positive("section", width=self.width, height=self.height)
+        require_positive("section", width=self.width, height=self.height)
 
     @property
     def bends_alike(self) -> bool:
@@ -260,7 +251,7 @@ class Given(Section):
     radius: Annotated[float, quantity("m", "> 0"), "as it is drawn, and touches others"] = 0.01
 
     def __post_init__(self) -> None:
-        positive("section", EA=self.EA, EI=self.EI, rhoA=self.rhoA, radius=self.radius)
+        require_positive("section", EA=self.EA, EI=self.EI, rhoA=self.rhoA, radius=self.radius)
 
     def of_cable(self, material: Material | None) -> Given:
         return self

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import reduce
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,10 @@ from ..dynamics.near_state.linear import linearise
 from ..dynamics.near_state.modes import complex_modes
 from ..dynamics.trajectory import Trajectory
 from ..parts import departures, finer_parts
+from .feed import Feed
 
 if TYPE_CHECKING:
-    from .live import LiveRun
+    from ..dynamics.run import OpenRun
 
 FEW = 100  #: instants that are read at least
 GROWS = 1.0  #: growth of linear motions over the time of the run, from which feedback is taken to hold them
@@ -43,6 +44,13 @@ SMALLER = "find it by runs with smaller steps"
 Verdict = Callable[[Trajectory, Trajectory, bool], Callable[[], None] | None]
 
 
+class Other(NamedTuple):
+    """The other run, and how it takes a step with inputs by name."""
+
+    run: OpenRun
+    step: Callable[[Mapping[str, float]], object]
+
+
 class Beside:
     """The other run, and what both have shown.
 
@@ -51,9 +59,9 @@ class Beside:
     """
 
     def __init__(
-        self, other: LiveRun, verdict: Verdict, what: str, remedy: str, stride: int = 1
+        self, other: Other, verdict: Verdict, what: str, remedy: str, stride: int = 1
     ) -> None:
-        self.other: LiveRun | None = other
+        self.other: Other | None = other
         self.verdict, self.what, self.remedy, self.stride = verdict, what, remedy, stride
         self.seen: list[tuple[Trajectory, Trajectory]] = []
         #: inputs of the steps since the last one of the other run
@@ -61,18 +69,19 @@ class Beside:
         self.every = stride
         self.fed = False
 
-    def step(self, run: LiveRun, inputs: Mapping[str, float]) -> None:
+    def step(self, run: OpenRun, inputs: Mapping[str, float]) -> None:
         """The step that a run has taken with its inputs; a warning where the outputs of both are
         apart.
         """
         if self.other is None:
             return
         self.fed |= bool(inputs)
-        self.given.append({name: run.feed.given[name].values[-1] for name in run.feed.free})
+        feed = run.find(Feed)
+        self.given.append({name: feed.given[name].values[-1] for name in feed.free})
         if len(self.given) < self.stride:
             return
         told = {
-            name: last if run.feed.given[name].smooth else self.mean(name)
+            name: last if feed.given[name].smooth else self.mean(name)
             for name, last in self.given[-1].items()
         }
         self.given = []
@@ -84,10 +93,9 @@ class Beside:
             ended = f"the run beside {self.what} ends ({str(error).partition(';')[0]})"
             remark(f"{ended}: nothing more can be said of it; {self.remedy}")
             return
-        if run.run.done % self.every == 0:
-            self.seen.append(
-                (motion_of(run.run, run.time), motion_of(self.other.run, self.other.time))
-            )
+        if run.done % self.every == 0:
+            other = self.other.run
+            self.seen.append((motion_of(run, run.time), motion_of(other, other.time)))
             if len(self.seen) == 2 * FEW:
                 self.compare(run)
                 self.seen = self.seen[1::2]
@@ -97,7 +105,7 @@ class Beside:
         """Of an input over the steps that are one of the other run."""
         return float(np.mean([one[name] for one in self.given]))
 
-    def compare(self, run: LiveRun) -> None:
+    def compare(self, run: OpenRun) -> None:
         """Warn once where outputs are apart."""
         motion, reference = (
             reduce(trajectory.joined, states) for states in zip(*self.seen, strict=True)
@@ -113,7 +121,7 @@ class Beside:
             warn()
 
 
-def parts_beside(other: LiveRun) -> Beside:
+def parts_beside(other: Other) -> Beside:
     """A run with finer parts."""
 
     def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Callable[[], None] | None:
@@ -127,7 +135,7 @@ def parts_beside(other: LiveRun) -> Beside:
     return Beside(other, verdict, "parts", finer_parts.HOLD)
 
 
-def step_beside(other: LiveRun, accuracy: Mapping[str, float] | float) -> Beside:
+def step_beside(other: Other, accuracy: Mapping[str, float] | float) -> Beside:
     """A run with steps twice as long, for errors that outputs may have: parts of their ranges so
     far, of all or by output.
     """
@@ -159,13 +167,13 @@ def bound(accuracy: Mapping[str, float] | float, output: str) -> float | None:
     return accuracy.get(output) if isinstance(accuracy, Mapping) else accuracy
 
 
-def growth(run: LiveRun) -> float:
+def growth(run: OpenRun) -> float:
     """Largest growth [1/s] of linear motions about the present state.
 
         max Re s
 
     of all their eigenvalues s.
     """
-    now = motion_of(run.run, run.time)
+    now = motion_of(run, run.time)
     linear = linearise(now.system, now.x[0], now.multipliers[0], run.time)
     return float(complex_modes(linear, len(linear.x)).eigenvalues.real.max(initial=0.0))

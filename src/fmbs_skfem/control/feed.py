@@ -287,9 +287,14 @@ class Feed(SingleSteps):
         if told := self.unsteady(Rising.before_failure):
             return f"{Reason.GROWING.value}: {told}"
         told = self.unstable(run)
-        if told or not (told := sampled_loops.tell_diverging(run, self)):
+        if told or not (told := self.diverging(run)):
             return told
         return f"{Reason.GROWING.value}: {told}"
+
+    def diverging(self, run: OpenRun) -> str:
+        """What is said of the loop of a controller that diverges; nothing where none does."""
+        controllers = [one.of for one in self.samplers]
+        return sampled_loops.tell_diverging(run, controllers, self.record)
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
         """A warning of a controller whose output grows with the energy of the motion."""
@@ -335,7 +340,7 @@ def _(setting: RunSetting) -> Iterator[Observer]:
         yield feed
         yield Reader(feed.system)
         if setting.system.triggers:
-            yield EventObserver(feed)
+            yield EventObserver(feed.system, feed.plain, feed.set_input)
 
 
 def is_fed(setting: RunSetting) -> bool:

@@ -36,7 +36,7 @@ from ..dynamics.trajectory import Happening, Trajectory
 from ..parts import finer_parts
 from ..systems.measures.probes import formula_of, kind_of
 from ..systems.system import System
-from .beside import TWICE, Beside, parts_beside, step_beside
+from .beside import TWICE, Beside, Other, parts_beside, step_beside
 from .feed import Feed
 
 DOUBTFUL = ".* too far apart to count the turns"  #: a warning of a meter that is read seldom, while turns are counted beside it
@@ -84,15 +84,21 @@ def start(
     finer_parts.warn_unknown(system)
     with finer_parts.quietly():
         if finer is not None:
-            run.beside.append(parts_beside(LiveRun(finer, scheme, iteration)))
+            run.beside.append(parts_beside(other_of(LiveRun(finer, scheme, iteration))))
         if accuracy is not None:
             require_accuracy(accuracy, system)
             run.beside.append(
                 step_beside(
-                    LiveRun(system, replace(scheme, step=TWICE * scheme.step), iteration), accuracy
+                    other_of(LiveRun(system, replace(scheme, step=TWICE * scheme.step), iteration)),
+                    accuracy,
                 )
             )
     return run
+
+
+def other_of(run: LiveRun) -> Other:
+    """A run as one beside another."""
+    return Other(run.run, run.step)
 
 
 def is_count(value: object) -> bool:
@@ -194,7 +200,7 @@ class LiveRun:
             take_step(self.run)
             self.count_turns()
             for one in self.beside:
-                one.step(self, inputs or {})
+                one.step(self.run, inputs or {})
             if not self.beside and self.feed.holds(self.run) and self.run.done < end:
                 self.feed.take_held(self.run, min(end - self.run.done, max(self.reach, 1)))
                 self.count_turns()

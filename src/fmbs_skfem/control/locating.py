@@ -22,7 +22,7 @@ Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,7 +49,7 @@ from .events import gap_of, numbers_of
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun
-    from .feed import Feed
+    from ..systems.system import System
 
 LATE = 1e-6  #: of a step after its begin where inputs of the step count
 TOGETHER = 1e-8  #: of a step, within which events happen at once
@@ -72,9 +72,11 @@ class EventObserver(Observer):
 
     reads_states = False
 
-    def __init__(self, feed: Feed) -> None:
-        system = feed.system
-        self.feed = feed
+    def __init__(
+        self, system: System, plain: System, set_input: Callable[[Any, float], None]
+    ) -> None:
+        self.plain = plain  #: with the inputs of latches as signals
+        self.set_input = set_input
         self.triggers = system.triggers
         self.locks = {one.joint: one for one in system.locks}
         self.parks = {one.parks: one.joint for one in system.locks if one.parks}
@@ -411,7 +413,7 @@ class EventObserver(Observer):
         already = bool(self.closed[mine][own].any())
         self.closed[mine] = own
         for signal, value in zip(lock.signals, numbers_of(lock, y), strict=True):
-            self.feed.set_input(self.feed.plain.signals[signal], float(value))
+            self.set_input(self.plain.signals[signal], float(value))
         gap = Gap(name, *gap_of(lock, y))
         if already:
             self.remark_no_effect(event, "locks", "locked", name, time)

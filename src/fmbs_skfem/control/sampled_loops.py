@@ -14,7 +14,7 @@ Source: Astrom and Wittenmark, Computer-Controlled Systems, 3rd ed., Prentice Ha
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,6 @@ from .controllers import Controlled, FeedbackLaw, PidLaw
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun
     from ..systems.system import System
-    from .feed import Feed
 
 DIVERGING = 2.0  #: gain from which a loop diverges whatever else it does
 HALVED = 10  #: sample times that are tried, each half of the one before: nobody samples a thousand times as often
@@ -42,19 +41,21 @@ CYCLES = 10  #: such changes of a limit cycle: a motion of least time has as man
 SMALL = 1e-6  #: largest change of an unknown in which answers are differentiated, over changes that count as large
 
 
-def tell_diverging(run: OpenRun, feed: Feed) -> str:
+def tell_diverging(
+    run: OpenRun, controllers: Sequence[Controlled], record: Mapping[str, Sequence[float]]
+) -> str:
     """What is said of the controller whose loop has the largest gain, where that is beyond
-    DIVERGING; nothing of others.
+    DIVERGING; nothing of others. `record` holds what each has given, by name.
 
     DIVERGING is 2: from there on a loop through a mass alone diverges,
 
         u = -k v,    g = -k T / M
     """
-    gains = [(gain(run, one.of, one.of.sample), one.of) for one in feed.samplers]
+    gains = [(gain(run, one, one.sample), one) for one in controllers]
     g, worst = max(gains, key=lambda one: abs(one[0]), default=(0.0, None))
     if worst is None or not abs(g) > DIVERGING:
         return ""
-    given = feed.record[worst.name][1:]
+    given = record[worst.name][1:]
     back = f"{abs(g):.3g} times as large{' and reversed' if g < 0.0 else ''}"
     text = f"a change in the output of controller '{worst.name}' returns {back} at its next sample, {worst.sample:g} s later"
     grown = (

@@ -5,6 +5,7 @@ each has an exit code.
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from collections.abc import Iterable
 from enum import Enum
@@ -146,6 +147,15 @@ def listed(candidates: Iterable[str], word: str = "", none: str = "(there are no
         return ", ".join(known) or none
     near = difflib.get_close_matches(str(word), known, n=NEAREST, cutoff=0.0)
     return f"{', '.join(near)}, ... ({len(known)} in all)"
+
+
+def require_positive(where: str, **values: float) -> None:
+    """Refuse values that are not finite and positive: InputError with the place `where` and the
+    name of the value.
+    """
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(say(f"{where}.{name}", "a positive and finite number", value))
 
 
 def require(where: str, name: str, error: float, tolerance: float) -> None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 
 from ..bodies import body as bodies
-from ..bodies import laws, rigid, values
+from ..bodies import laws, rigid
 from ..bodies import plate as plates
 from ..bodies.beams import beam as beams
 from ..bodies.beams.orientation import Orientation
@@ -748,6 +748,7 @@ class PlacedPart(SceneBody, word="part"):
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         from ..parts import bodies as parts
         from ..parts import files as part_files
+        from ..parts import rescaling
 
         path = meshes.path(self.file, scene.folder, allow_outside, "part")
         found = part_files.used(path, self.tolerance, self.modes, self.hyper).body
@@ -757,7 +758,7 @@ class PlacedPart(SceneBody, word="part"):
                 say(f"{path}", f"a part of dimension {scene.dimension}", found.dim, remedy)
             )
         given = {name: getattr(self, name) for name in SCALES if getattr(self, name) is not None}
-        return values.changed(
+        return rescaling.rescale(
             parts.placed(found, self.name, check=self.check, **placed(self)), given
         )
 

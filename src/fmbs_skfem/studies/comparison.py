@@ -22,9 +22,9 @@ from ..reduction.accuracy.comparison import Comparison, ModelRecord
 from ..results import frames as frames_
 from ..results import motion, series, speed
 from ..results.rendering import painter
-from ..scenes import Scene, build, read
+from ..scenes import Scene, build, examples, read
 from ..systems.signals import with_inputs
-from . import figures, plans, projects, reports, tables
+from . import figures, plans, reports, tables
 from . import job as jobs
 from .job import Job
 from .planning import truth
@@ -97,7 +97,7 @@ def compare_scene(
 
 def demo_scene() -> Scene:
     """The scene of the demo."""
-    return lean(read(projects.folder() / projects.DEMO))
+    return lean(read(examples.folder() / examples.DEMO))
 
 
 def show_demo(job: Job, tables: bool) -> ComparisonResult:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..bodies import values
 from ..bodies.body import Body
 from ..core import extras
 from ..core.errors import InputError, MissingFeature, say
@@ -24,6 +23,7 @@ from ..exports.c_files import CModel
 from ..exports.fmu import FMU
 from ..families import parametric_model
 from ..parts import files as part_files
+from ..parts import rescaling
 from ..reduction import files
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
@@ -107,7 +107,7 @@ def written_part(job: Job, name: str, step: float | None, gravity: str) -> Expor
     given = {
         key: read_number(key, text) if key in known else 1.0 for key, text in job.changes.items()
     }
-    body = values.changed(part.body, given)
+    body = rescaling.rescale(part.body, given)
     alone = part.notes.get("alone") or {}
     if step is None and not alone:
         remedy = "take a part in some sixty of the shortest period that matters"

@@ -31,60 +31,18 @@ from ..scenes.training_options import Allowed
 from . import holdouts, kinds, models, plans, reports
 from . import job as jobs
 from .job import Job
+from .planning.training_order import TrainingOrder
 from .result import ReportTable, Result, describe_error, list_files
 from .running import compiling, exportable, viewing
 
 if TYPE_CHECKING:
-    from ..families.greedy import Options
     from ..families.parametric_model import ParametricModel
     from ..families.training import FinishedTraining
-    from ..reduction.parameters import Search
     from ..scenes import Scene
-    from ..scenes.points import TrainingPoints
     from .holdouts import Checked
 
 HALF = 0.5  #: of the wanted error, which a model is to keep at hold-out points: it may err by more between them
 MODEL, STORE = "model.h5", "training"
-
-
-@dataclass(frozen=True)
-class TrainingOrder:
-    """What is trained, and where hold-out runs are made."""
-
-    scene: Scene
-    task: TrainingTask
-    search: Search
-    options: Options
-    points: TrainingPoints
-    tolerance: float | None  #: wanted error in the measure of the task
-    aim: float = 1.0  #: part of it that the model is to keep at hold-out points
-    #: whether it ends where no model can be faster than the full one of an accuracy
-    must_pay: bool = False
-    #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
-    allowed: Mapping[str, float] | None = None
-
-    @property
-    def proof(self) -> dict[str, Any]:
-        """What the training is told of its checks: where hold-out points follow, they show whether
-        the model is good enough.
-        """
-        follow = len(self.points.holdout) >= prediction.PROOFS
-        proofs = trainings.CHECKS if follow else 0
-        return {
-            "checks": trainings.CHECKS,
-            "proofs": proofs,
-            "aim": self.aim,
-            "must_pay": self.must_pay,
-        }
-
-    @property
-    def measure(self) -> str:
-        """What errors are, in words."""
-        if self.task.measure is None:
-            return "error of the displacements over their size"
-        if isinstance(self.task.measure, plans.AccuracyMeasure):
-            return "error of the outputs over the accuracy"
-        return "error of the outputs over their tolerances" if self.allowed else models.RANGES
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

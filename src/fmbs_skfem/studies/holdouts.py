@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ..families.training import FinishedTraining
     from ..reduction.accuracy.output_errors import OutputError
     from ..reduction.full_runs import FullRun
-    from .greedy_training import TrainingOrder
+    from .planning.training_order import TrainingOrder
 
 SAME = 1e-9  #: of the sides of a box, up to which two points are one
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box

@@ -47,10 +47,10 @@ def views(report: Report, display: DisplayUnits) -> list[View]:
     ]
 
 
-def heading(report: Report, column: str) -> str:
+def heading(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
     """`motor_torque: moment about z [N m]`."""
-    label = report["labels"].get(column)
-    return add_unit(f"{column}: {label}" if label else column, report["units"].get(column, ""))
+    label = labels.get(column)
+    return add_unit(f"{column}: {label}" if label else column, units.get(column, ""))
 
 
 @kind("events")
@@ -143,7 +143,8 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     are read in the same one.
     """
     errors = errors_of(report)
-    units, silent = report["units"], report["round_off"]
+    units = report["units"]
+    silent = report["round_off"]
     rows = []
     for columns in report["output_columns"].values():
         for name in columns:
@@ -154,7 +155,7 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
                 if units[one] == units[name]
                 for value in report["outputs"][one].values()
             ]
-            head, size = display.head(heading(report, name), alike)
+            head, size = display.head(heading(units, report["labels"], name), alike)
             least = math.inf if name in silent else DIGITS * largest_of(ends)
             shown = [as_read(value, size, least) for value in ends]
             error = [(errors.get(name) or math.nan) / size] if errors else []

@@ -182,9 +182,9 @@ def ranges(texts: tuple[str, ...]) -> Ranges:
 
 def examples() -> Collection[str]:
     """Names of the example scenes that travel with the package."""
-    from . import projects
+    from ..scenes import examples as scenes
 
-    return projects.examples()
+    return scenes.names()
 
 
 class OutputOptions(TypedDict, total=False):

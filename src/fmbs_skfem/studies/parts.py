@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies import values
 from ..bodies.body import Body, reference_at
 from ..core.algebra.rotations import nearest
 from ..core.errors import FmbsError, InputError, closest, listed, say
@@ -22,7 +21,7 @@ from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
 from ..dynamics import Newton, Trajectory, integrate
 from ..parts import bodies as parts
-from ..parts import departures, excitation
+from ..parts import departures, excitation, rescaling
 from ..parts import files as part_files
 from ..parts.excitation import Excitation
 from ..parts.files import Part
@@ -387,7 +386,7 @@ def at_place(part: Body, full: Body) -> Body:
                 remedy,
             )
         )
-    own = values.changed(
+    own = rescaling.rescale(
         own, {name: value.number for name, value in full.values.items() if name in own.values}
     )
     if others := other_numbers(own, full):

@@ -1,5 +1,5 @@
-"""The example scenes that travel with the package; a first project, a folder with a copy of one and
-of the files that it reads.
+"""Copies of the example scenes; a first project, a folder with a copy of one and of the files that
+it reads.
 """
 
 from __future__ import annotations
@@ -10,33 +10,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..core.errors import InputError, closest, say
+from ..scenes import examples
 from . import reports
 from .job import Job
 from .result import Result, list_files
 
-SCENES = ".yaml"
-DEMO = f"double_pendulum{SCENES}"
 FILE = re.compile(r"[\w./-]+\.\w+")  #: what may be the name of a file in a scene
 NAME = re.compile(r"^name:.*$", re.MULTILINE)
-
-
-def folder() -> Path:
-    """The scenes that travel with the package; in a source tree those of the repository."""
-    package = Path(__file__).resolve().parents[1]
-    packed = package / "_demo" / "examples"
-    return packed if packed.is_dir() else package.parents[1] / "examples"
-
-
-def examples() -> list[str]:
-    """Names of the example scenes."""
-    return sorted(path.stem for path in folder().glob(f"*{SCENES}"))
 
 
 def copy_examples(job: Job) -> Result:
     """The example scenes and their meshes, copied into the folder of a job."""
     if job.out is None:
         raise InputError(say("copy", "a folder for the examples", "none", "give one: out"))
-    source = folder()
+    source = examples.folder()
     out = reports.make_folder(job.out)
     if (out / source.name).exists() and not job.force:
         raise InputError(
@@ -51,8 +38,8 @@ def copy_examples(job: Job) -> Result:
         shutil.copytree(
             one, out / one.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True
         )
-    files = sorted((out / source.name).glob(f"*{SCENES}"))
-    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / DEMO}"
+    files = sorted((out / source.name).glob(f"*{examples.SCENES}"))
+    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / examples.DEMO}"
     return Result(
         about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text]
     )
@@ -65,15 +52,15 @@ def copy_example(job: Job, like: str | None) -> Result:
     It is like the example NAME where there is one, and nothing else is asked for: who names an
     example wants that.
     """
-    known = examples()
+    known = examples.names()
     out = job.path if job.out is None else job.out
-    like = like or (job.path.name if job.path.name in known else Path(DEMO).stem)
+    like = like or (job.path.name if job.path.name in known else Path(examples.DEMO).stem)
     if like not in known:
         raise InputError(
             say("like", f"one of the examples {', '.join(known)}", f"'{like}'")
             + closest(like, known)
         )
-    scene = out / f"{out.name}{SCENES}"
+    scene = out / f"{out.name}{examples.SCENES}"
     if scene.exists() and not job.force:
         raise InputError(
             say(
@@ -83,7 +70,7 @@ def copy_example(job: Job, like: str | None) -> Result:
                 "choose another name, or --force",
             )
         )
-    source = folder() / f"{like}{SCENES}"
+    source = examples.folder() / f"{like}{examples.SCENES}"
     text = source.read_text(encoding="utf-8")
     files = []
     for name in dict.fromkeys(files_in(source, text)):

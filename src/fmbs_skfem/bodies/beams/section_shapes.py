@@ -26,10 +26,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import InputError, say
+from ...core.errors import InputError, require_positive, say
 from ...core.storage.records import dataclass
 from ...shapes.table import Floats, Ints
-from ..sections import positive
 
 NARROW = 3e-5  #: of the extent: sides nearer to each other are refused; at a third of it round-off is 1e-3 of the torsion constant
 POINTS = 1000  #: of an outline; they take some 2 s
@@ -64,7 +63,7 @@ class Ring:
     shear: Shear = Shear.COWPER
 
     def __post_init__(self) -> None:
-        positive("section", diameter=self.diameter, wall=self.wall)
+        require_positive("section", diameter=self.diameter, wall=self.wall)
         if self.wall > self.diameter / 2:
             raise InputError(
                 say(
@@ -160,7 +159,7 @@ def tube(diameter: float, wall: float) -> Ring:
 
 def rectangle(width: float, height: float) -> Polygon:
     """Width along y, height along z [m]; origin of the drawing: the centre."""
-    positive("section", width=width, height=height)
+    require_positive("section", width=width, height=height)
     y, z = width / 2, height / 2
     return Polygon(((-y, -z), (y, -z), (y, z), (-y, z)), shear=Shear.COWPER)
 
@@ -232,7 +231,7 @@ def moments(outline: Outline) -> tuple[float, Floats, Floats]:
 
 
 def _check_walls(width: float, height: float, web: float, flange: float, flanges: int) -> None:
-    positive("section", width=width, height=height, web=web, flange=flange)
+    require_positive("section", width=width, height=height, web=web, flange=flange)
     if web >= width:
         raise InputError(
             say("section.web", f"a wall thinner than the width, {width:g} m", f"{web:g} m")

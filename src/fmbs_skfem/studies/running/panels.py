@@ -16,6 +16,7 @@ from ...core.values.units import add_unit
 from ...results.colour_scales import SILENT
 from ...results.plots import PANELS, Panel, panel_grid
 from ...systems.measures import probes
+from .. import kinds
 from ..result import Figures
 from .outcome import OUTPUTS
 
@@ -128,7 +129,7 @@ def arrange(
             )
             groups.setdefault(key, {})[column] = known[column]
         for rank, ((unit, *_), group) in enumerate(groups.items()):
-            alone = heading_of(units, labels, next(iter(group)))
+            alone = kinds.heading(units, labels, next(iter(group)))
             title = alone if len(group) == 1 else add_unit(name, str(unit))
             names = {
                 column: labels.get(column, column.removeprefix(f"{name}_")) for column in group
@@ -152,10 +153,3 @@ def arrange(
         for rank, panel in found
         if rank < last or (rank == last and next(room, None) is not None)
     ]
-
-
-def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
-    """`motor_torque: moment about z [N m]`."""
-    return add_unit(
-        f"{column}: {labels[column]}" if column in labels else column, units.get(column, "")
-    )

@@ -118,7 +118,10 @@ def finish(
         uncertain = stress_errors.of_outputs(trajectory, outputs)
         stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
-    checked = step_check.compare(job, task, trajectory) if job.check and error is None else {}
+    checked: dict[str, Any] = {}
+    if job.check and error is None:
+        step = task.scheme.step if task.scheme else 0.0
+        checked = step_check.compare(job, task.halved, step, trajectory)
     failure, files = failures.write_failure(job.made, error, task.facts["provenance"], job.plots)
     report: dict[str, Any] = {
         **describe_error(error),

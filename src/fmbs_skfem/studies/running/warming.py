@@ -15,8 +15,9 @@ from ...core.compiling import compilation, jit
 from ...core.errors import FmbsError, MissingFeature
 from ...core.notices import Notice
 from ...core.storage.records import dataclass
+from ...scenes import examples
 from .. import job as jobs
-from .. import plans, projects, reducing
+from .. import plans, reducing
 from ..job import Job, Listener
 from ..result import ReportTable, Result
 from . import runs
@@ -99,7 +100,7 @@ def attempt(kind: Warmed) -> str:
     """Compile one kind; how it went."""
     from ...scenes import build, read
 
-    scene = read(projects.folder() / kind.scene)
+    scene = read(examples.folder() / kind.scene)
     duration = kind.duration
     if scene.analysis.moves and duration is None:
         analysis = build.dynamic(scene)
