@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -219,3 +219,88 @@ def test_small_steps_share_a_jump_by_the_mass() -> None:
         ]
     assert off[1] < 1e-3 * np.abs(exact).max()
     assert off[0] / off[1] == pytest.approx(16.0, rel=0.1)
+
+
+SWING = """
+schema: 1
+dimension: 3
+bodies:
+  arm: {type: TYPE, mesh: MESH, section: {shape: circular, diameter: 10 mm}, cells: 6,
+        material: {young_modulus: 2 GPa, density: 1500 POISSON}}
+  bob: {type: point_mass, mass: 50 g, position: [1, 0, 0]}
+  far: {type: point_mass, mass: 10 g, position: [3, 0, 0]}
+joints:
+  root: {type: spherical, at: arm.left}
+  end: {type: spherical, at: bob, to: arm.right}
+  rest: {type: spherical, at: far}
+loads: {weight: {type: gravity, acceleration: [0, 0, -9.81]}}
+EVENTS
+analysis: {type: dynamic, duration: 0.24 s, step: 1 ms}
+outputs:
+  a: {type: acceleration, at: bob}
+  root: {type: reaction, joint: root}
+"""
+
+
+@pytest.mark.parametrize(("kind", "poisson"), [("cable", ""), ("beam", ", poisson_ratio: 0.3")])
+def test_an_event_beside_a_motion_leaves_it_as_it_is(kind: str, poisson: str) -> None:
+    """What is let go stands apart: filtered as a whole, accelerations of what swings changed by a
+    fifth.
+    """
+
+    def found(events: str) -> Mapping[str, np.ndarray]:
+        text = SWING.replace("TYPE", kind).replace(" POISSON", poisson).replace("EVENTS", events)
+        return studies.run(
+            scenes.loads(text.replace("MESH", "beam_20.msh"), MESHES), plots=False
+        ).outputs
+
+    alone = found("")
+    other = found("events: {go: {when: t - 0.2003 s, release: rest}}")
+    for column, values in alone.items():
+        np.testing.assert_allclose(other[column], values, atol=5e-3 * np.ptp(values) + 1e-6)
+
+
+HEAD = """
+schema: 1
+dimension: 3
+bodies:
+  arm: {type: beam, mesh: MESH, section: {shape: circular, diameter: 10 mm}, cells: 6,
+        material: {young_modulus: 2 GPa, density: 1500, poisson_ratio: 0.3}}
+  head: {type: rigid, mass: 0.2, inertia: [1e-4, 1e-4, 1e-4], center: [1, 0, 0]}
+joints: {root: {type: clamp, at: arm.left}, end: {type: weld, at: head.frame, to: arm.right}}
+loads: {push: {type: point_force, at: head.frame, force: [0, 0, -1 N]}}
+analysis: {type: dynamic, duration: STEP, step: STEP}
+outputs: {a: {type: acceleration, at: head.frame}, w: {type: reaction, joint: end}}
+"""
+
+
+def test_forces_of_the_start_balance_at_the_end_of_a_beam() -> None:
+    """M a = F + w in the first row, whatever the step is: directors alone have no mass."""
+    first = []
+    for step in ("1 ms", "10 us"):
+        text = HEAD.replace("MESH", "beam_20.msh").replace("STEP", step)
+        out = studies.run(scenes.loads(text, MESHES), plots=False).outputs
+        first.append((out["a_z"][0], out["w_z"][0]))
+        assert abs(0.2 * out["a_z"][0]) == pytest.approx(1.0 - abs(out["w_z"][0]), abs=1e-6)
+    assert first[0] == pytest.approx(first[1], abs=1e-5)
+
+
+TOUCHING = """
+schema: 1
+dimension: 2
+bodies: {ball: {type: point_mass, mass: 1 kg, position: [0, -0.1 mm]}}
+loads:
+  weight: {type: gravity, acceleration: [0, -9.81]}
+  floor: {type: contact_plane, at: ball, point: [0, 0], normal: [0, 1], stiffness: 1e6 N/m,
+          damping: 20 N s/m}
+initial: {bodies: {ball: {velocity: [0, -0.05]}}}
+analysis: {type: dynamic, duration: 2 ms, step: 1 ms}
+outputs: {a: {type: acceleration, at: ball}}
+"""
+
+
+@pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
+def test_what_touches_at_the_start_is_pushed_by_all_of_its_force() -> None:
+    """m a = k d - c v - m g, of whatever the step makes."""
+    out = studies.run(scenes.loads(TOUCHING), plots=False).outputs
+    assert out["a_y"][0] == pytest.approx(1e6 * 1e-4 + 20.0 * 0.05 - 9.81, rel=1e-9)

@@ -209,3 +209,12 @@ def test_a_soft_spring_holds_a_stiff_rod() -> None:
         linear.x, linear.mass, linear.damping, linear.stiffness + 1.0 * (tip.T @ tip), linear.rows
     )
     assert dynamics.find_free(system, held).names == ()
+
+
+def test_one_of_several_motions_is_animated(tmp_path: Path) -> None:
+    system = shaft(3.0)
+    linear = dynamics.linearise(system)
+    modes = dynamics.complex_modes(linear, 2)
+    shapes = dynamics.Shapes(system, linear.x, modes.shapes, ("backward", "forward"))
+    path = mode_shapes.animate(shapes, 1, tmp_path / "mode_2.gif", count=2)
+    assert path.stat().st_size > 1000

@@ -30,14 +30,14 @@ from ..core.errors import Reason, SolverError
 from ..core.notices import notify, remark
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
-from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, release, take_piece
+from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, take_piece
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.compiled_step.touching import TINY
 from ..dynamics.dividing import put, restart
-from ..dynamics.initial import Instant, begins_by_jump, consistent_start, first_state
+from ..dynamics.initial import Instant, consistent_start, first_state
 from ..dynamics.integration import failure
 from ..dynamics.loose_rows import follows
-from ..dynamics.measuring import Reader
+from ..dynamics.measuring import Reader, balanced
 from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
@@ -344,6 +344,7 @@ class EventObserver(Observer):
         x = state.x[back]
         v = state.v[back]
         late = max(time, h * (run.done + LATE))
+        before = balanced(run, time).a[0]
         self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
         for one in (self.triggers[k] for k in due):
@@ -352,14 +353,11 @@ class EventObserver(Observer):
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
-        by_jump = begins_by_jump(model)
-        start = consistent_start(model, run.scheme, at, False if by_jump else None)
+        start = consistent_start(model, run.scheme, at, None, before)
         kept = compilation.accepted(model, x, start.v, state.memory, late)
         held = state.speed.copy(), state.parts.copy(), state.work.copy()
         put(state, first_state(model, start, run.step.method.c, kept, late))
         restart(state, run.step.work)
-        if by_jump:
-            release(run, late)
         state.speed[:], state.parts[:], state.work[:] = held
         self.crossings.happen(due, self.jumps[due])
         self.lately |= set(due.tolist())

@@ -51,6 +51,8 @@ DRIFT, CURVATURE = (
 )
 # each leaves the friction coefficient squared or less of what is left, where mass and curvature are
 # ordinary
+# the head of a clamped beam: 1e-6 to 1e-10 give the same seven digits of its acceleration
+SOFT = 1e-8  #: of the stiffness of the step, which holds what has no mass
 REACTIONS = 4  #: corrections of what depends on the forces of joints, such as friction in them
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
 # factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice
@@ -237,6 +239,7 @@ def consistent_start(
     scheme: GeneralizedAlpha,
     at: Instant | None = None,
     filtered: bool | None = None,
+    before: np.ndarray | None = None,
 ) -> Start:
     """State, accelerations and multipliers at the start, of the rows that hold.
 
@@ -245,7 +248,9 @@ def consistent_start(
     Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts
     as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry
     them on. So does whatever is `filtered`, and nothing that is said not to be, but beams whose M
-    alone is singular. What that leaves out is of second order in h. Where nothing holds what begins
+    alone is singular. Of a motion that goes on, accelerations `before` (n,) are kept, and what has
+    changed is filtered. What that leaves out is of second order in h. What is shown, and read
+    within steps, balances all forces by M, also where what touches holds the first step. Where nothing holds what begins
     to move, q'' K q'' < 0, steps begin with M. An impulse, of drives that begin with a rate or of
     joints that lock, changes velocities by `jump`. By M alone a drive would turn one node of a
     beam, with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began
@@ -296,12 +301,18 @@ def consistent_start(
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     bend = np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d)
+    known = still if before is None else before
     am, af, _, beta = scheme.coefficients
     late = am - af  # a is q'' at t + (am - af) h
 
     def start_by(M: Array) -> Start:
         """The start with a matrix (n, n) in place of the mass."""
-        solve = kkt_solver(held(system, on), M, J, at.first, invert)
+        kkt = kkt_solver(held(system, on), M, J, at.first, invert)
+
+        def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            change, multipliers = kkt(f - system.mass @ known, g - J @ known)
+            return known + change, multipliers
+
         a, multipliers = solve(-f, bend)
         for _ in range(REACTIONS if any(force.reacts for force in model.forces) else 0):
             pushed = (
@@ -309,7 +320,7 @@ def consistent_start(
                 - J.T @ multipliers
             )
             a, multipliers = solve(-pushed, bend)
-        change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
+        change = still if steady else kkt(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
         return Start(
             x,
             v,
@@ -329,19 +340,33 @@ def consistent_start(
     if touches:  # what touches at the start is held by it
         M = M + compilation.probe_tangent(*state) / method.bh
     if not filtered:
-        return start_by(M)
+        return start_by(M)._replace(balance=start_by(system.mass).shown)
     # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with
     # the step's own matrix
     K = compilation.tangent(*state)
     start = start_by(system.mass + K / method.bh)
     if massless:
-        return start
-    balanced = start_by(M)
-    return (
-        start._replace(balance=balanced.shown)
-        if float(start.a @ (K @ start.a)) >= 0.0
-        else balanced
-    )
+        return (
+            start
+            if system.components
+            else start._replace(balance=massive(system, start, start_by, K / method.bh))
+        )
+    if float(start.a @ (K @ start.a)) < 0.0:
+        return start_by(M)
+    return start._replace(balance=start_by(system.mass).shown)
+
+
+def massive(
+    system: System, start: Start, start_by: Callable[[Array], Start], K: Array
+) -> tuple[np.ndarray, np.ndarray]:
+    """q'' (n,) and multipliers (m,) that balance all forces where directors have no mass, which
+    follow at once: those of M and SOFT of the stiffness K that filters the `start`.
+
+    The accelerations of what has no mass have no bound there, and are those of the start.
+    """
+    found = start_by(system.mass + SOFT * K)
+    mass = system.mass.diagonal()
+    return np.where(mass > 1e-12 * mass.max(initial=0.0), found.a, start.a), found.multipliers
 
 
 def of_joints(

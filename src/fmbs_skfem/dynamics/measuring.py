@@ -285,7 +285,6 @@ def balanced(run: OpenRun, time: float) -> Trajectory:
     """
     now = motion_of(run, time)
     off = run.step.space.off > 0.0
-    start = consistent_start(
-        run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory), False
-    )
-    return replace(now, a=start.a[None], multipliers=start.multipliers[None])
+    at = Instant(time, now.x[0], now.v[0], off, run.step.state.memory)
+    a, multipliers = consistent_start(run.model, run.scheme, at, False, now.a[0]).shown
+    return replace(now, a=a[None], multipliers=multipliers[None])

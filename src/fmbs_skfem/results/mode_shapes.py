@@ -142,13 +142,15 @@ def animate(
     """A period of one motion beside the outline of the state as a GIF or MP4; growth and damping
     are left out.
     """
-    vectors, extent = unit_vectors(replace(shapes, vectors=shapes.vectors[:, [number]]))
+    caption = shapes.captions[number]
+    one = replace(shapes, vectors=shapes.vectors[:, [number]], captions=(caption,))
+    vectors, extent = unit_vectors(one)
     count = min(count, PHASES)
     phases = np.exp(2j * np.pi * np.arange(count) / count)
     frames, options = coloured(
         moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent
     )
-    head = f"{title}, {shapes.captions[number]}" if title else shapes.captions[number]
+    head = f"{title}, {caption}" if title else caption
     options = replace(options, captions=(head,) * count, size=(800, 600), display=display)
     return pictures.animate(frames, path, count + 1, RATE, options)
 

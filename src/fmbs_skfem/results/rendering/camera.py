@@ -17,6 +17,7 @@ from ..frames import Array
 from ..marks import THIN
 
 Margins = tuple[float, float, float, float]
+SMALLEST = 1e-280  #: size that a camera can divide by [m]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ def fit(points: Array, planar: bool, size: tuple[int, int], margins: Margins) ->
     middle = seen.min(axis=0) + extent / 2.0
     largest = float(np.abs(points).max())
     # coinciding points are still seen
-    extent = np.maximum(extent, (1e-6 * largest if extent.any() else largest) or 1.0)
+    least = 1e-6 * largest if extent.any() else largest
+    extent = np.maximum(extent, least if least > SMALLEST else 1.0)
     left, right, top, bottom = margins
     scale = max(
         extent[0] / max(size[0] - left - right, 1.0), extent[1] / max(size[1] - top - bottom, 1.0)
