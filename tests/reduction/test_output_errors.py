@@ -145,6 +145,14 @@ def test_round_off_of_the_only_force_is_known_by_the_mechanism() -> None:
     assert math.isnan(found["link_x"].relative)
 
 
+def test_motions_that_events_end_are_compared_at_their_ends() -> None:
+    times = np.array([0.0, 0.1, 0.2, 0.27]), np.array([0.0, 0.2, 0.26])
+    pairs = np.array([0, 2]), np.array([0, 1])
+    found = output_errors.with_ends(pairs, *times)
+    assert [one.tolist() for one in found] == [[0, 2, 3], [0, 1, 2]]
+    assert output_errors.with_ends(found, *times) is found
+
+
 def test_tolerances_are_met_in_their_unit() -> None:
     found = output_errors.between(reference(), changed(tip_x=1e-3, clamp_x=5.0), KNOWN)
     assert output_errors.measure(found, {"tip": 1e-4}) == pytest.approx(10.0, rel=1e-9)

@@ -272,3 +272,13 @@ def test_cells_of_free_meshes_are_halved() -> None:
         match="cells: expected 1, 2, 4, 8 or another power of two where quads are in no even grid, got 3",
     ):
         surfaces.curved(mesh, 3, None)
+
+
+def test_digits_that_dent_a_surface_are_named() -> None:
+    """Nodes to 5e-4 m of a shell of 2 mm; exact ones of few digits, and thick shells, are silent."""
+    with pytest.warns(Notice, match="digits place nodes to about 0.0005 m, 25 % of the thickness"):
+        surfaces.tell_rough("mesh m", 4e-5, 2e-3, 5e-4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        surfaces.tell_rough("mesh m", 1e-16, 2e-3, 5e-4)
+        surfaces.tell_rough("mesh m", 4e-5, 20e-3, 5e-4)

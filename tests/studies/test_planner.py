@@ -362,3 +362,12 @@ def test_given_steps_are_proved_by_runs_that_have_all_their_instants(
         for cells, other in runs.runs
         if cells == found.cells
     )
+
+
+@pytest.mark.parametrize("mesh", [1e-3, 1.0, 30.0])
+def test_no_mesh_has_fewer_cells_than_a_body_can_have(mesh: float) -> None:
+    """Many steps ask for a mesh of half the cells beside the one that is chosen."""
+    runs = Known(mesh, 1e9)
+    found = plan(runs, 6, 200, limits=Limits(fewest=3))
+    assert found.met
+    assert min(cells for cells, _ in runs.runs) == 3

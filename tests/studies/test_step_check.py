@@ -51,3 +51,22 @@ def test_what_has_no_step_of_its_own_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, "type: dynamic, duration: 1 s, accuracy: 1e-2")
     with pytest.raises(InputError, match="an accuracy proves its errors itself"):
         studies.run(path, check=True)
+
+
+def test_the_end_that_an_event_makes_counts(tmp_path: Path) -> None:
+    """A ball at 10 m/s stops where its swing of 5 Hz is at the bottom: the step moves that place."""
+    path = tmp_path / "ball.yaml"
+    path.write_text("""
+schema: 1
+dimension: 2
+bodies: {ball: {type: point_mass, mass: 1 kg, position: [0, 0.1]}}
+loads: {pull: {type: control_force, at: ball, direction: [0, 1], force: "-(10*pi)**2 * ball.y * 1 N/m"}}
+initial: {bodies: {ball: {velocity: [10 m/s, 0]}}}
+events: {low: {when: ball.y + 0.09 m, stop: true}}
+analysis: {type: dynamic, duration: 1 s, step: 2 ms}
+outputs: {ball: {type: position, at: ball}}
+""")
+    run = studies.run(path, check=True)
+    true = abs(10.0 * np.arccos(-0.9) / (10.0 * np.pi) - run.outputs["ball_x"][-1])
+    assert true > 1e-5
+    assert run.report["step_check"]["errors"]["ball_x"] == pytest.approx(true, rel=0.1)

@@ -85,7 +85,7 @@ class Processes(Executor):
             process.kill()
             process.join()
             if not begun and (process.exitcode or 0) > 0:
-                raise unguarded() from error
+                raise unguarded() from None
             raise BrokenExecutor("a worker process ended") from error
         value, failed = pickle.loads(found)
         if failed is not None:
@@ -114,8 +114,8 @@ def start(consent: str) -> tuple[SpawnProcess, Any]:
         # holding interrupts may start a process as well
         with environment(ENVIRONMENT | {consents.SWITCH: consent}), interrupts_held():
             process.start()
-    except RuntimeError as error:  # this is such a process, on its way through the script
-        raise unguarded() from error
+    except RuntimeError:  # this is such a process, on its way through the script
+        raise unguarded() from None
     far.close()
     return process, line
 

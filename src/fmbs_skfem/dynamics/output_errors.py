@@ -66,6 +66,23 @@ def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, 
     return np.flatnonzero(same), near[same]
 
 
+def with_ends(
+    pairs: tuple[np.ndarray, np.ndarray], a: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (s,) of pairs of times a and b [s] of two motions that an event ends, each at its own
+    time, with their last states.
+    """
+    ends = len(a) - 1, len(b) - 1
+    if (pairs[0][-1], pairs[1][-1]) == ends:
+        return pairs
+    return np.append(pairs[0], ends[0]), np.append(pairs[1], ends[1])
+
+
+def stopped(motion: Trajectory) -> bool:
+    """Whether an event has ended a motion."""
+    return bool(motion.events and motion.events[-1].stop)
+
+
 def columns(motion: Trajectory) -> dict[str, np.ndarray]:
     """All outputs of a motion by column, (s,) each; NaN, without a notice, where it does not know
     one.

@@ -693,7 +693,7 @@ class Shell(ThinBody):
             3,
         )
         found, error = surfaces.curved(mesh, self.cells, self.degree)
-        surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness)
+        surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness, mesh.resolution)
         return surfaces.set_order(found, self.order)
 
 

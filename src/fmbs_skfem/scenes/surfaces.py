@@ -22,6 +22,7 @@ from ..shapes.surface import Surface
 Make = TypeVar("Make", bound=Callable[[PlateMesh, "list[str] | None"], Surface])
 SMOOTH = 0.4  #: part of their functions that cells share across a line if slopes are among them, and do not share otherwise
 JUMP = 0.1  #: of a thickness between such cells, that is worth a notice
+DENTED = 0.02  #: distance of such a surface over what digits resolve, from which these make it
 ROUGH = 0.05  #: of the thickness: distance of a surface through nodes from the one meant that is worth a notice
 #: change of the turns of grid lines [deg] beyond which quads are no even grid, see
 #: `structured.unevenness`: stresses of `ancf` stay off by 1 % at 8 degrees (nodes moved by 0.02 of
@@ -165,10 +166,21 @@ def curved(mesh: PlateMesh, cells: int, degree: int | None) -> tuple[Surface, fl
     return shape, error
 
 
-def tell_rough(where: str, error: float, thickness: float | Mapping[str, float]) -> None:
-    """A notice where nodes define a surface to more than a part of its thickness [m] only."""
+def tell_rough(
+    where: str, error: float, thickness: float | Mapping[str, float], resolution: float
+) -> None:
+    """A notice where nodes, or the digits of their file, define a surface to more than a part of its
+    thickness [m] only.
+
+    `resolution` is that of the digits [m]; nodes that stand exactly where they say make no error.
+    """
     thin = min(thickness.values()) if isinstance(thickness, Mapping) else thickness
-    if error > ROUGH * thin:
+    if resolution > ROUGH * thin and error > DENTED * resolution:
+        text = f"its digits place nodes to about {resolution:.2g} m, {100.0 * resolution / thin:.0f} % of the thickness"
+        notify(
+            f"{where}: {text}, which dents a smooth surface: write more digits, or export the body near the origin"
+        )
+    elif error > ROUGH * thin:
         text = f"the smooth surface through the nodes is defined to about {error:.2g} m, {100 * error / thin:.2g} % of its thickness"
         notify(
             f"{where}: {text}: mesh it finer; where it has a kink, make two bodies that are joined there"

@@ -158,7 +158,7 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
             head, size = display.head(heading(units, report["labels"], name), alike)
             least = math.inf if name in silent else DIGITS * largest_of(ends)
             shown = [as_read(value, size, least) for value in ends]
-            error = [(errors.get(name) or math.nan) / size] if errors else []
+            error = [(math.nan if (e := errors.get(name)) is None else e) / size] if errors else []
             rows.append((head + SILENT * (name in silent), *shown, *error))
     yield ReportTable(
         "Outputs", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows

@@ -5,6 +5,7 @@ it reads.
 from __future__ import annotations
 
 import re
+import shlex
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,7 +40,8 @@ def copy_examples(job: Job) -> Result:
             one, out / one.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True
         )
     files = sorted((out / source.name).glob(f"*{examples.SCENES}"))
-    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / examples.DEMO}"
+    first = shlex.quote(str(out / source.name / examples.DEMO))
+    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {first}"
     return Result(
         about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text]
     )
@@ -83,7 +85,7 @@ def copy_example(job: Job, like: str | None) -> Result:
     scene.write_text(NAME.sub(f"name: {out.name}", text), encoding="utf-8")
     written = [scene, *files]
     lines = [
-        f"look at it: fmbs check {scene}",
+        f"look at it: fmbs check {shlex.quote(str(scene))}",
         f"solve it: fmbs run {scene}",
         *list_files({"files": written}),
     ]

@@ -261,7 +261,8 @@ def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[
     half turn.
     """
     times = step * np.arange(steps + 1)
-    driven = {signal for _, signal in driving(plain.constraints)}
+    held = {signal for one in plain.locks for signal in one.signals}  # gaps that latches keep
+    driven = {signal for _, signal in driving(plain.constraints)} - held
     jumps = dict[int, tuple[str, float]]()
     for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
         signal = plain.signals[k]

@@ -28,6 +28,8 @@ from ...dynamics.output_errors import (
     from_first_step,
     largest,
     round_off,
+    stopped,
+    with_ends,
 )
 from ...dynamics.trajectory import Trajectory
 
@@ -40,7 +42,9 @@ __all__ = [
     "measure",
     "parts",
     "round_off",
+    "stopped",
     "warn_of_wrong",
+    "with_ends",
 ]
 
 OFF = 0.1  #: error of an output over its range, above which a warning is shown: reactions err by ten times what positions do
@@ -54,11 +58,14 @@ def compare(
     reference: Trajectory, other: Trajectory, known: Mapping[str, np.ndarray] | None = None
 ) -> dict[str, OutputError]:
     """Errors of the outputs of `other` against `reference` by column, at the times that both have
-    stored.
+    stored, and at their ends where an event makes them.
 
     `known` are the columns (s,) of the reference, where they are at hand.
     """
-    i, j = common_times("output_errors.compare", reference.times, other.times)
+    pairs = common_times("output_errors.compare", reference.times, other.times)
+    if stopped(reference) and stopped(other):
+        pairs = with_ends(pairs, reference.times, other.times)
+    i, j = pairs
     mine = columns(reference) if known is None else known
     others = columns(other)
     mine, others = (

@@ -52,6 +52,7 @@ class PilotOutputs(NamedTuple):
     times: np.ndarray  #: (s,) [s]
     columns: Mapping[str, np.ndarray]  #: (s,) each
     events: tuple[float, ...] = ()  #: when they happened [s]
+    stopped: bool = False  #: whether the last of them ended the motion
     work: float = 0.0  #: corrections that it took, or that its factorisations would have been
 
 
@@ -193,7 +194,10 @@ class ScenePilots:
             cost = motion.statistics
             happened = tuple(one.time for one in motion.events)
             work = cost.iterations + FACTOR * cost.factorisations
-            found = PilotOutputs(motion.times, output_errors.columns(motion), happened, work)
+            stopped = output_errors.stopped(motion)
+            found = PilotOutputs(
+                motion.times, output_errors.columns(motion), happened, stopped, work
+            )
         self.find_room(found)
         return found
 
@@ -278,6 +282,8 @@ class ScenePilots:
         between = between_events(other.times[second], one.events, other.events)
         first = first[between]
         second = second[between]
+        if one.stopped and other.stopped:
+            first, second = output_errors.with_ends((first, second), one.times, other.times)
         system = self.any_system
         pick = lambda found, rows: {name: values[rows] for name, values in found.columns.items()}  # noqa: E731
         nothing = output_errors.round_off(system, other.times)
@@ -362,6 +368,7 @@ def until(found: PilotOutputs, time: float) -> PilotOutputs:
     """A run up to a time [s]."""
     early = found.times <= time
     return found._replace(
+        stopped=found.stopped and bool(early.all()),
         times=found.times[early],
         columns={name: values[early] for name, values in found.columns.items()},
     )

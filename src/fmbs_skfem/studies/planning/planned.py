@@ -95,9 +95,15 @@ def find(
     given = not analysis.open
     unit = pilots.unit
     limits = (
-        Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid, usual=pilots.usual)
+        Limits(
+            times.STEPS // unit * unit,
+            unit=unit,
+            whole=pilots.grid,
+            fewest=pilots.fewest if pilots.open else 1,
+            usual=pilots.usual,
+        )
         if motion
-        else Limits(1)
+        else Limits(1, fewest=pilots.fewest if pilots.open else 1)
     )
     steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.usual
     made = 0

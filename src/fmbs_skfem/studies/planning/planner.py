@@ -261,6 +261,7 @@ class Limits:
     cells: int = 512
     unit: int = 2  #: numbers of steps are multiples of it, and have a half
     whole: int = 1  #: those of proofs are multiples of this
+    fewest: int = 1  #: cells that a mesh may have
     usual: int = 10_000_000  #: with which meshes are compared, where more are given
 
     def rounded(self, steps: float) -> int:
@@ -417,9 +418,10 @@ class Planner:
         finer = self.differ((cells, known), (mesh.fine, known)) if mesh.fine > cells else None
         if finer is not None:
             found = finer + mesh.errors(mesh.fine)
-        many = steps > FEW * known and cells > 1
+        coarser = max(cells // 2, self.limits.fewest)
+        many = steps > FEW * known and coarser < cells
         if many:
-            self.differ((cells // 2, half), (cells, half))
+            self.differ((coarser, half), (cells, half))
         for (other, same), run in list(self.known.items()):
             beside = (same == steps and (finer is None or steps > known)) or (many and same == half)
             if run is None or not beside or not APART * other <= cells <= THIRD * other:
