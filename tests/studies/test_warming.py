@@ -12,7 +12,8 @@ from numba import types
 from fmbs_skfem import studies
 from fmbs_skfem.core.compiling import compilation, jit
 from fmbs_skfem.core.errors import MissingFeature
-from fmbs_skfem.studies import Listener, projects
+from fmbs_skfem.scenes import examples
+from fmbs_skfem.studies import Listener
 from fmbs_skfem.studies.running import warming
 
 
@@ -53,7 +54,7 @@ def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.parametrize("kind", warming.KINDS, ids=lambda kind: kind.name)
 def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Warmed) -> None:
-    assert (projects.folder() / kind.scene).is_file()
+    assert (examples.folder() / kind.scene).is_file()
 
 
 def test_a_script_without_listeners_hears_once_that_it_compiles(
