@@ -105,5 +105,5 @@ def require_sound(what: str, name: str, item: Any, family: type[Declared], dim: 
 
 def problems_of(item: Any, where: str, dim: int) -> list[tuple[str | tuple[str, ...], Problem]]:
     """The problems that an item knows of, which may not stand what its fields cannot hold."""
-    with arguments.fields_blamed(item, where):
+    with arguments.blaming(lambda: arguments.check_fields(item, where)):
         return list(item.problems(dim))

@@ -247,8 +247,8 @@ def consistent_start(
 
     Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts
     as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry
-    them on. So does whatever is `filtered`, and nothing that is said not to be, but beams whose M
-    alone is singular. Of a motion that goes on, accelerations `before` (n,) are kept, and what has
+    them on. So does whatever is `filtered`; what is said not to be is found by M alone, but of beams
+    whose M is singular. Of a motion that goes on, accelerations `before` (n,) are kept, and what has
     changed is filtered. What that leaves out is of second order in h. What is shown, and read
     within steps, balances all forces by M, also where what touches holds the first step. Where nothing holds what begins
     to move, q'' K q'' < 0, steps begin with M. An impulse, of drives that begin with a rate or of
@@ -332,8 +332,9 @@ def consistent_start(
     massless = has_massless_directors(system)
     touches = len(model.arrays.forces.judged) > 0
     M = system.mass
+    alone = filtered is False
     filtered = massless or (is_filtered(system) if filtered is None else filtered)
-    if not (filtered or touches):
+    if not filtered and (alone or not touches):
         return start_by(M)
     method = method_of(scheme, Newton(), h, model)
     state = model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v

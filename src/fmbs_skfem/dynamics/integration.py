@@ -240,7 +240,7 @@ def begun(
         jumps=jumps_of_loads(setting.system, scheme.step, steps),
     )
     if by_jump and resume is None:
-        release(run, 0.0)
+        release(run)
     for one in observers:
         one.begin(run)
     if resume is not None:

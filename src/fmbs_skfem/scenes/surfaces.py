@@ -176,15 +176,15 @@ def tell_rough(
     """
     thin = min(thickness.values()) if isinstance(thickness, Mapping) else thickness
     if resolution > ROUGH * thin and error > DENTED * resolution:
-        text = f"its digits place nodes to about {resolution:.2g} m, {100.0 * resolution / thin:.0f} % of the thickness"
-        notify(
-            f"{where}: {text}, which dents a smooth surface: write more digits, or export the body near the origin"
-        )
+        part = f"{100.0 * resolution / thin:.0f} % of the thickness"
+        text = f"its digits place nodes to about {resolution:.2g} m, {part}, which dents a smooth surface"
+        remedy = "write more digits, or export the body near the origin"
     elif error > ROUGH * thin:
         text = f"the smooth surface through the nodes is defined to about {error:.2g} m, {100 * error / thin:.2g} % of its thickness"
-        notify(
-            f"{where}: {text}: mesh it finer; where it has a kink, make two bodies that are joined there"
-        )
+        remedy = "mesh it finer; where it has a kink, make two bodies that are joined there"
+    else:
+        return
+    notify(f"{where}: {text}: {remedy}")
 
 
 def thickness(value: float | Mapping[str, float], surface: Surface) -> float | np.ndarray:

@@ -182,9 +182,9 @@ def ranges(texts: tuple[str, ...]) -> Ranges:
 
 def examples() -> Collection[str]:
     """Names of the example scenes that travel with the package."""
-    from ..scenes import examples as scenes
+    from ..scenes.examples import names
 
-    return scenes.names()
+    return names()
 
 
 class OutputOptions(TypedDict, total=False):

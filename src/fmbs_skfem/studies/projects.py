@@ -84,9 +84,10 @@ def copy_example(job: Job, like: str | None) -> Result:
     reports.make_folder(out)
     scene.write_text(NAME.sub(f"name: {out.name}", text), encoding="utf-8")
     written = [scene, *files]
+    typed = shlex.quote(str(scene))
     lines = [
-        f"look at it: fmbs check {shlex.quote(str(scene))}",
-        f"solve it: fmbs run {scene}",
+        f"look at it: fmbs check {typed}",
+        f"solve it: fmbs run {typed}",
         *list_files({"files": written}),
     ]
     report = {

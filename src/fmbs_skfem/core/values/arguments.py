@@ -84,15 +84,24 @@ def blamed(function: T) -> T:
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
-        try:
+        with blaming(lambda: taken(function, given, named)):
             return function(*given, **named)
-        except InputError:
-            raise
-        except (AttributeError, TypeError, ValueError):
-            taken(function, given, named)
-            raise
 
     return cast(T, call)
+
+
+@contextmanager
+def blaming(check: Callable[[], object]) -> Iterator[None]:
+    """What may not stand values that are not what they are declared to be: its error is then that
+    of a check, which says so.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (AttributeError, TypeError, ValueError):
+        check()
+        raise
 
 
 def taken(
@@ -125,7 +134,7 @@ def checked_dataclass(kind: type) -> type:
 
     def __post_init__(self: Any) -> None:
         if then is not None:
-            with fields_blamed(self):
+            with blaming(lambda: check_fields(self)):
                 then(self)
         check_fields(self)
 
@@ -141,18 +150,6 @@ def check_fields(item: Any, where: str = "") -> None:
         value = getattr(item, name)
         if not is_default(value, default) and (wanted := rule(value)):
             raise InputError(say(f"{where or type(item).__name__}.{name}", wanted, shown(value)))
-
-
-@contextmanager
-def fields_blamed(item: Any, where: str = "") -> Iterator[None]:
-    """What may not stand what fields of an item cannot hold: its error is then that of the field."""
-    try:
-        yield
-    except InputError:
-        raise
-    except (AttributeError, TypeError, ValueError):
-        check_fields(item, where)
-        raise
 
 
 @functools.cache

@@ -70,9 +70,9 @@ def jump_over(run: OpenRun, behind: float) -> int:
     return status
 
 
-def release(run: OpenRun, time: float) -> None:
-    """Give a motion that starts from the present state, at a time [s], what its steps begin with,
-    see `initial.begin_steps`.
+def release(run: OpenRun) -> None:
+    """Give a motion that starts from the present state what its steps begin with, see
+    `initial.begin_steps`.
 
     All forces jump onto rest:
 
@@ -88,7 +88,7 @@ def release(run: OpenRun, time: float) -> None:
     shown = State(*(part.copy() for part in state))
     for part in (state.a, state.acceleration, state.multipliers, state.history, state.past):
         part[:] = 0.0
-    status = jump_over(run, time)
+    status = jump_over(run, 0.0)
     a = state.acceleration.copy()
     multipliers = state.multipliers.copy()
     back = np.argsort(run.model.order)

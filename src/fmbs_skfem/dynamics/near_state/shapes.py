@@ -19,7 +19,7 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import as_dense, squares
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ...core.values.arguments import checked, fields_blamed, require
+from ...core.values.arguments import blaming, check_fields, checked, require
 from ...systems import free_motions
 from ...systems.connections import mechanism
 from ...systems.system import System, project
@@ -51,7 +51,7 @@ class Shapes:
         require("Shapes: system", self.system, System)
         require("Shapes: x", self.x, np.ndarray)
         require("Shapes: captions", self.captions, tuple[str, ...])
-        with fields_blamed(self):
+        with blaming(lambda: check_fields(self)):
             sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
         if sizes != (
             (self.system.size,),

@@ -88,7 +88,8 @@ def find(
     """
     analysis = build.history(scene)
     pilots = ScenePilots(scene, allow_outside, within)
-    cells = 2 * pilots.fewest if pilots.open else 1 if pilots.refined else 0
+    fewest = pilots.fewest if pilots.open else 1
+    cells = 2 * fewest if pilots.open else 1 if pilots.refined else 0
     motion = build.dynamic(scene) if analysis.moves else None
     if motion is None and not cells and pilots.with_finer_parts(0) is None:
         return nothing_to_find(pilots)
@@ -99,11 +100,11 @@ def find(
             times.STEPS // unit * unit,
             unit=unit,
             whole=pilots.grid,
-            fewest=pilots.fewest if pilots.open else 1,
+            fewest=fewest,
             usual=pilots.usual,
         )
         if motion
-        else Limits(1, fewest=pilots.fewest if pilots.open else 1)
+        else Limits(1, fewest=fewest)
     )
     steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.usual
     made = 0

@@ -119,9 +119,9 @@ def finish(
         stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
     checked: dict[str, Any] = {}
-    if job.check and error is None:
-        step = task.scheme.step if task.scheme else 0.0
-        checked = step_check.compare(job, task.halved, step, trajectory)
+    if job.check and error is None and task.halved and task.scheme:
+        half = task.halved(job.progress("half the step"))
+        checked = step_check.compare(trajectory, half, task.scheme.step)
     failure, files = failures.write_failure(job.made, error, task.facts["provenance"], job.plots)
     report: dict[str, Any] = {
         **describe_error(error),
