@@ -114,10 +114,12 @@ def slopes(table: Any, record: Any) -> int:
         first = F.memory + many + NODE * k
         read_rates(table, F, places, v)
         # nodes beside a crossing meet at one place: one term of low rank serves them
+        known = pieces(F, latest[0], latest[1])
         if (
             abs(p - latest[0]) > SAME
             or abs(q - latest[1]) > SAME
-            or places != pieces(F, latest[0], latest[1])
+            or places[0] != known[0]
+            or places[1] != known[1]
         ):
             begin_term(s.low, F, places, p, q)
             latest = p, q
@@ -179,7 +181,9 @@ def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float,
     for j in range(2 * (len(spans) + 1)):
         of_x, of_largest = kernels.row_sizes(P, F.rows, first + dim * j, dim)
         most[j % 2, 0], most[j % 2, 1] = max(most[j % 2, 0], of_x), max(most[j % 2, 1], of_largest)
-    longest_span = spans.max()
+    longest_span = 0.0
+    for k in range(len(spans)):
+        longest_span = max(longest_span, spans[k])
     for i in range(2):
         way[i] = most[0, i] + 8.0 / 27.0 * longest_span * most[1, i]
     return way[0], way[1]

@@ -41,6 +41,7 @@ from fmbs_skfem.core.storage import locks
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+BEHIND: dict[int, Callable[..., Any]] = {}  #: functions by their addresses in this process
 #: whether nothing is compiled: with FMBS_PLAIN=1 in the environment kernels are functions of
 #: Python, with `plain` in place of numba
 PLAIN = os.environ.get("FMBS_PLAIN", "0") not in ("", "0")
@@ -291,8 +292,14 @@ def kept() -> frozenset[str]:
 
 
 def addressed(signature: Any, function: Callable[..., Any], apart: bool = False) -> Any:
-    """`function` behind an address that anything can call, compiled now by this process or another
-    one, cached on disk.
+    """`function` behind an address that anything can call, which is known by it."""
+    found = made(signature, function, apart)
+    BEHIND[int(found.address)] = function
+    return found
+
+
+def made(signature: Any, function: Callable[..., Any], apart: bool) -> Any:
+    """The same, compiled now by this process or another one, cached on disk.
 
     What its pointers point to does not overlap where one is written, if it says that they are
     `apart`. Where nothing is compiled only `call` and `invoke` of `plain` know what stands behind

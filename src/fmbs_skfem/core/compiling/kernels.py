@@ -25,6 +25,7 @@ MODULES = (
     "contact/shapes.py",
     "contact/slip.py",
     "core/algebra/direct.py",
+    "core/algebra/small.py",
     "core/algebra/supernodes.py",
     "core/compiling/angles.py",
     "core/compiling/curves.py",

@@ -119,7 +119,8 @@ def correct(table: Any, which: Any) -> int:
     rank = rank_of(table)
     if rank == 0:
         return 0
-    found = np.empty((1, rank))
+    room = np.empty(len(w.lows))
+    found = view(room, 0, (1, rank))
     size = min(rank, n)
     rows = rows_of(table, which)
     A = view(w.inner, 0, (size, size))

@@ -45,6 +45,9 @@ static double of_bits(unsigned long long bits)
 /* 1 / sqrt(x) from half the exponent by Newton's iteration, then x - s^2 without round-off. */
 static double math_sqrt(double x)
 {
+#if defined(__NO_MATH_ERRNO__) && (defined(__x86_64__) || defined(__aarch64__) || defined(__wasm__))
+    return __builtin_sqrt(x); /* one instruction there, no call of a library */
+#else
     double scale = 1.0;
     if (!(x > 0.0) || x - x != 0.0)
         return x < 0.0 ? (x - x) / (x - x) : x;
@@ -63,6 +66,81 @@ static double math_sqrt(double x)
     const double s = x * y, split = 134217729.0 * s; /* 2^27 + 1 */
     const double high = split - (split - s), low = s - high;
     return scale * (s + 0.5 * y * (((x - high * high) - 2.0 * high * low) - low * low));
+#endif
+}
+
+//: least
+/* As `min` and `max` of Python: the first number stays where the second is none. */
+static double least(double a, double b) { return b < a ? b : a; }
+
+//: most
+static double most(double a, double b) { return b > a ? b : a; }
+
+//: least_whole
+static whole least_whole(whole a, whole b) { return b < a ? b : a; }
+
+//: most_whole
+static whole most_whole(whole a, whole b) { return b > a ? b : a; }
+
+//: size_whole
+static whole size_whole(whole a) { return a < 0 ? -a : a; }
+
+//: quotient
+/* As // and % of Python, towards minus infinity. */
+static whole quotient(whole a, whole b) { return a / b - (a % b != 0 && (a < 0) != (b < 0)); }
+
+//: remainder_of quotient
+static whole remainder_of(whole a, whole b) { return a - b * quotient(a, b); }
+
+//: pair_of
+INLINED pair pair_of(double real, double imag)
+{
+    const pair found = {real, imag};
+    return found;
+}
+
+//: pair_sum pair_of
+INLINED pair pair_sum(pair a, pair b) { return pair_of(a.real + b.real, a.imag + b.imag); }
+
+//: pair_difference pair_of
+INLINED pair pair_difference(pair a, pair b) { return pair_of(a.real - b.real, a.imag - b.imag); }
+
+//: pair_product pair_of
+INLINED pair pair_product(pair a, pair b)
+{
+    return pair_of(a.real * b.real - a.imag * b.imag, a.real * b.imag + a.imag * b.real);
+}
+
+//: pair_quotient pair_of size_of
+/* By the larger part of b, so that its square neither overflows nor vanishes. */
+static pair pair_quotient(pair a, pair b)
+{
+    if (size_of(b.real) >= size_of(b.imag)) {
+        const double ratio = b.imag / b.real, below = b.real + b.imag * ratio;
+        return pair_of((a.real + a.imag * ratio) / below, (a.imag - a.real * ratio) / below);
+    }
+    const double ratio = b.real / b.imag, below = b.real * ratio + b.imag;
+    return pair_of((a.real * ratio + a.imag) / below, (a.imag * ratio - a.real) / below);
+}
+
+//: pair_minus pair_of
+INLINED pair pair_minus(pair a) { return pair_of(-a.real, -a.imag); }
+
+//: pair_conjugate pair_of
+INLINED pair pair_conjugate(pair a) { return pair_of(a.real, -a.imag); }
+
+//: pair_size math_sqrt
+static double pair_size(pair a) { return math_sqrt(a.real * a.real + a.imag * a.imag); }
+
+//: pair_sqrt pair_of pair_size math_sqrt size_of
+static pair pair_sqrt(pair a)
+{
+    const double root = math_sqrt(0.5 * (size_of(a.real) + pair_size(a)));
+    if (root == 0.0)
+        return pair_of(0.0, 0.0);
+    if (a.real >= 0.0)
+        return pair_of(root, 0.5 * a.imag / root);
+    return pair_of(0.5 * size_of(a.imag) / root, a.imag < 0.0 ? -root : root);
 }
 
 //: turn_back math_floor

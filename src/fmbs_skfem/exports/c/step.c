@@ -336,9 +336,6 @@ static void apply(NAME_memory *m)
     m->pull = pull;
 }
 
-static double least(double a, double b) { return a < b ? a : b; }
-static double most(double a, double b) { return a > b ? a : b; }
-
 /* Remaining error of q [m] at which the iteration may stop: the tolerance, or less where q'' asks for it. */
 static double goal(const NAME_memory *m, int iteration, double begun)
 {
