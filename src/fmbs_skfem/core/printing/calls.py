@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiling import jit
-from ..compiling.structs import Routine, make_opener
+from ..compiling import jit, structs
 from .expressions import Expressions
 from .frames import source_of, tree_of
 from .values import (
@@ -74,7 +73,7 @@ class Calls(Expressions):
             return Several((*arguments, *rest), function)
         if function in BUILT_IN:
             return BUILT_IN[function](self, arguments)
-        if isinstance(function, jit.InlinedFunction | Routine | types.FunctionType):
+        if isinstance(function, jit.InlinedFunction | structs.Routine | types.FunctionType):
             return self.kernel(function, arguments, named)
         if isinstance(function, np.ufunc) or getattr(function, "__module__", "") == "math":
             return self.of_number(function, arguments)
@@ -138,7 +137,7 @@ class Calls(Expressions):
     def deferred(self, function: jit.Deferred, arguments: list[Value]) -> Value:
         """What compiled functions can do beside Python."""
         make: Any = function.make
-        if make.func is make_opener:
+        if make.func is structs.make_opener:
             found = self.pointer(arguments[0])
             return Struct(make.args[0], found.starts, found.number)
         if make.func is jit.optimised:

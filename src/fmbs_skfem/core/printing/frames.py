@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..compiling import jit
-from ..compiling.structs import Routine
+from ..compiling import jit, structs
 from .memory import MARK
 from .values import (
     Array,
@@ -94,7 +93,7 @@ def source_of(function: Any) -> Any:
     """The function of Python of a kernel."""
     if isinstance(function, jit.InlinedFunction):
         return function.py_func
-    return function.function if isinstance(function, Routine) else function
+    return function.function if isinstance(function, structs.Routine) else function
 
 
 @functools.cache

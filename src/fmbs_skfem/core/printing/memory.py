@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiling.structs import SCALARS, ArrayKind, fields, width
+from ..compiling import structs
 from .values import (
     ITEMS,
     Array,
@@ -89,13 +89,13 @@ class Memory:
         """Name all arrays of a struct, those of structs in it after these."""
         for field, part, first in places(kind):
             at = start + 8 * first
-            if isinstance(part, ArrayKind):
+            if isinstance(part, structs.ArrayKind):
                 self.find(part, at, f"{name}_{field}" if name else field)
-            elif part not in SCALARS:
+            elif part not in structs.SCALARS:
                 self.add(part, at, field)
 
     def find(
-        self, kind: ArrayKind, at: int, name: str
+        self, kind: structs.ArrayKind, at: int, name: str
     ) -> tuple[Region | None, int, tuple[int, ...]]:
         """The region of an array whose integers are at an address, the place in it, and the shape."""
         shape = tuple(integer(at + 8 + 8 * k) for k in range(kind.ndim))
@@ -130,9 +130,9 @@ class Memory:
         part, first = known[name]
         starts = tuple(start + 8 * first for start in struct.starts)
         label = f"{struct.kind.__name__.lower()}_{name}"
-        if isinstance(part, ArrayKind):
+        if isinstance(part, structs.ArrayKind):
             return self.array(part, starts, struct.number, label)
-        if part not in SCALARS:
+        if part not in structs.SCALARS:
             return Struct(part, starts, struct.number)
         if part is float:
             reals = [ctypes.c_double.from_address(one).value for one in starts]
@@ -156,7 +156,9 @@ class Memory:
             self.tables[name] = table
         return Scalar(f"{name}[{text_of(number)}]", kind)
 
-    def array(self, kind: ArrayKind, starts: Sequence[int], number: Number, label: str) -> Array:
+    def array(
+        self, kind: structs.ArrayKind, starts: Sequence[int], number: Number, label: str
+    ) -> Array:
         """An array of a struct."""
         found = [self.find(kind, start, label) for start in starts]
         shape = tuple(
@@ -227,6 +229,6 @@ def integer(address: int) -> int:
 def places(kind: type) -> Iterator[tuple[str, Any, int]]:
     """Fields of a struct, and where their integers begin."""
     first = 0
-    for name, part in fields(kind):
+    for name, part in structs.fields(kind):
         yield name, part, first
-        first += width(part)
+        first += structs.width(part)
