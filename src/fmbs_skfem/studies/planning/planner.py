@@ -356,20 +356,40 @@ class Planner:
             if attempt == DOUBTS - 1:
                 why = why or "doubt"
                 break
-            left = SAFETY - min(size(found), SAFETY * SHARE) if more_steps else SAFETY - size(found)
-            by_steps = more_steps and (
-                measured is None or size(found) > SAFETY * SHARE or not more_cells
+            cells, steps = self.finer(
+                (cells, steps),
+                (time if more_steps else None, found),
+                (mesh if more_cells else None, of_mesh),
+                measured is not None,
             )
-            if by_steps:
-                steps = self.rounded(np.clip(time.more(found, SAFETY * SHARE), MORE, REACH) * steps)
-            if mesh and more_cells and (not by_steps or size(of_mesh) > left):
-                cells = min(
-                    math.ceil(np.clip(mesh.more(of_mesh, left), MORE, TWICE) * cells),
-                    self.limits.cells,
-                )
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         return AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
+
+    def finer(
+        self,
+        chosen: tuple[int, int],
+        of_step: tuple[Chain | None, np.ndarray],
+        of_mesh: tuple[Chain | None, np.ndarray],
+        proved: bool,
+    ) -> tuple[int, int]:
+        """More cells, more steps or both, where what is chosen errs too much: by the errors of step
+        and mesh along their chains; no more of what has None in place of a chain.
+
+        As long as no run has `proved` the error of the step there are more steps.
+        """
+        cells, steps = chosen
+        (time, time_error), (mesh, mesh_error) = of_step, of_mesh
+        share = SAFETY * SHARE
+        error = size(time_error)
+        left = SAFETY - (min(error, share) if time else error)
+        by_steps = time is not None and (not proved or error > share or mesh is None)
+        if time and by_steps:
+            steps = self.rounded(np.clip(time.more(time_error, share), MORE, REACH) * steps)
+        if mesh and (not by_steps or size(mesh_error) > left):
+            more = np.clip(mesh.more(mesh_error, left), MORE, TWICE)
+            cells = min(math.ceil(more * cells), self.limits.cells)
+        return cells, steps
 
     def is_far(self, one: tuple[int, int], errors: Callable[[int, int], np.ndarray]) -> bool:
         """Whether a run differs from the nearest other one by more than both are foretold to err,
