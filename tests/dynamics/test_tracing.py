@@ -219,8 +219,7 @@ def test_what_reads_states_has_all_of_them() -> None:
     assert motion.kept is None
     assert seen == [STEPS + 1]
     assert (
-        run(system, observers=[Judge(lambda run, motion: (), reads_states=False)]).kept
-        is not None
+        run(system, observers=[Judge(lambda run, motion: (), reads_states=False)]).kept is not None
     )
 
 
