@@ -298,8 +298,8 @@ def by_mode(errors: np.ndarray) -> dict[str, float]:
     return {f"mode {k + 1}": error for k, error in enumerate(errors.tolist())}
 
 
-def warn_of_values(what: str, found: Mapping[str, float]) -> None:
-    """Say which values are off, by their names.
+def find_off(what: str, found: Mapping[str, float]) -> Iterator[str]:
+    """Which values are off, by their names.
 
     Nothing where all errors are at most 1 %.
     """
@@ -308,6 +308,4 @@ def warn_of_values(what: str, found: Mapping[str, float]) -> None:
     ]:
         line = "--alone --fastest .. for faster motions, --moment .. where they are clamped"
         text = f"{what} of parts are off from those of their bodies: {departures.first_of(listed)}"
-        notify(
-            f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions"
-        )
+        yield f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions"
