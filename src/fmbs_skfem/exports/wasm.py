@@ -43,10 +43,11 @@ FLAGS = (
 )
 
 
-def module(model: CModel) -> bytes | None:
-    """The module of a model; None without the extra `fmu`, InputError where its compiler fails."""
+def module(model: CModel) -> bytes:
+    """The module of a model; InputError without the extra `fmu`, and where its compiler fails."""
     if not extras.there("fmu"):
-        return None
+        compiler = extras.install("fmu")
+        raise InputError(f"the model itself runs in it with a compiler, {compiler}")
     with tempfile.TemporaryDirectory(prefix="fmbs_wasm_") as place:
         folder = Path(place)
         (folder / f"{model.name}.h").write_text(model.header, encoding="utf-8")
