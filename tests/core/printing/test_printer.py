@@ -268,8 +268,40 @@ def lists(table: Any, more: Any) -> int:
     return len([x for x in S.x])  # noqa: C416
 
 
+@routine
+def moves(table: Any, more: Any) -> int:
+    """A row that is changed as a whole."""
+    S = opened(table)
+    S.A[1] += 1.0
+    return 0
+
+
+@routine
+def names(table: Any, more: Any) -> int:
+    """An argument by its name."""
+    return len(np.zeros(3, dtype=np.int64))
+
+
+@routine
+def searches(table: Any, more: Any) -> int:
+    """What follows a loop that nothing left."""
+    for x in opened(table).x:
+        if x > 0.0:
+            break
+    else:
+        return 1
+    return 0
+
+
 @pytest.mark.parametrize(
-    ("kernel", "why"), [(grows, "the size of an array"), (lists, "ListComp has no C")]
+    ("kernel", "why"),
+    [
+        (grows, "the size of an array"),
+        (lists, "ListComp has no C"),
+        (moves, "an array that is changed as a whole"),
+        (names, "'dtype' by its name"),
+        (searches, "what follows a loop"),
+    ],
 )
 def test_what_is_outside_of_the_subset_is_told_with_its_place(kernel: Any, why: str) -> None:
     found, integers = packed_numbers()

@@ -387,5 +387,7 @@ class Expressions(Frame):
 
     def target_of(self, array: Array, places: Sequence[Any]) -> str:
         """A number of an array, to be assigned."""
-        *_, offset = self.part(array, places)
+        shape, _, offset = self.part(array, places)
+        if shape:
+            raise OutsideError("an array that is changed as a whole")
         return f"{array.text}[{bare(text_of(offset))}]"

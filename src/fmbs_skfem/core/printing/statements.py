@@ -239,6 +239,7 @@ class Body(Calls):
                 self.environment.pop(name)
 
     def do_While(self, one: ast.While) -> None:
+        self.refuse_else(one)
         self.enter([one])
         lines = len(self.root.lines)
         condition = self.value(one.test)
@@ -250,6 +251,10 @@ class Body(Calls):
         self.branch(one.body)
         self.emit("}")
 
+    def refuse_else(self, one: ast.For | ast.While) -> None:
+        if one.orelse:
+            raise OutsideError("what follows a loop that nothing left")
+
     def do_Break(self, one: ast.Break) -> None:
         self.emit("break;")
         self.ended = True
@@ -259,6 +264,7 @@ class Body(Calls):
         self.ended = True
 
     def do_For(self, one: ast.For) -> None:
+        self.refuse_else(one)
         if isinstance(one.iter, ast.Call) and getattr(one.iter.func, "id", "") == "range":
             self.count(one, [self.value(part) for part in one.iter.args])
             return
