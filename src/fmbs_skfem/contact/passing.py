@@ -144,7 +144,10 @@ def size_of(F: Any, k: int) -> float:
     without a side behind.
     """
     if F.shape == BOX:
-        return F.sizes.min() + F.radius[k]
+        least = F.sizes[0]
+        for c in range(1, len(F.sizes)):
+            least = min(least, F.sizes[c])
+        return least + F.radius[k]
     if F.shape not in (SPHERE, CYLINDER) or F.sizes[1] < 0.0:
         return 0.0
     thin = F.shape == CYLINDER and F.placed.shape[1] == 3

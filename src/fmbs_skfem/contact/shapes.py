@@ -110,8 +110,10 @@ def clearance(
     room.
     """
     if shape == HEIGHTS:
-        low = heights.min()
-        high = heights.max()
+        low = high = heights[0, 0]
+        for row in heights:
+            for height in row:
+                low, high = min(low, height), max(high, height)
         return z[dim - 1] - high - OVER * (high - low)
     if shape == CYLINDER and dim == 3:
         return sizes[1] * (np.sqrt(z[0] * z[0] + z[1] * z[1]) - sizes[0])
