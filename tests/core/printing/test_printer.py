@@ -116,6 +116,19 @@ def tuples(table: Any, _: Any) -> int:
 
 
 @kernel
+def unread(table: Any, more: Any) -> int:
+    """A name that nobody reads: loops inside of each other, results of several kinds."""
+    S = opened(table)
+    rounds = 0
+    for _ in range(2):
+        for _ in range(3):
+            S.out[rounds], _ = turned(vector(S.x, 1), 2.0 + rounds)
+            rounds += 1
+    _, _, S.out[0] = vector(S.x, 0)
+    return rounds
+
+
+@kernel
 def slices(table: Any, _: Any) -> int:
     """Rows, columns, parts, and arrays of the kernel itself."""
     S = opened(table)
@@ -293,6 +306,16 @@ def searches(table: Any, more: Any) -> int:
     return 0
 
 
+@routine
+def counts(table: Any, more: Any) -> int:
+    """A number that counts a loop, and is another one behind it."""
+    S = opened(table)
+    for k in range(3):
+        S.out[k] = 0.0
+    k = S.x[0]
+    return int(k)
+
+
 @pytest.mark.parametrize(
     ("kernel", "why"),
     [
@@ -300,6 +323,7 @@ def searches(table: Any, more: Any) -> int:
         (lists, "ListComp has no C"),
         (moves, "an array that is changed as a whole"),
         (names, "'dtype' by its name"),
+        (counts, "'k' counts a loop, and is a double"),
         (searches, "what follows a loop"),
     ],
 )

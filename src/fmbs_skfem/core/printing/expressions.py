@@ -257,6 +257,8 @@ class Expressions(Frame):
         if isinstance(a, Const) and isinstance(b, Const):
             return Const(bool(KNOWN[relation](a.value, b.value)))
         kind = widest(kind_of(a), kind_of(b))
+        if kind == "pair":
+            raise OutsideError("a comparison of complex numbers")
         return Scalar(f"({text_of(a, kind)} {RELATIONS[relation]} {text_of(b, kind)})", "whole")
 
     def of_IfExp(self, one: ast.IfExp) -> Value:

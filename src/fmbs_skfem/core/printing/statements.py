@@ -325,7 +325,10 @@ class Body(Calls):
             raise OutsideError("a loop with several names")
         self.enter(one.body)
         end = self.hold(end)
-        k = self.word(one.target.id)
+        # `_` may count loops inside of each other, which share nothing
+        k = self.fresh("k") if one.target.id == "_" else self.word(one.target.id)
+        if self.kinds.get(k, "whole") != "whole":
+            raise OutsideError(f"'{k}' counts a loop, and is a {self.kinds[k]}")
         self.root.variables[k] = "whole"
         self.environment[one.target.id] = Scalar(k, "whole")
         down = isinstance(step, Const) and step.value < 0
