@@ -241,7 +241,7 @@ def came_through(
     meet_surface(F, k, y, before, w)
     for i in range(dim):
         n1[i] = w[1, i]
-    tangents = np.empty((2, dim))
+    tangents = np.zeros((2, dim))
     sided = lay_across(n0, n1, tangents, find_tangents(table, F, k, y, tangents))
     return sided and goes_through(n0, n1, v, last[first], radius, DEEP if F.shape == BOX else LEAST)
 
