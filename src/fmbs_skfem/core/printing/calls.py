@@ -72,6 +72,8 @@ class Calls(Expressions):
             rest = (named[name] for name in function._fields[len(arguments) :])
             return Several((*arguments, *rest), function)
         if function in BUILT_IN:
+            if named:
+                raise OutsideError(f"'{next(iter(named))}' by its name")
             return BUILT_IN[function](self, arguments)
         if isinstance(function, jit.InlinedFunction | structs.Routine | types.FunctionType):
             return self.kernel(function, arguments, named)

@@ -204,7 +204,9 @@ class Frame:
         return isinstance(one, Scalar) and one.text in known
 
     def bind(self, name: str, value: Value) -> None:
-        """Assign a value to a name."""
+        """Assign a value to a name; `_` is what nobody reads."""
+        if name == "_":
+            return
         changes = self.counts.get(name, 0) > 1
         number = isinstance(value, Const) and isinstance(value.value, bool | int | float)
         if isinstance(value, Scalar) or (number and changes):
@@ -212,7 +214,7 @@ class Frame:
             return
         if isinstance(value, Several):
             value = self.kept(value)
-            if changes and name != "_":
+            if changes:
                 self.environment[name] = self.set_several(self.word(name), value)
                 return
         elif isinstance(value, Array):

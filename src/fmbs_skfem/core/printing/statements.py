@@ -239,6 +239,7 @@ class Body(Calls):
                 self.environment.pop(name)
 
     def do_While(self, one: ast.While) -> None:
+        self.refuse_else(one)
         self.enter([one])
         lines = len(self.root.lines)
         condition = self.value(one.test)
@@ -250,6 +251,10 @@ class Body(Calls):
         self.branch(one.body)
         self.emit("}")
 
+    def refuse_else(self, one: ast.For | ast.While) -> None:
+        if one.orelse:
+            raise OutsideError("what follows a loop that nothing left")
+
     def do_Break(self, one: ast.Break) -> None:
         self.emit("break;")
         self.ended = True
@@ -259,6 +264,7 @@ class Body(Calls):
         self.ended = True
 
     def do_For(self, one: ast.For) -> None:
+        self.refuse_else(one)
         if isinstance(one.iter, ast.Call) and getattr(one.iter.func, "id", "") == "range":
             self.count(one, [self.value(part) for part in one.iter.args])
             return
@@ -319,7 +325,10 @@ class Body(Calls):
             raise OutsideError("a loop with several names")
         self.enter(one.body)
         end = self.hold(end)
-        k = self.word(one.target.id)
+        # `_` may count loops inside of each other, which share nothing
+        k = self.fresh("k") if one.target.id == "_" else self.word(one.target.id)
+        if self.kinds.get(k, "whole") != "whole":
+            raise OutsideError(f"'{k}' counts a loop, and is a {self.kinds[k]}")
         self.root.variables[k] = "whole"
         self.environment[one.target.id] = Scalar(k, "whole")
         down = isinstance(step, Const) and step.value < 0

@@ -108,7 +108,11 @@ def angle_in_space(room: np.ndarray, last: float) -> float:
     w = complex(dot(u, p), dot(u, q))
     by = inverse(w)
     for i in range(3):  # derivatives of log w
-        s[i], s[3 + i], s[6 + i] = by * complex(p[i], q[i]), by * u[i], 1j * by * u[i]
+        s[i], s[3 + i], s[6 + i] = (
+            by * complex(p[i], q[i]),
+            by * u[i],
+            complex(0.0, 1.0) * by * u[i],
+        )
     for i in range(9):
         room[SLOPE, i] = s[i].imag
         for j in range(len(room) - SECOND):
