@@ -46,6 +46,7 @@ MODULES = (
     "dynamics/compiled_step/rotated.py",
     "dynamics/compiled_step/settling.py",
     "dynamics/compiled_step/single_steps.py",
+    "dynamics/compiled_step/starting.py",
     "dynamics/compiled_step/step.py",
     "dynamics/compiled_step/stepping.py",
     "dynamics/compiled_step/touching.py",
