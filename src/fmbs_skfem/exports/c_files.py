@@ -557,7 +557,7 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
     if turn is not None:
         rows = np.array([[count, *frame.place(first)] for first, count, _ in turn.table.tolist()])
         at, offset = turn.rows, turn.offset
-        places = np.array([turned_places(one) for one in turn.places])
+        places = turn.places
         beta = np.array([one.beta for one in frame.case.system.elastic])
     return "\n".join(
         [
@@ -569,13 +569,6 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
             array("TURN_BETA", beta),
         ]
     )
-
-
-def turned_places(place: Callable[[float], np.ndarray]) -> np.ndarray:
-    """(n, 3) multiples of cos, sin and 1 of the unknowns in which a body is turned by an angle."""
-    ahead, back, across = place(0.0), place(np.pi), place(0.5 * np.pi)
-    middle = 0.5 * (ahead + back)
-    return np.stack([0.5 * (ahead - back), across - middle, middle], axis=1)
 
 
 def header_of(

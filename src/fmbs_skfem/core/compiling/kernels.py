@@ -78,5 +78,6 @@ MODULES = (
     "systems/terms/quartic.py",
     "systems/terms/shape_points.py",
     "systems/terms/turned_tangents.py",
+    "systems/terms/turning.py",
     "systems/work.py",
 )
