@@ -677,6 +677,7 @@ def first_step(
         work=np.zeros(stored),
         counters=np.zeros(4, np.int64),
         done=np.zeros(2, np.int64),
+        left=np.zeros(2),
         touch=np.zeros(2),
     )
     none = np.zeros(0, np.int64)

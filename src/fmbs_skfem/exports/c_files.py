@@ -124,11 +124,6 @@ HEADERS = frozenset(
 DEVICES = frozenset(
     ["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))]
 )
-# a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where
-# its tip is off by 2 mm, else 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that
-# are none
-SHRINKS = 0.9  #: size of the last of a given number of corrections over that of the one before, above which they do not shrink
-UNCERTAIN = 0.02  #: the same over the way of the step, above which the step is not known
 
 
 @dataclass(frozen=True)
@@ -511,7 +506,7 @@ def controls(
         "FLOOR": stepping.FLOOR, "SURELY": stepping.SURELY,
         "CLEAR": stepping.CLEAR, "CHEAP": stepping.CHEAP, "OLD": settling.OLD, "HUGE_NUMBER": HUGE, "PROOF": turning.PROOF,
         "ALIKE": turning.ALIKE,
-        "GAIN": stepping.GAIN, "NEAR": stepping.NEAR, "SHRINKS": SHRINKS, "UNCERTAIN": UNCERTAIN,
+        "GAIN": stepping.GAIN, "NEAR": stepping.NEAR, "SHRINKS": stepping.SHRINKS, "UNCERTAIN": stepping.UNCERTAIN,
     }  # fmt: skip
     steady = not own.laws and not (own.j >= 0).any() and not (own.signal >= 0).any()
     counts = {
