@@ -124,11 +124,6 @@ HEADERS = frozenset(
 DEVICES = frozenset(
     ["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))]
 )
-# a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where
-# its tip is off by 2 mm, else 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that
-# are none
-SHRINKS = 0.9  #: size of the last of a given number of corrections over that of the one before, above which they do not shrink
-UNCERTAIN = 0.02  #: the same over the way of the step, above which the step is not known
 
 
 @dataclass(frozen=True)
@@ -511,7 +506,7 @@ def controls(
         "FLOOR": stepping.FLOOR, "SURELY": stepping.SURELY,
         "CLEAR": stepping.CLEAR, "CHEAP": stepping.CHEAP, "OLD": settling.OLD, "HUGE_NUMBER": HUGE, "PROOF": turning.PROOF,
         "ALIKE": turning.ALIKE,
-        "GAIN": stepping.GAIN, "NEAR": stepping.NEAR, "SHRINKS": SHRINKS, "UNCERTAIN": UNCERTAIN,
+        "GAIN": stepping.GAIN, "NEAR": stepping.NEAR, "SHRINKS": stepping.SHRINKS, "UNCERTAIN": stepping.UNCERTAIN,
     }  # fmt: skip
     steady = not own.laws and not (own.j >= 0).any() and not (own.signal >= 0).any()
     counts = {
@@ -557,7 +552,7 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
     if turn is not None:
         rows = np.array([[count, *frame.place(first)] for first, count, _ in turn.table.tolist()])
         at, offset = turn.rows, turn.offset
-        places = np.array([turned_places(one) for one in turn.places])
+        places = turn.places
         beta = np.array([one.beta for one in frame.case.system.elastic])
     return "\n".join(
         [
@@ -569,13 +564,6 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
             array("TURN_BETA", beta),
         ]
     )
-
-
-def turned_places(place: Callable[[float], np.ndarray]) -> np.ndarray:
-    """(n, 3) multiples of cos, sin and 1 of the unknowns in which a body is turned by an angle."""
-    ahead, back, across = place(0.0), place(np.pi), place(0.5 * np.pi)
-    middle = 0.5 * (ahead + back)
-    return np.stack([0.5 * (ahead - back), across - middle, middle], axis=1)
 
 
 def header_of(

@@ -145,9 +145,10 @@ class StepJob(NamedTuple):
     order: Integers  #: (n,) the unknowns of the system that those of the state are
     multipliers: Matrix  #: (s, m) physical
     memory: Matrix  #: (s, l)
-    work: Vector  #: (s,) [J]
+    work: Vector  #: (s,) [J], empty where no work is counted
     counters: Integers
     done: Integers  #: (2,) steps that were taken; those so far in which something passed through what it touches
+    left: Vector  #: (2,) of a step by a fixed number of corrections: size of the last one [m], and how many would do
     touch: Vector  #: (2,) for how long to go on without forces that have not begun; and where the first one has [s]
 
 
