@@ -25,7 +25,7 @@ int step(double span)
 }
 double *inputs(void) { return m.inputs; }
 double *parameters(void) { return m.parameters; }
-double *unknowns(void) { return m.now.x; }
+double *unknowns(void) { return m.state_x; }
 double *outputs(void) { NAME_outputs(&m, outs); return outs; }
 double now(void) { return m.time; }
 """
@@ -38,6 +38,7 @@ FLAGS = (
     "-O3",
     "-msimd128",
     "-ffp-contract=off",
+    "-fno-math-errno",
     "-nostdlib",
     "-Wl,--no-entry",
 )

@@ -16,9 +16,9 @@ from .memory import MARK
 from .values import (
     Array,
     Base,
+    ChoiceError,
     Const,
     Number,
-    OutsideError,
     Scalar,
     Several,
     UnknownError,
@@ -169,13 +169,13 @@ class Frame:
     def emit(self, line: str, pure: bool = False) -> None:
         """A line of the kernel; one that is `pure` does nothing but name something."""
         if self.is_lazy and not pure:
-            raise OutsideError("a statement inside of a choice")
+            raise ChoiceError("a statement inside of a choice")
         self.root.lines.append(INDENT * self.root.depth + line)
 
     def word(self, name: str) -> str:
         """A name in C."""
         word = self.prefix + name
-        return f"{word}_" if word in WORDS or word.startswith("t_") else word
+        return f"the_{word}" if word in WORDS or word.startswith("t_") else word
 
     def fresh(self, name: str) -> str:
         """A name that nothing else has."""

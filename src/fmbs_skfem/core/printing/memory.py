@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bisect
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,7 @@ class Region(Base):
     def __init__(self, name: str, item: np.dtype, start: int, size: int) -> None:
         super().__init__()
         self.name, self.dtype, self.start, self.size = name, item, start, size
+        self.number = 0  #: in the order in which they were found, which no address changes
         self.folded = False  #: whether its numbers were taken for known ones
 
     @property
@@ -58,11 +59,19 @@ class Memory:
     """All regions, by their addresses.
 
     `mutable` are names of regions that the program's own code writes, `varying` labels of numbers
-    in structs that it changes.
+    in structs that it changes, `changing` names of single ones by their addresses, and `changed`
+    addresses of arrays that it writes at the start.
     """
 
-    def __init__(self, mutable: Sequence[str] = (), varying: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        mutable: Collection[str] = (),
+        varying: Collection[str] = (),
+        changing: Mapping[int, str] | None = None,
+        changed: Sequence[int] = (),
+    ) -> None:
         self.mutable, self.varying = set(mutable), set(varying)
+        self.changing, self.changed = changing or {}, tuple(changed)
         self.regions: list[Region] = []
         self.groups: dict[int, tuple[tuple[int, ...], int]] = {}
         self.names: dict[str, int] = {}
@@ -94,6 +103,25 @@ class Memory:
             elif part not in structs.SCALARS:
                 self.add(part, at, field)
 
+    def is_field(self, region: Region) -> bool:
+        """Whether a region is written: a field of the memory of the program."""
+        if region.written or region.name in self.mutable:
+            return True
+        return any(region.start <= one < region.end for one in self.changed)
+
+    def name(self, array: np.ndarray, name: str) -> None:
+        """Name an array of the program, which keeps it."""
+        if array.size:
+            self.region(structs.address_of(array), array.size, array.dtype, name)
+
+    def at(self, start: int) -> tuple[Region, int] | None:
+        """The region that has the number at an address, and its place; None where none has."""
+        before = bisect.bisect_right(self.regions, start, key=lambda one: one.start) - 1
+        if before < 0 or start >= self.regions[before].end:
+            return None
+        found = self.regions[before]
+        return found, (start - found.start) // found.dtype.itemsize
+
     def find(
         self, kind: structs.ArrayKind, at: int, name: str
     ) -> tuple[Region | None, int, tuple[int, ...]]:
@@ -116,6 +144,7 @@ class Memory:
             found.size = max(found.size, (end - found.start) // item.itemsize)
         else:
             found = Region(self.unique(name), item, start, size)
+            found.number = len(self.regions)
             self.regions.insert(before + 1, found)
             before += 1
         if before + 1 < len(self.regions) and self.regions[before + 1].start < found.end:
@@ -139,6 +168,9 @@ class Memory:
             if label in self.varying:
                 self.fields[label] = reals
                 return Scalar(f"m->{label}[{text_of(struct.number)}]", "double")
+            if starts[0] in self.changing:
+                self.fields[self.changing[starts[0]]] = reals[:1]
+                return Scalar(f"m->{self.changing[starts[0]]}[0]", "double")
             return self.choose(reals, struct.number, label)
         return self.choose([part(integer(one)) for one in starts], struct.number, label)
 

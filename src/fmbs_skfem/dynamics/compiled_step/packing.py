@@ -223,11 +223,9 @@ class Lengths:
         )
         histories = self.door.address if count else 0
         whole.table[DIVIDE] = parts.divide.address
-        put(
-            whole.table,
-            LEVELS,
-            packed(Levels(*self.addresses, address_of(self.copy), histories, self.found)),
-        )
+        levels = packed(Levels(*self.addresses, address_of(self.copy), histories, self.found))
+        for table in (whole.table, *self.tables):
+            put(table, LEVELS, levels)
         for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
             put(table, JOB, packed(JobStart(self.signals[: 2**halvings], NONE)))
             table[JUDGING], table[AGAIN] = judging, False
