@@ -50,6 +50,7 @@ class Program:
                 *(
                     array(name, kind, np.array(values))
                     for name, (kind, values) in memory.tables.items()
+                    if re.search(rf"\b{name}\b", code)
                 ),
             ]
         )
