@@ -670,8 +670,7 @@ def first_step(
         memory=np.zeros((stored, len(model.memory))),
         work=np.zeros(stored),
         counters=np.zeros(4, np.int64),
-        done=np.zeros(2, np.int64),
-        touch=np.zeros(2),
+        done=np.zeros(3, np.int64),
     )
     none = np.zeros(0, np.int64)
     space = compilation.space(model)
@@ -688,7 +687,7 @@ def first_step(
         rotations,
         method,
         job,
-        Levels(none, none, none, 0, 0, none),
+        Levels(none, none, none, 0, none, 0, 0, 0, np.zeros((0, 2)), none),
     )
 
 
