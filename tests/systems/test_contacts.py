@@ -372,6 +372,17 @@ def test_round_off_is_no_overlap() -> None:
         ball(valley, at=np.array([0.6, 0.072]) + (0.2 - 1e-6) * normal)
 
 
+@pytest.mark.parametrize("below", [1e-15, 1e-9])
+def test_what_has_come_in_pushes_where_it_is(below: float) -> None:
+    """What is known of who cannot touch is that of the place of a point, not of its way in."""
+    model = compiled.compile_system(ball(floor(stiffness=4e3, damping=8.0), at=(0.0, 0.3)))
+    v = np.array([0.0, -2.0])
+    above, inside = np.array([0.0, 0.3]), np.array([0.0, -below])
+    memory = compiled.accepted(model, inside, v, compiled.accepted(model, above, v))
+    found = compiled.forces(model, inside, v, 0.0, memory)
+    assert_allclose(found, [0.0, -16.0 - 4e3 * below], rtol=1e-12)
+
+
 def ball(
     *forces: loads.Load, at: Any = (0.0, 0.0, 0.0), speed: Any = (0.0, 0.0, 0.0), dim: int = 2
 ) -> System:

@@ -399,11 +399,13 @@ def accept(table: Any, record: Any) -> int:
                 continue
             read(table, F, k, y)
         else:
-            if near(table, F, k, y, v, w):
+            touches = near(table, F, k, y, v, w)
+            # before places on the way in take that of the point
+            look_around(table, F, k, y, w)
+            if touches:
                 recall(F, k, last, w)
                 N = press(F, k, y, v, last, w, out)
                 deep = remember_entry(F, k, last, y, w)
-            look_around(table, F, k, y, w)
         for i in range(dim):
             last[2 + i] = w[5, i] if N != 0.0 else 0.0
         last[0], last[1], last[deepest(F)] = max(N, 0.0), 1.0 if N <= 0.0 else last[1], deep

@@ -32,8 +32,8 @@ from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, take_piece
 from ..dynamics.compiled_step.step import STEPS
-from ..dynamics.compiled_step.touching import TINY
-from ..dynamics.dividing import put, restart
+from ..dynamics.compiled_step.touching import TINY, restart
+from ..dynamics.dividing import put
 from ..dynamics.initial import Instant, consistent_start, first_state
 from ..dynamics.integration import failure
 from ..dynamics.loose_rows import follows

@@ -1,4 +1,4 @@
-"""A start that fails in the shortest steps once more, and what events need to put a state back."""
+"""A start that fails in the shortest steps once more, and what puts a state back."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .compiled_step import stepping
-from .compiled_step.step import State, Workspace
 from .initial import filtered_start, first_state
 
 if TYPE_CHECKING:
@@ -40,12 +39,3 @@ def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
     """
     for array, value in zip(arrays, values, strict=True):
         array[:] = value
-
-
-def restart(state: State, work: Workspace) -> None:
-    """Forget what was known of a motion that goes on otherwise: earlier accelerations and factors.
-
-    What is left is one known acceleration, order 0 of the predictor, and no factors. Both arguments
-    are changed in place.
-    """
-    state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0

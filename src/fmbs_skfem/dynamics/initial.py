@@ -676,9 +676,8 @@ def first_step(
         memory=np.zeros((stored, len(model.memory))),
         work=np.zeros(stored),
         counters=np.zeros(4, np.int64),
-        done=np.zeros(2, np.int64),
+        done=np.zeros(3, np.int64),
         left=np.zeros(2),
-        touch=np.zeros(2),
     )
     none = np.zeros(0, np.int64)
     space = compilation.space(model)
@@ -695,7 +694,7 @@ def first_step(
         rotations,
         method,
         job,
-        Levels(none, none, none, 0, 0, none),
+        Levels(none, none, none, 0, none, 0, 0, 0, np.zeros((0, 2)), none),
     )
 
 

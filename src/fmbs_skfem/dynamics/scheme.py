@@ -52,6 +52,7 @@ DYNAMIC, STATIC = (
 SHARE = 0.0055  #: part of the error of a guess that an iteration may leave, over (1 - rho_inf)^2
 #: parts of a step up to which a touch is resolved the better the shorter the step is
 FALLING = 16.0
+OF_LENGTH = "h", "bh", "gh", "c", "sharp"  #: numbers of a method that `coefficients` gives
 # each may begin by itself, in a step that ends there: many that do so in every step would cost more
 # than they are worth
 FEW_PLACES = 16  #: places that may touch, in whose impacts errors fall with the step
@@ -296,11 +297,17 @@ def allowed_change(h: Any, whole: float) -> Any:
     return np.clip((whole / (FALLING * h)) ** 4, LEAST, 1.0)
 
 
+def coefficients(method: Method, h: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """What depends on the step h [s], or on several (t,), as OF_LENGTH names it."""
+    c = h**2 * method.beta
+    bh = (1 - method.am) / (c * (1 - method.af))
+    gh = method.gamma / (h * method.beta)
+    return h, bh, gh, c, SHARP * c
+
+
 def of_length(method: Method, h: Any) -> Method:
     """The method with the coefficients of another step h [s], or of several (t,)."""
-    c = h**2 * method.beta
-    bh, gh = (1 - method.am) / (c * (1 - method.af)), method.gamma / (h * method.beta)
-    return method._replace(h=h, bh=bh, gh=gh, c=c, sharp=SHARP * c)
+    return method._replace(**dict(zip(OF_LENGTH, coefficients(method, h), strict=True)))
 
 
 def round_off(system: System) -> float:

@@ -31,8 +31,8 @@ from ..core.printing.values import ZERO, Const, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import jumps, parts, starting, stepping
-from ..dynamics.compiled_step.step import Levels, State, Step
+from ..dynamics.compiled_step import jumps, starting, stepping
+from ..dynamics.compiled_step.step import LEAST, State, Step
 from ..reduction import cases
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
@@ -131,12 +131,12 @@ DEVICES = frozenset(
     ["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))]
 )
 #: numbers of the method that depend on the step, and names of arrays that the program itself writes
-VARYING = frozenset(f"method_{name}" for name in ("h", "c", "bh", "gh", "sharp"))
+VARYING = frozenset(f"method_{name}" for name in ("h", "c", "bh", "gh", "sharp", "allowed"))
 WRITTEN = frozenset(
     f"state_{name}" for name in ("x", "v", "acceleration", "multipliers", "past", "known", "order", "change", "signals")
 ) | frozenset(
     f"space_{name}" for name in ("x", "v", "acceleration", "multipliers", "signals", "c", "f")
-) | {"job_signals", "job_counters", "levels_found", "work_kind"}  # fmt: skip
+) | {"job_signals", "job_counters", "job_done", "levels_found", "levels_spans", "work_kind"}  # fmt: skip
 READ = frozenset(["state_history", "space_energy", "job_left"])  #: those that it reads alone
 #: kernels whose loops over tables are written out: programs of expressions
 SPELLED = (programs.run, row_programs.act)
@@ -148,7 +148,7 @@ STANDS = {
     points.add_product: points.add_half_product,
 }
 STATUSES = {name: getattr(stepping, name) for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOO_FEW")}
-FOUND = "before_", "space_gradients"  #: what the begin of a division and the start fill
+FOUND = "before_", "held_", "space_gradients"  #: what the begin of a division and the start fill
 APART = "\n/* kernels */\n"
 HEAD = """typedef long long whole;
 typedef struct { double real, imag; } pair;
@@ -260,19 +260,21 @@ def print_kernels(
     mutable = set(WRITTEN)
     step = base.step
     doors = step.doors
-    behind = {**jit.BEHIND, base.lengths.door.address: "fill_signals"}
+    callbacks = (one.address for one in base.lengths.doors)
+    behind = jit.BEHIND | dict(zip(callbacks, ("fill_signals", "set_parts"), strict=True))
     while True:
         memory = Memory(mutable, VARYING, changing, changed)
         memory.join(base.tables)
         memory.add(Step, base.tables[0])
-        memory.add(State, int(step_levels(base).before), "before")
+        for name, copy in (("before", base.lengths.before), ("held", base.lengths.held)):
+            if copy is not None:
+                memory.add(State, structs.address_of(copy.packed), name)
         for name, numbers_of in base.own.items():
             memory.name(numbers_of, f"own_{name}")
         printer = Printer(memory, behind, STANDS, small.PRODUCTS, SPELLED)
         table = memory.pointer(base.tables[0])
         asked: dict[str, tuple[Any, Value]] = {
-            "TAKE": (stepping.take, ZERO),
-            "DIVIDE": (parts.divide, Scalar("", "whole")),
+            "TAKE": (stepping.take_row, ZERO),
             "TAKE_FIXED": (stepping.take_fixed, Scalar("", "whole")),
             "START": (starting.start, Const(start_of(base.case.system))),
             "ENERGIES": (starting.energies, Scalar("", "whole")),
@@ -292,12 +294,6 @@ def print_kernels(
             mutable = mutable | wrong
             continue
         return Kernels(printer, calls)
-
-
-def step_levels(base: PackedCase) -> Levels:
-    """The levels of a packed step, which it has once it is packed in parts."""
-    found: Step = structs.unpacked(Step, base.tables[0])
-    return found.levels
 
 
 def start_of(system: System) -> int:
@@ -337,7 +333,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         "UNKNOWNS": system.size, "EQUATIONS": len(system.constraints.names), "SENSORS": len(system.sensors.offset),
         "INPUTS": len(inputs), "PARAMETERS": len(numbers.parameters_of(given)), "DRIVEN": len(inputs) if driving_inputs(system) else 0,
         "TURNED": sum(bool(one.turns) for one in columns), "LENGTHS": len(base.tables), "WIDTH": base.lengths.signals.shape[1],
-        "SIGNALS": len(base.step.state.signals), "TURNING": int(turning),
+        "SIGNALS": len(base.step.state.signals), "TURNING": int(turning), "LOCATING": int(base.step.method.locating),
     }  # fmt: skip
     before = placed(
         replaced(template("inputs.c"), {"READ": "\n".join(f"    {line}" for line in timed.lines)})
@@ -434,14 +430,14 @@ def controls(base: PackedCase) -> dict[str, float]:
     method = base.step.method
     return {
         "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "SHARP": scheme.SHARP,
-        "HUGE_NUMBER": HUGE,
+        "HUGE_NUMBER": HUGE, "FALLING": scheme.FALLING, "LEAST": LEAST,
     }  # fmt: skip
 
 
 def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> str:
     """Tables of a model whose numbers no parameter changes."""
     driving = driving_inputs(base.case.system)
-    halvings = np.array([0, *base.lengths.addresses[1]])
+    halvings = np.array([0, *base.lengths.levels.halvings])
     return "\n".join(
         [
             array("HALVINGS", halvings, "int"),

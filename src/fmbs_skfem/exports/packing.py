@@ -45,7 +45,7 @@ class PackedCase:
     @property
     def tables(self) -> list[int]:
         """Addresses of the step and of its parts in all lengths."""
-        return [self.packed.address, *(int(one) for one in self.lengths.addresses[0])]
+        return [self.packed.address, *(int(one) for one in self.lengths.levels.tables)]
 
     @cached_property
     def numbers(self) -> dict[tuple[Any, ...], Any]:

@@ -80,12 +80,8 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
 
 
 def refuse(force: Any) -> Problem | None:
-    """What speaks against a force in C: that it is a function of Python, or begins and ends within
-    steps.
-    """
+    """What speaks against a force in C: that it is a function of Python."""
     routines = on_rows.compile_force(force, on_rows.Place(0, 0, 0)).routines
     if any(isinstance(one, structs.Callback) for one in routines):
         return Problem("forces that are compiled", type(force).__name__, LEAVE_OUT)
-    if routines.judge is not None:
-        return Problem("forces that begin and end nowhere", type(force).__name__, LEAVE_OUT)
     return None

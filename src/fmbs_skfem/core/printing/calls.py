@@ -336,6 +336,12 @@ def extreme(name: str, known: Callable[..., Any]) -> Callable[[Calls, Sequence[A
     return found
 
 
+def clipped(body: Calls, arguments: Sequence[Any]) -> Value:
+    """`np.clip` of a number."""
+    one, least, most = arguments
+    return BUILT_IN[min](body, [BUILT_IN[max](body, [least, one]), most])
+
+
 def size(body: Calls, arguments: Sequence[Any]) -> Value:
     (one,) = arguments
     if isinstance(one, Const):
@@ -406,5 +412,5 @@ BUILT_IN: Mapping[Any, Callable[[Calls, Sequence[Any]], Value]] = {
     len: length, min: extreme("least", min), max: extreme("most", max), abs: size, complex: pair,
     int: converted("whole", int), float: converted("double", float), bool: converted("whole", bool),
     np.empty: room(False), np.zeros: room(True), np.dot: product,
-    np.searchsorted: search,
+    np.searchsorted: search, np.clip: clipped,
 }  # fmt: skip

@@ -7,7 +7,6 @@ the method of another span.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,10 +17,26 @@ from ...core.notices import notify
 from ...systems.compiled import Compiled
 from ...systems.system import driven_rows
 from ..histories import leading_signals
-from ..scheme import allowed_change, of_length
+from ..scheme import OF_LENGTH, allowed_change, coefficients
 from . import parts, stepping, touching
 from .large import Large
-from .step import LEAP, LENGTH, NUMBERS, TAKEN, Doors, JobStart, Kept, Levels, Method, State, Step
+from .step import (
+    JOB,
+    LEAP,
+    LEAPT,
+    LENGTH,
+    NOW,
+    NUMBER,
+    NUMBERS,
+    TAKEN,
+    Doors,
+    JobStart,
+    Kept,
+    Levels,
+    Method,
+    State,
+    Step,
+)
 from .touching import HALVINGS, TRIALS
 
 #: doors of `stepping` behind which large models keep their factors
@@ -38,9 +53,7 @@ class PackedStep:
 
     def __init__(self, model: Compiled, step: Step, large: Large | None) -> None:
         self.model, self.step = model, step
-        self.begin = 0.0
-        self.span = step.method.h  #: of the first step of a call, and the length of each [s]
-        self.number: int | None = 0  #: of this step in the run; None for a piece of one
+        self.begin = 0.0  #: of the first step of a call [s]
         self.doors = large.doors(step) if large else ()
         behind = {
             name: door.address
@@ -60,77 +73,42 @@ class PackedStep:
         The job has the number of steps that were taken; it may be smaller although none failed.
         """
         self.give(signals, rows)
-        if self.lengths is not None and self.span != self.step.method.h:
-            self.lengths.set_span(self.step.method.h)
-        self.begin, self.span, self.number = (
-            begin,
-            self.step.method.h,
-            round(begin / self.step.method.h),
-        )
+        self.begin = begin
+        if self.lengths is not None:
+            self.lengths.give(begin, self.step.method.h)
         done = self.step.job.done
         done[0] = 0
-        while (status := self.call(stepping.advance)) != stepping.DONE:
-            if status != stepping.TOUCHES and self.lengths is None:
-                status = self.divide(status)
-            # of what fails as well: an iteration finds no solution where a damped force jumps
-            if status not in (stepping.DONE, stepping.STOPPED) and self.step.method.locating:
-                status = self.take_touching()
-            if status != stepping.DONE:
-                return status
-            if rows[done[0]] >= 0:
-                stepping.keep(self.step, rows[done[0]])
-            done[0] += 1
-        return status
-
-    def take_touching(self) -> int:
-        """Take the step of a call in which something touches; the status."""
-        number = self.number
-        begin = self.begin
-        row = int(self.step.job.done[0])
-        whole = self.span
-        status = touching.take(self, self.begin_of(row), whole)
-        self.number, self.begin, self.span, self.step.job.done[0] = number, begin, whole, row
-        self.set_span(whole)
-        return status
+        status = self.call(stepping.advance)
+        if status == stepping.DONE or self.lengths is not None:
+            return status
+        # the first step that fails: those behind it find its parts
+        self.lengths = Lengths(self)
+        if (status := self.call(stepping.retake, status)) != stepping.DONE:
+            return status
+        if rows[done[0]] >= 0:
+            stepping.keep(self.step, rows[done[0]])
+        done[0] += 1
+        return self.call(stepping.advance)
 
     def take_span(self, begin: float, span: float) -> int:
-        """Take a span of time [s] at once, or in parts, as a piece of a step: nothing is stored;
-        the status.
+        """Take a span of time [s] at once, in parts, or from touch to touch, as a piece of a step:
+        nothing is stored; the status.
         """
-        status = self.try_span(begin, span)
-        return touching.take(self, begin, span) if status == stepping.TOUCHES else status
+        self.place(begin, span)
+        status = self.call(touching.take_span)
+        return self.call(touching.take) if status == stepping.TOUCHES else status
 
-    def try_span(self, begin: float, span: float, halvings: int = 0) -> int:
-        """The same, in so many halvings or more, or TOUCHES where something touches in it."""
-        self.begin = begin
-        self.span = span
-        self.number = None
+    def take_series(self, begin: float, span: float) -> int:
+        """Go on from a time for a span [s] by a series; the status."""
+        self.place(begin, span)
+        return self.call(touching.take_series)
+
+    def place(self, begin: float, span: float) -> None:
+        """A piece of a step is what is taken next, from a time for a span [s]."""
+        if self.lengths is None:
+            self.lengths = Lengths(self)
+        self.lengths.spans[JOB], self.lengths.found[NUMBER] = (begin, span), -1
         self.step.job.done[0] = 0
-        self.set_span(span)
-        # halvings of a state are those of whole steps
-        parts = self.step.state.parts
-        before = int(parts[0])
-        shorter = max(0, math.floor(math.log2(self.step.method.h / span)))
-        parts[0] = max(
-            before - shorter if self.step.method.local else 0, min(halvings, HALVINGS - 1)
-        )
-        status = self.divide(stepping.DONE)
-        if status != stepping.DONE:
-            parts[0] = before
-        elif parts[0] > 0:
-            parts[0] = min(parts[0] + shorter, HALVINGS - 1)
-        return status
-
-    def locate(self, wanted: bool) -> None:
-        """Whether steps end where something touches in them."""
-        self.table[LOCATING] = wanted
-        if self.lengths is not None:
-            self.lengths.tables[:, LOCATING] = wanted
-
-    def set_span(self, span: float) -> None:
-        """Parts of a step of this length [s], where there are parts."""
-        if self.lengths is not None:
-            self.lengths.set_span(span)
 
     def divide(self, status: int) -> int:
         """Take the step that failed with a status in parts; the status."""
@@ -141,7 +119,7 @@ class PackedStep:
     def give(self, signals: np.ndarray, rows: np.ndarray) -> None:
         """What the next calls take: a row of signals for every step, and where its state is stored."""
         if self.given[0] is not signals or self.given[1] is not rows:
-            put(self.table, JOB, packed(JobStart(signals, rows)))
+            put(self.table, JOB_PLACE, packed(JobStart(signals, rows)))
             # the integers hold no array
             self.given = signals, rows
 
@@ -153,7 +131,7 @@ class PackedStep:
         if status != stepping.DONE:
             self.check()
         if self.lengths is not None and self.lengths.found[LEAP] >= 0:
-            self.warn_of_leaps(self.lengths.found)
+            self.lengths.warn_of_leaps()
         return status
 
     def check(self) -> None:
@@ -166,7 +144,7 @@ class PackedStep:
                 if name != "factorise":  # whose status says that there are no factors
                     raise
         if self.lengths is not None:
-            self.lengths.door.check()
+            self.lengths.check()
 
     @property
     def reached(self) -> float:
@@ -179,79 +157,101 @@ class PackedStep:
 
     def time_of(self, place: float) -> float:
         """Of a place in the step that was taken last, 0 to 1 [s]."""
-        return self.begin_of(int(self.step.job.done[0])) + self.span * place
-
-    def begin_of(self, row: int) -> float:
-        """When a step of a call begins [s], to the bit the same in whatever call it is."""
-        return self.begin if self.number is None else self.span * (self.number + row)
-
-    def warn_of_leaps(self, found: np.ndarray) -> None:
-        """A warning where the shortest step is too long for what touches."""
-        begin = self.begin_of(int(found[LEAP]))
-        h = self.span / 2 ** int(found[LENGTH])
-        found[LEAP] = -1
-        where = f"what touches went through to the other side between t = {begin:.6g} and {begin + self.span:.6g} s"
-        why = "it moves too fast, or is pressed in by more than half of what is thin"
-        notify(
-            f"{where}, even in steps of {h:.3g} s: {why}; take a smaller step, or more stiffness"
-        )
+        assert self.lengths is not None
+        begin, span = self.lengths.spans[NOW].tolist()
+        return float(begin + span * place)
 
 
 class Lengths:
     """The step of a run in all lengths of its parts, and what `Levels` has addresses of."""
 
     def __init__(self, whole: PackedStep) -> None:
-        self.whole = whole
+        self.whole = whole.step.method
         self.system = whole.model.system
         state = whole.step.state
         count = len(self.system.signals) * (4 if driven_rows(self.system.constraints).any() else 1)
         self.signals = np.zeros((2**HALVINGS, count))  #: of all trials, one at a time
         self.broken: SolverError | None = None  #: why the histories of the last trial end before it
-        self.before = State(*(part.copy() for part in state))
-        pairs = [
-            (part.view(np.int64).reshape(-1) for part in pair)
-            for pair in zip(state, self.before, strict=True)
-        ]
-        self.kept, self.copy = [packed(Kept(*pair)) for pair in pairs], packed(self.before)
-        self.door = Callback(self.find_signals)
-        self.found = np.array([0, 0, -1, 0, 0])
-        self.tables = np.tile(whole.table, (len(TRIALS), 1))
-        self.addresses = (
-            addresses(list(self.tables)),
-            np.array([halvings for halvings, _ in TRIALS]),
-            addresses(self.kept),
+        self.before = Copy(state)
+        self.held = Copy(state) if self.whole.locating else None
+        self.doors = Callback(self.find_signals), Callback(self.set_span)
+        self.tables = np.empty((len(TRIALS), len(whole.table)), np.int64)
+        self.levels = Levels(
+            tables=addresses(list(self.tables)),
+            halvings=np.array([halvings for halvings, _ in TRIALS]),
+            kept=self.before.addresses,
+            before=address_of(self.before.packed),
+            held=NONE if self.held is None else self.held.addresses,
+            histories=self.doors[0].address if count else 0,
+            set_span=self.doors[1].address,
+            jump=stepping.jump.address if self.held else 0,
+            spans=np.zeros((3, 2)),
+            found=np.array([0, 0, -1, 0, -1]),
         )
-        histories = self.door.address if count else 0
+        self.spans, self.found = self.levels.spans, self.levels.found
         whole.table[DIVIDE] = parts.divide.address
-        levels = packed(Levels(*self.addresses, address_of(self.copy), histories, self.found))
-        for table in (whole.table, *self.tables):
-            put(table, LEVELS, levels)
+        whole.table[TOUCH] = touching.take.address if self.held else 0
+        put(whole.table, LEVELS, packed(self.levels))
+        # steps of all lengths are alike but for what is put into them below
+        self.tables[:] = whole.table
         for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
-            put(table, JOB, packed(JobStart(self.signals[: 2**halvings], NONE)))
+            put(table, JOB_PLACE, packed(JobStart(self.signals[: 2**halvings], NONE)))
             table[JUDGING], table[AGAIN] = judging, False
-        self.set_span(whole.span)
+        self.give(whole.begin, self.whole.h)
 
-    def set_span(self, span: float) -> None:
-        """Parts of a step of this length [s]."""
+    def give(self, begin: float, h: float) -> None:
+        """Steps of a length [s], from a time on [s], are what is taken next."""
+        same = self.spans[JOB, LENGTH] == h
+        self.spans[JOB], self.found[NUMBER] = (begin, h), round(begin / h)
+        if not same:
+            self.set_span(0, 0)
+
+    def set_span(self, _: int, __: int) -> None:
+        """Coefficients of all parts of the span JOB."""
         # all lengths at once, and what differs alone: touches take some spans each
-        whole = self.whole.step.method
-        h = span / 2.0 ** self.addresses[1]
-        each = of_length(whole, h)
-        for name, place in OF_LENGTH:
-            self.tables[:, place] = getattr(each, name).view(np.int64)
-        if whole.locating:
-            self.tables[:, ALLOWED] = allowed_change(h, whole.h).view(np.int64)
+        h = self.spans[JOB, LENGTH] / 2.0**self.levels.halvings
+        for place, each in zip(PLACES, coefficients(self.whole, h), strict=True):
+            self.tables[:, place] = each.view(np.int64)
+        if self.whole.locating:
+            self.tables[:, ALLOWED] = allowed_change(h, self.whole.h).view(np.int64)
 
-    def find_signals(self, _: int, place: int) -> None:
-        """Signals at the ends of all parts of a trial in a row of the job."""
-        row, trial = divmod(place, len(TRIALS))
-        count = 2 ** TRIALS[trial][0]
-        begin = self.whole.begin_of(row)
-        span = self.whole.span
+    def find_signals(self, _: int, count: int) -> None:
+        """Signals at the ends of so many parts of the span NOW, or at its begin."""
+        begin, span = self.spans[NOW].tolist()
+        places = (np.arange(count) + 1) / count if count else np.zeros(1)
         found, self.broken = leading_signals(
-            self.system, begin + span * (np.arange(count) + 1) / count, span / count
+            self.system, begin + span * places, span / max(count, 1)
         )
         self.signals[: len(found)], self.found[NUMBERS] = found, len(found)
+
+    def check(self) -> None:
+        """Raise what went wrong in histories."""
+        for door in self.doors:
+            door.check()
+
+    def warn_of_leaps(self) -> None:
+        """A warning where the shortest step is too long for what touches."""
+        begin, span = self.spans[LEAPT].tolist()
+        h = span / 2 ** int(self.found[LEAP])
+        self.found[LEAP] = -1
+        where = f"what touches went through to the other side between t = {begin:.6g} and {begin + span:.6g} s"
+        why = "it moves too fast, or is pressed in by more than half of what is thin"
+        notify(
+            f"{where}, even in steps of {h:.3g} s: {why}; take a smaller step, or more stiffness"
+        )
+
+
+class Copy:
+    """Room for a copy of a state."""
+
+    def __init__(self, state: State) -> None:
+        self.state = State(*(part.copy() for part in state))
+        pairs = [
+            (part.view(np.int64).reshape(-1) for part in pair)
+            for pair in zip(state, self.state, strict=True)
+        ]
+        self.kept, self.packed = [packed(Kept(*pair)) for pair in pairs], packed(self.state)
+        self.addresses = addresses(self.kept)
 
 
 def put(table: np.ndarray, first: int, integers: np.ndarray) -> None:
@@ -264,10 +264,9 @@ def addresses(arrays: Sequence[np.ndarray]) -> np.ndarray:
     return np.array([address_of(one) for one in arrays], np.int64)
 
 
-METHOD, JOB, LEVELS = (place_of(Step, name) for name in ("method", "job", "levels"))
-DIVIDE = place_of(Step, "doors") + place_of(Doors, "divide")
-JUDGING, AGAIN, ALLOWED, LOCATING = (
-    METHOD + place_of(Method, name) for name in ("judging", "again", "allowed", "locating")
+METHOD, JOB_PLACE, LEVELS = (place_of(Step, name) for name in ("method", "job", "levels"))
+DIVIDE, TOUCH = (place_of(Step, "doors") + place_of(Doors, name) for name in ("divide", "touch"))
+JUDGING, AGAIN, ALLOWED = (
+    METHOD + place_of(Method, name) for name in ("judging", "again", "allowed")
 )
-#: what differs
-OF_LENGTH = [(name, METHOD + place_of(Method, name)) for name in ("h", "bh", "gh", "c", "sharp")]
+PLACES = [METHOD + place_of(Method, name) for name in OF_LENGTH]

@@ -31,14 +31,18 @@ from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
 from . import rotated
 from .step import (
+    BEGIN,
     HALVED,
+    JOB,
     LEAP,
+    LEAPT,
     LENGTH,
     LEVEL,
+    NOW,
+    NUMBER,
     NUMBERS,
     STEPS,
     TAKEN,
-    Levels,
     Method,
     State,
     opened,
@@ -61,7 +65,7 @@ def divide(table: Any, status: Any) -> int:
     """
     S = opened(table)
     # once a division: whole steps save nothing
-    copy_state(S.levels, False)
+    copy_state(S.levels.kept, False)
     if S.method.local > 0.0 and status in (COARSE, DONE):
         return control(table, status == DONE)
     if status == DONE:
@@ -102,7 +106,7 @@ def control(table: Any, piece: bool) -> int:
             error = 0.25 * error
             wanted = wanted + 1
         if again == 0 and wanted > level + 1:
-            copy_state(levels, True)
+            copy_state(levels.kept, True)
             s.parts[0], job.counters[STEPS], job.done[1] = wanted, steps, leapt
             continue
         if wanted == level and 4.0 * error < ROOM * S.method.local:
@@ -175,17 +179,18 @@ def take_divided(table: Any, status: int, first: int) -> int:
         status = take_parts(table, trial, forget)
         job.counters[STEPS] = steps
         if status == DONE:
-            join(table, levels.tables[trial], forget)
+            join(table, trial, forget)
             job.counters[STEPS] += 1
             levels.found[LEVEL] = levels.halvings[trial]
             # a touch takes some steps: the next one begins near what this one needed, and grows
             # back
             s.parts[0] = max(levels.halvings[trial] - 1, 0) if touching else 0
             if leapt == 0 and job.done[1] > 0:
-                levels.found[LEAP], levels.found[LENGTH] = job.done[0], levels.halvings[trial]
+                levels.found[LEAP] = levels.halvings[trial]
+                kernels.copy(levels.spans[NOW], levels.spans[LEAPT])
             return DONE
         # every trial begins with the same state, whatever the one before has left
-        copy_state(levels, True)
+        copy_state(levels.kept, True)
         job.done[1] = leapt
         if status in (STOPPED, TOUCHES):
             # pieces between touches are judged by themselves
@@ -229,14 +234,22 @@ def begin_parts(table: Any, trial: int, forget: bool) -> int:
     part(S.state, S.method, P.method, forget)
     rotated.forget(table)
     levels.found[NUMBERS] = len(P.job.signals)
+    levels.spans[NOW, BEGIN] = begin_of(table)
+    levels.spans[NOW, LENGTH] = levels.spans[JOB, LENGTH]
     if levels.histories == 0:
         return DONE
     # histories are functions of Python: asked for once a trial, and of models that have some
-    return (
-        STOPPED
-        if invoke(levels.histories, table, trial + len(levels.tables) * S.job.done[0]) != 0
-        else DONE
-    )
+    return STOPPED if invoke(levels.histories, table, len(P.job.signals)) != 0 else DONE
+
+
+@jit
+def begin_of(table: Any) -> float:
+    """When the step that a job has come to begins [s], to the bit the same in whatever call it is."""
+    S = opened(table)
+    levels = S.levels
+    if levels.found[NUMBER] < 0:
+        return levels.spans[JOB, BEGIN]
+    return levels.spans[JOB, LENGTH] * (levels.found[NUMBER] + S.job.done[0])
 
 
 @jit
@@ -244,13 +257,12 @@ def take_parts(table: Any, trial: int, forget: bool) -> int:
     """The parts of a trial; the status, and the number of those that were taken."""
     S = opened(table)
     levels = S.levels
-    level = levels.tables[trial]
-    P = opened(level)
+    P = opened(levels.tables[trial])
     if begin_parts(table, trial, forget) != DONE:
         return STOPPED
     for k in range(levels.found[NUMBERS]):
         levels.found[TAKEN] = k
-        status = invoke(S.doors.take, level, k)
+        status = invoke(S.doors.take, levels.tables[trial], k)
         if status != DONE:
             return status
     levels.found[TAKEN] = levels.found[NUMBERS]
@@ -258,9 +270,9 @@ def take_parts(table: Any, trial: int, forget: bool) -> int:
 
 
 @jit
-def copy_state(levels: Levels, back: bool) -> None:
-    """Copy a state into the room for it, or back."""
-    for place in levels.kept:
+def copy_state(rooms: np.ndarray, back: bool) -> None:
+    """Copy a state into the rooms for it, or back."""
+    for place in rooms:
         kept = opened_kept(place)
         for i in range(len(kept.now)):
             if back:
@@ -297,9 +309,10 @@ def part(s: State, whole: Method, short: Method, forget: bool) -> None:
 
 
 @jit
-def join(table: Any, level: int, forget: bool) -> None:
+def join(table: Any, trial: int, forget: bool) -> None:
     """Parts of the step are one: what was known before it goes on with its end."""
-    S, P = opened(table), opened(level)
+    S = opened(table)
+    P = opened(S.levels.tables[trial])
     s = S.state
     before = opened_state(S.levels.before)
     whole = S.method

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dividing import put, restart, retry_filtered
+from ..dividing import put, retry_filtered
 from ..histories import leading_signals
 from ..initial import begin_steps
 from . import stepping
 from .step import State
-from .touching import TINY, go_by_series
+from .touching import TINY, restart
 
 if TYPE_CHECKING:
     from ..run import OpenRun
@@ -110,8 +110,8 @@ def go_on(run: OpenRun, begin: float, span: float) -> None:
             raise Unreached(status)
         restart(state, run.step.work)
         return
-    if span > 0.0:
-        go_by_series(run.packed, begin, span)
+    if span > 0.0 and (status := run.packed.take_series(begin, span)) != stepping.DONE:
+        raise Unreached(status)
 
 
 def last_place(broken: Callable[[float], bool], place: float, end: float) -> tuple[float, float]:

@@ -134,6 +134,7 @@ class Doors(NamedTuple):
     follow: int = 0  #: `rotated.follow`, 0 where factors do not rotate; whole W factored and applied behind the two below
     whole: int = 0
     inside: int = 0
+    touch: int = 0  #: `touching.take`, 0 where steps do not end where something touches
 
 
 class StepJob(NamedTuple):
@@ -147,9 +148,10 @@ class StepJob(NamedTuple):
     memory: Matrix  #: (s, l)
     work: Vector  #: (s,) [J], empty where no work is counted
     counters: Integers
-    done: Integers  #: (2,) steps that were taken; those so far in which something passed through what it touches
+    #: (3,) steps that were taken; those so far in which something passed through what it touches; 1
+    #: while steps do not end where something touches
+    done: Integers
     left: Vector  #: (2,) of a step by a fixed number of corrections: size of the last one [m], and how many would do
-    touch: Vector  #: (2,) for how long to go on without forces that have not begun; and where the first one has [s]
 
 
 # addresses, so that a trial of another length changes no number and packs nothing
@@ -164,10 +166,16 @@ class Levels(NamedTuple):
     halvings: Integers  #: (t,) of each
     kept: Integers  #: addresses of `Kept`, one for every array of the state
     before: int  #: address of the copy of the state
-    histories: int  #: fills the signals of a trial, its number + t times the row of the job; 0 where there are none
-    #: (5,) rows of signals that are numbers in the last trial, its parts that were taken; row of
-    #: the job in which something passed through what it touches for the first time, -1 for none,
-    #: and halvings of that step; those of the last step
+    held: Integers  #: as `kept`, of a step that goes from touch to touch; none where steps do not
+    #: fills the signals of the trials at the ends of so many parts of NOW in `spans`, or at its begin
+    #: where there are none; 0 where a system has none
+    histories: int
+    set_span: int  #: gives these steps the coefficients of parts of JOB in `spans`
+    jump: int  #: `stepping.jump`; 0 where no step goes from touch to touch
+    spans: Matrix  #: (3, 2) BEGIN and LENGTH [s], rows JOB, NOW and LEAPT
+    #: (5,) rows of signals that are numbers in the last trial, its parts that were taken; halvings
+    #: of the first step in which something passed through what it touches, -1 for none; those of
+    #: the last step; number in the run of the first step of the job, -1 for a piece of a step
     found: Integers
 
 
@@ -201,7 +209,12 @@ class JobStart(NamedTuple):
 
 # places in an array and no fields: compiled steps add to them, Python reads them while a run is
 # watched
-NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
+NUMBERS, TAKEN, LEAP, LEVEL, NUMBER = range(5)  #: places in `Levels.found`
+#: rows of `Levels.spans`: of the first step of the job, of the step that is being taken, or the
+#: instant that signals are asked for, and of the step in which something passed through
+JOB, NOW, LEAPT = range(3)
+BEGIN, LENGTH = range(2)  #: of a span
+PASSING = 2  #: place in `StepJob.done`
 #: of the change of speed that forces which begin and end allow a step: it may be anywhere in it
 LEAST = 1.0 / 2048.0
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job

@@ -51,7 +51,18 @@ from ...core.compiling.jit import jit, summing
 from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
 from . import settling
-from .step import FACTORISATIONS, ITERATIONS, LEAST, STEPS, Method, State, Step, StepJob, opened
+from .step import (
+    FACTORISATIONS,
+    ITERATIONS,
+    LEAST,
+    PASSING,
+    STEPS,
+    Method,
+    State,
+    Step,
+    StepJob,
+    opened,
+)
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG, COARSE, TOUCHES, TOO_FEW = (
     range(10)
@@ -96,14 +107,11 @@ FAITHFUL = 6.0  #: times `slow` where factors rotate: they contract slower and s
 # that lock on impact in 100: 1367, 721, 2603
 HELD = 4  #: corrections of a step whose tangents take the stresses of the accepted state
 LAGGING = 0.1  #: of the tolerance, with factors that rotate
-#: of the change by forces that begin and end on a way, below which it is at none of them
-SLIGHT = 1e-6
 # a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where
 # its tip is off by 2 mm, else 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that
 # are none
 SHRINKS = 0.9  #: size of the last of a fixed number of corrections over that of the one before, above which they do not shrink
 UNCERTAIN = 0.02  #: the same over the way of the step, above which the step is not known
-BISECTIONS = 40  #: of a step, to where something touches in it
 
 
 @jit
@@ -316,6 +324,7 @@ def judge_changes(table: Any) -> int:
     # sign at all impacts
     if (
         S.method.locating
+        and S.job.done[PASSING] == 0
         and impulse < np.inf
         and S.method.h * S.space.impulse[1] > LEAST * S.state.speed[0]
     ):
@@ -325,42 +334,6 @@ def judge_changes(table: Any) -> int:
         S.job.done[1] += impulse == np.inf
         return DONE
     return TOO_LONG if S.method.h * impulse > S.method.allowed * S.state.speed[0] else DONE
-
-
-@routine
-def find_touch(table: Any, _: Any) -> int:
-    """Where a force begins or ends first on a way, of t up to touch[0] [s]: DONE, t before it in
-    touch[0], behind it in touch[1].
-
-        x + t v + t^2 q'' / 2
-
-    TOO_LONG where none does. What changes by less than SLIGHT of all that begins and ends up to the
-    end of the way does not count.
-    """
-    S = opened(table)
-    touch = S.job.touch
-    low = 0.0
-    high = S.job.touch[0]
-    most = change_ahead(table, high)
-    if not 0.0 < most < np.inf:
-        return TOO_LONG
-    for _k in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if change_ahead(table, middle) > SLIGHT * most:
-            high = middle
-        else:
-            low = middle
-    touch[0], touch[1] = low, high
-    return DONE
-
-
-@jit
-def change_ahead(table: Any, span: float) -> float:
-    """The change by forces that have begun or ended where the accepted state is after a span [s],
-    with the accelerations it has.
-    """
-    look_ahead(table, span)
-    return opened(table).space.impulse[1]
 
 
 @jit
@@ -881,19 +854,36 @@ def advance(table: Any, _: Any) -> int:
     job = S.job
     for k in range(job.done[0], len(job.signals)):
         job.done[0] = k
-        if S.method.local > 0.0:
-            status = invoke(S.doors.divide, table, COARSE)
-        else:
-            # what begins in parts touches still, and is not tried whole
-            status = invoke(S.doors.take, table, k) if S.state.parts[0] == 0 else TOO_LONG
-            if status != DONE and status != TOUCHES and S.doors.divide != 0:
-                status = invoke(S.doors.divide, table, status)
+        status = take_row(table, k)
         if status != DONE:
             return status
         if job.rows[k] >= 0:
             store(S.state, S.method.c, job.rows[k], job)
     job.done[0] = len(job.signals)
     return DONE
+
+
+@jit
+def take_row(table: Any, row: int) -> int:
+    """Take a step of a job, whole, in parts or from touch to touch; the status."""
+    S = opened(table)
+    status = COARSE
+    if S.method.local == 0.0:
+        # what begins in parts touches still, and is not tried whole
+        status = invoke(S.doors.take, table, row) if S.state.parts[0] == 0 else TOO_LONG
+    return status if status == DONE else retake(table, status)
+
+
+@routine
+def retake(table: Any, status: Any) -> int:
+    """Take the step of a job that failed with a status in parts, or from touch to touch; the status."""
+    S = opened(table)
+    if status != TOUCHES and S.doors.divide != 0:
+        status = invoke(S.doors.divide, table, status)
+    # of what fails as well: an iteration finds no solution where a damped force jumps
+    if S.doors.touch != 0 and status != DONE and status != STOPPED:
+        status = invoke(S.doors.touch, table, 0)
+    return int(status)
 
 
 @routine

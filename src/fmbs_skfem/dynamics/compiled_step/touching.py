@@ -13,20 +13,30 @@ every step. Models in which many places touch divide steps alone, see
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from ...core.compiling.structs import address_of
-from ...systems import compiled as compilation
-from ..dividing import put, restart
-from ..histories import leading_signals
-from . import stepping
-from .step import HALVED, NUMBERS, STEPS, TAKEN
-
-if TYPE_CHECKING:
-    from .packing import PackedStep
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import invoke, routine
+from ...systems import evaluation, kernels, work
+from .parts import begin_of, copy_state, scale_multipliers
+from .step import (
+    BEGIN,
+    HALVED,
+    JOB,
+    LENGTH,
+    NOW,
+    NUMBER,
+    NUMBERS,
+    PASSING,
+    STEPS,
+    TAKEN,
+    State,
+    Workspace,
+    opened,
+)
+from .stepping import DONE, NOT_FINITE, STOPPED, TOUCHES, look_ahead, place_accepted
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 #: halvings that are tried, and whether steps are judged: judged ones first, from long to short;
@@ -50,145 +60,272 @@ EARLY = (
     0.9,
     0.5,
 )
+#: of the change by forces that begin and end on a way, below which it is at none of them
+SLIGHT = 1e-6
+BISECTIONS = 40  #: of a step, to where something touches in it
 
 
-def take(packed: PackedStep, begin: float, span: float) -> int:
-    """Take a span from a time on [s] from touch to touch; the status. On failure the state is as it
-    was.
+def restart(state: State, work: Workspace) -> None:
+    """Forget what was known of a motion that goes on otherwise: earlier accelerations and factors.
+
+    What is left is one known acceleration, order 0 of the predictor, and no factors. Both arguments
+    are changed in place.
     """
-    state = packed.step.state
-    counters = packed.step.job.counters
-    before = [part.copy() for part in state]
-    steps = int(counters[STEPS])
-    failed = int(counters[HALVED])
-    try:
-        status = take_in_pieces(packed, begin, span)
-        if status != stepping.DONE:
-            # a piece may fail where a longer one does not: nothing that parts alone take is to fail
-            put(state, before)
-            counters[HALVED] = failed
-            packed.locate(False)
-            status = packed.try_span(begin, span)
-    finally:
-        packed.locate(True)
-    if status != stepping.DONE:
-        put(state, before)
-    counters[STEPS] = steps + (status == stepping.DONE)
+    state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0
+
+
+# Python restarts without it: a wrapper would load numba
+forget = jit(restart)
+
+
+@routine
+def take(table: Any, _: Any) -> int:
+    """Take the step that a job has come to from touch to touch; the status. On failure the state is
+    as it was.
+    """
+    S = opened(table)
+    levels, job = S.levels, S.job
+    number, first, row = levels.found[NUMBER], levels.spans[JOB, BEGIN], job.done[0]
+    begin, span = begin_of(table), levels.spans[JOB, LENGTH]
+    steps, failed = job.counters[STEPS], job.counters[HALVED]
+    copy_state(levels.held, False)
+    status = take_in_pieces(table, begin, span)
+    # a function of Python that has failed is asked no more
+    if status != DONE and status != STOPPED:
+        # a piece may fail where a longer one does not: nothing that parts alone take is to fail
+        copy_state(levels.held, True)
+        job.counters[HALVED] = failed
+        job.done[PASSING] = 1
+        status = try_span(table, begin, span, 0)
+    job.done[PASSING] = 0
+    if status != DONE:
+        copy_state(levels.held, True)
+    job.counters[STEPS] = steps + (1 if status == DONE else 0)
+    # steps of the job go on in their length
+    levels.found[NUMBER], job.done[0] = number, row
+    levels.spans[JOB, BEGIN], levels.spans[JOB, LENGTH] = first, span
+    if invoke(levels.set_span, table, 0) != 0:
+        return STOPPED
     return status
 
 
-def take_in_pieces(packed: PackedStep, begin: float, span: float) -> int:
-    """The same; on failure the state is that before the last piece."""
+@jit
+def take_in_pieces(table: Any, begin: float, span: float) -> int:
+    """Take a span from a time on [s] from touch to touch; the status. On failure the state is that
+    before the last piece.
+    """
+    S = opened(table)
+    levels = S.levels
     done = 0.0
     touches = 0
     tries = 0
     while True:
         locating = touches < MOST and tries < TRIES * MOST
-        packed.locate(locating)
-        status = packed.try_span(begin + done, span - done)
+        S.job.done[PASSING] = 0 if locating else 1
+        status = try_span(table, begin + done, span - done, 0)
         # the trial says in which of its parts: what is before it is known
-        assert packed.lengths is not None
-        taken, parts = packed.lengths.found[[TAKEN, NUMBERS]].tolist()
-        part = (span - done) / max(parts, 1)
-        known, end = done + taken * part, done + (taken + 1) * part
-        fails = status not in (stepping.DONE, stepping.TOUCHES, stepping.STOPPED)
-        # an iteration finds no solution where a damped force jumps
-        if status != stepping.TOUCHES and not (
-            locating and fails and find_touch(packed, end - done)[1] > 0.0
-        ):
-            return status
+        taken = levels.found[TAKEN]
+        part = (span - done) / max(levels.found[NUMBERS], 1)
+        known = done + taken * part
+        end = done + (taken + 1) * part
+        if status != TOUCHES:
+            if status in (DONE, STOPPED) or not locating:
+                return status
+            # an iteration finds no solution where a damped force jumps
+            seen = find_touch(table, end - done)
+            if seen[1] == 0.0:
+                return status
         short = min(TINY * span, SHORT * part)
-        for _ in range(TRIES):
-            way, beyond = (
-                (known - done, math.inf) if known - done > short else find_touch(packed, end - done)
-            )
+        for _k in range(TRIES):
+            way, beyond = known - done, np.inf
+            if way <= short:
+                way, beyond = find_touch(table, end - done)
             if way <= short and beyond > 0.0:
-                go_by_series(packed, begin + done, beyond)
-                jump(packed, begin + done + beyond)
-                done, touches = done + beyond, touches + 1
+                status = meet(table, begin + done, beyond)
+                if status != DONE:
+                    return status
+                done += beyond
+                touches += 1
+                rest = span - done
                 # as at the end of a step, where nothing is left of it
-                if (rest := span - done) <= short:
-                    go_by_series(packed, begin + done, max(rest, 0.0))
-                    return stepping.DONE
+                if rest <= short:
+                    return go_by_series(table, begin + done, max(rest, 0.0))
                 break
-            gone = approach(packed, begin + done, way or 0.5 * (end - done), part)
+            gone = approach(table, begin + done, way if way > 0.0 else 0.5 * (end - done), part)
+            if gone == 0.0:
+                # without a way to go on it would be the same again
+                tries = TRIES * MOST
+                break
             done += gone
-            # without a way to go on it would be the same again
-            tries = tries + 1 if gone else TRIES * MOST
-            if not gone:
-                break
+            tries += 1
 
 
-def find_touch(packed: PackedStep, span: float) -> tuple[float, float]:
-    """Times from now on, within a span [s], just before something touches and just behind it; zeros
-    where that is not seen.
+@routine
+def take_span(table: Any, _: Any) -> int:
+    """Take the span JOB at once, or in parts, as a piece of a step: nothing is stored; the status,
+    TOUCHES where something touches in it.
     """
-    touch = packed.step.job.touch
-    touch[0] = span
-    found = packed.call(stepping.find_touch)
-    return (float(touch[0]), float(touch[1])) if found == stepping.DONE else (0.0, 0.0)
+    S = opened(table)
+    return try_span(table, S.levels.spans[JOB, BEGIN], S.levels.spans[JOB, LENGTH], 0)
 
 
-def approach(packed: PackedStep, begin: float, way: float, longest: float) -> float:
+@jit
+def try_span(table: Any, begin: float, span: float, halvings: int) -> int:
+    """Take a span of time from a time on [s] in so many halvings or more; the status."""
+    S = opened(table)
+    levels = S.levels
+    levels.found[NUMBER], S.job.done[0] = -1, 0
+    levels.spans[JOB, BEGIN], levels.spans[JOB, LENGTH] = begin, span
+    if invoke(levels.set_span, table, 0) != 0:
+        return STOPPED
+    # halvings of a state are those of whole steps
+    shorter = 0
+    length = 2.0 * span
+    while length <= S.method.h and shorter < HALVINGS:
+        length *= 2.0
+        shorter += 1
+    parts = S.state.parts
+    before = parts[0]
+    parts[0] = max(before - shorter if S.method.local > 0.0 else 0, min(halvings, HALVINGS - 1))
+    status = invoke(S.doors.divide, table, DONE)
+    if status != DONE:
+        parts[0] = before
+    elif parts[0] > 0:
+        parts[0] = min(parts[0] + shorter, HALVINGS - 1)
+    return int(status)
+
+
+@jit
+def find_touch(table: Any, span: float) -> tuple[float, float]:
+    """Where a force begins or ends first on the way within a span [s]: times just before it and
+    just behind it; zeros where none does.
+
+        x + t v + t^2 q'' / 2
+
+    What changes by less than SLIGHT of all that begins and ends up to the end of the way does not
+    count.
+    """
+    most = change_ahead(table, span)
+    low = 0.0
+    high = span
+    if not 0.0 < most < np.inf:
+        return 0.0, 0.0
+    for _k in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if change_ahead(table, middle) > SLIGHT * most:
+            high = middle
+        else:
+            low = middle
+    return low, high
+
+
+@jit
+def change_ahead(table: Any, span: float) -> float:
+    """The change by forces that have begun or ended where the accepted state is after a span [s],
+    with the accelerations it has.
+    """
+    look_ahead(table, span)
+    return opened(table).space.impulse[1]
+
+
+@jit
+def approach(table: Any, begin: float, way: float, longest: float) -> float:
     """Go most of the way to a touch from a time on, and how far that was [s]; 0 where it touches
     before.
 
     In parts of a `longest` length [s] or shorter ones: in those that have come so far. Longer ones
     may touch before.
     """
-    parts = max(0, math.ceil(math.log2(way / longest)))
+    S = opened(table)
+    halvings = 0
+    length = way
+    while length > longest and halvings < HALVINGS:
+        length *= 0.5
+        halvings += 1
     for part in EARLY:
-        if packed.try_span(begin, part * way, parts) == stepping.DONE:
-            restart(packed.step.state, packed.step.work)
+        if try_span(table, begin, part * way, halvings) == DONE:
+            forget(S.state, S.work)
             return part * way
     return 0.0
 
 
-def go_by_series(packed: PackedStep, begin: float, span: float) -> None:
-    """Go on from a time for a span h [s] by a series.
+@jit
+def meet(table: Any, begin: float, beyond: float) -> int:
+    """Go from a time on [s] just beyond a touch, and begin anew with the forces there; the status."""
+    status = go_by_series(table, begin, beyond)
+    return status if status != DONE else jump(table, begin + beyond)
 
-        x + h v + h^2 q'' / 2
 
-    for both entries of `packed`.
+@jit
+def ask(table: Any, time: float, step: float) -> int:
+    """Signals at a time, derivatives those of a step that ends there [s], into the first row of the
+    trials; the status.
     """
-    model = packed.model
-    state = packed.step.state
-    way = span * state.v + 0.5 * span**2 * state.acceleration
-    state.x[:] += way
-    state.v[:] += span * state.acceleration
-    back = np.argsort(model.order)
-    state.memory[:] = compilation.accepted(
-        model, state.x[back], state.v[back], state.memory.copy(), begin + span
-    )
-    push, gradients = compilation.working(
-        model, state.x[back], state.v[back], begin + span, state.memory
-    )
-    state.work[0] += 0.5 * (state.push + push) @ way
-    state.push[:], state.gradients[:] = push, gradients
-    restart(state, packed.step.work)
+    levels = opened(table).levels
+    levels.spans[NOW, BEGIN], levels.spans[NOW, LENGTH] = time, step
+    if levels.histories == 0:
+        return DONE
+    if invoke(levels.histories, table, 0) != 0:
+        return STOPPED
+    return DONE if levels.found[NUMBERS] > 0 else NOT_FINITE
 
 
-def jump(packed: PackedStep, time: float) -> None:
+@routine
+def take_series(table: Any, _: Any) -> int:
+    """Go over the span JOB by a series; the status."""
+    levels = opened(table).levels
+    return go_by_series(table, levels.spans[JOB, BEGIN], levels.spans[JOB, LENGTH])
+
+
+@jit
+def go_by_series(table: Any, begin: float, span: float) -> int:
+    """Go on from a time for a span h [s] by a series; the status.
+
+    x + h v + h^2 q'' / 2
+    """
+    S = opened(table)
+    s, t = S.state, S.space
+    status = ask(table, begin + span, S.method.h)
+    if status != DONE:
+        return status
+    for i in range(len(s.x)):
+        t.way[i] = span * s.v[i] + 0.5 * span * span * s.acceleration[i]
+        s.x[i] += t.way[i]
+        s.v[i] += span * s.acceleration[i]
+    place_accepted(table)
+    if len(t.signals) > 0:
+        kernels.copy(opened(S.levels.tables[SHORTEST]).job.signals[0], t.signals)
+    evaluation.take_over(table)
+    kernels.copy(t.memory, s.memory)
+    work.forces(table, 0)
+    s.work[0] += 0.5 * (kernels.dot(s.push, t.way) + kernels.dot(t.f, t.way))
+    kernels.copy(t.f, s.push)
+    kernels.copy(t.gradients[evaluation.NOW], s.gradients)
+    forget(s, S.work)
+    return DONE
+
+
+@jit
+def jump(table: Any, time: float) -> int:
     """Accelerations and reactions of the present state with the forces that have begun in it at a
-    time [s]; see `stepping.jump`.
+    time [s]; the status. See `stepping.jump`.
     """
-    lengths = packed.lengths
-    state = packed.step.state
-    h = packed.span / 2**HALVINGS
-    assert lengths is not None  # of the span in which it touches
-    signals, _ = leading_signals(packed.model.system, np.array([time]), h)
-    lengths.signals[: len(signals)] = signals
+    S = opened(table)
+    s, levels = S.state, S.levels
+    h = levels.spans[JOB, LENGTH] / 2**HALVINGS
+    status = ask(table, time, h)
+    if status != DONE:
+        return status
     # in the shortest parts: over whole steps a damper would take of the jump what it takes of the
     # speed in a step
-    factor = (h / packed.step.method.h) ** 2
-    for part in (state.multipliers, state.past):
-        part *= factor
-    restart(state, packed.step.work)
-    if stepping.jump.call(address_of(lengths.tables[SHORTEST]), 0) != stepping.DONE:
-        packed.check()
-    for part in (state.multipliers, state.past):
-        part /= factor
+    factor = (h / S.method.h) ** 2
+    scale_multipliers(s, factor)
+    forget(s, S.work)
+    # by address: it opens the step of these parts anew, whose length has changed
+    status = invoke(levels.jump, levels.tables[SHORTEST], 0)
+    scale_multipliers(s, 1.0 / factor)
     # as at the start of a motion: of what the accelerations did before, half would be won at each
     # impact and none lost
-    state.a[:] = state.acceleration
-    restart(state, packed.step.work)
+    kernels.copy(s.acceleration, s.a)
+    forget(s, S.work)
+    return STOPPED if status == STOPPED else DONE

@@ -54,7 +54,6 @@ typedef struct {
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */
     /* inputs that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
     double given[4][D_], smooth[4][D_], given_end, given_span;
-    double begin, end;     /* of the step that is taken [s] */
     double turned[T_], sensed[O_], sensed_rates[O_]; /* angles with their turns, and what outputs read */
     /* what the kernels of a step write: the state, the trial state, factors, and rooms */
 FIELDS

@@ -23,17 +23,42 @@ static void read_signals(NAME_memory *m, double t, double *row)
 READ
 }
 
-#if WIDTH > 0
-/* Signals at the ends of all parts of a trial of a step that is divided. */
-static long long fill_signals(NAME_memory *m, long long place)
+/* Numbers of the method that depend on the step h [s]: of whole steps, or of the parts of a step. */
+static void set_method(NAME_memory *m, int k, double h)
 {
-    const int count = 1 << HALVINGS[place % (LENGTHS - 1) + 1];
-    EACH (k, count) {
-        const double t = k == count - 1 ? m->end : m->begin + (m->end - m->begin) * (k + 1) / count;
+    const double c = h * h * BETA;
+    m->method_h[k] = h;
+    m->method_c[k] = c;
+    m->method_bh[k] = (1.0 - ALPHA_M) / (c * (1.0 - ALPHA_F));
+    m->method_gh[k] = GAMMA / (h * BETA);
+    m->method_sharp[k] = SHARP * c;
+#if LOCATING
+    const double length = m->method_h[0] / (FALLING * h);
+    m->method_allowed[k] = most(LEAST, least(1.0, length * length * length * length));
+#endif
+}
+
+/* Those of all parts of the span JOB. */
+static long long set_parts(NAME_memory *m, long long unread)
+{
+    (void)unread;
+    for (int k = 1; k < LENGTHS; k++)
+        set_method(m, k, @levels_spans@[1] / (double)(1 << HALVINGS[k]));
+    return 0;
+}
+
+#if WIDTH > 0
+/* Signals at the ends of so many parts of the span NOW, or at its begin. */
+static long long fill_signals(NAME_memory *m, long long count)
+{
+    const double begin = @levels_spans@[2], span = @levels_spans@[3];
+    const int many = count > 0 ? (int)count : 1;
+    EACH (k, many) {
+        const double t = count > 0 ? begin + span * (k + 1) / (double)count : begin;
         follow_inputs(m, t);
         read_signals(m, t, @job_signals@ + k * WIDTH);
     }
-    @levels_found@[0] = count;
+    @levels_found@[0] = many;
     return 0;
 }
 #endif

@@ -2,17 +2,12 @@
  * What NAME.h declares, around the kernels of a time step.
  * ------------------------------------------------------------------------------------------------------------------------------ */
 
-/* Numbers of the method that depend on the step h [s]: of whole steps, and of all parts of a step. */
+/* Steps of a length [s] are what is taken next. */
 static void set_step(NAME_memory *m, double h)
 {
-    EACH (k, LENGTHS) {
-        const double own = k == 0 ? h : h / (double)(1 << HALVINGS[k]), c = own * own * BETA;
-        m->method_h[k] = own;
-        m->method_c[k] = c;
-        m->method_bh[k] = (1.0 - ALPHA_M) / (c * (1.0 - ALPHA_F));
-        m->method_gh[k] = GAMMA / (own * BETA);
-        m->method_sharp[k] = SHARP * c;
-    }
+    set_method(m, 0, h);
+    @levels_spans@[1] = h;
+    set_parts(m, 0);
 }
 
 /* Steps and their costs since the start. */
@@ -44,12 +39,10 @@ static void take_inputs(NAME_memory *m, double span)
     m->given_span = span;
 }
 
-/* One step of the method to the time t [s], in parts where it fails; with `fixed` corrections it has no parts. */
+/* One step of the method to the time t [s], in parts where it fails, or from touch to touch; with `fixed` corrections it is whole. */
 static int take_step(NAME_memory *m, double t)
 {
     long long found;
-    m->begin = m->time;
-    m->end = t;
     follow_inputs(m, t);
     read_signals(m, t, @job_signals@);
     if (m->fixed > 0) {
@@ -58,9 +51,10 @@ static int take_step(NAME_memory *m, double t)
         if (found == TOO_FEW)
             m->enough = (int)@job_left@[1];
     } else {
+        @levels_spans@[0] = m->time;
+        @levels_found@[4] = -1; /* the begin of the step is that of the span */
+        @job_done@[0] = 0;
         found = CALL_TAKE(m, 0);
-        if (found != DONE)
-            found = CALL_DIVIDE(m, 0, found);
     }
     count_costs(m);
     if (found == DONE) {
@@ -194,7 +188,7 @@ NAME_status NAME_start(NAME_memory *m)
     set_start(m);
     set_numbers(m);
     set_step(m, NAME_STEP);
-    m->time = m->since = m->given_end = m->begin = m->end = 0.0;
+    m->time = m->since = m->given_end = 0.0;
     m->whole = 0;
     EACH (k, INPUTS)
         m->outside[k] = 0;
