@@ -16,12 +16,12 @@ from fmbs_skfem.bodies import Given, cable, check_law, laws, own_laws, symbolic
 from fmbs_skfem.bodies.laws import CABLES, Law
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics
-from fmbs_skfem.exports import law_symbols
 from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
+from tests.bodies import law_symbols
 
 from .. import pages
 from ..models import segment

@@ -676,7 +676,7 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
         for word, kind in family.known.items()
         if is_own(kind)
     }
-    assert {"material", "motion", "spin", "hyper_reduction"} < titles
+    assert {"material", "motion", "spin", "hyper_reduction_choice"} < titles
     assert "| `diameter` | a length [m] > 0 | |" in page
     assert "| `interpolation` | `ancf` or `fvs` or `bfs` or `argyris` | (none) |" in page
     sections = [

@@ -69,6 +69,7 @@ def test_the_list_of_modules_with_compiled_functions_is_complete() -> None:
     texts = {
         path.relative_to(package).as_posix(): path.read_text(encoding="utf-8")
         for path in package.rglob("*.py")
+        if path.parent.name != "printing"  # which reads compiled functions and has none
     }
     assert sorted(
         name for name, text in texts.items() if any(mark in text for mark in marks)

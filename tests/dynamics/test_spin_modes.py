@@ -7,6 +7,8 @@ the bottom (Greenwood, Principles of Dynamics, 2nd ed., Prentice-Hall 1988, ch. 
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -50,10 +52,8 @@ def roots(radius: float, rate: float) -> float:
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_roots_of_a_bead_beyond_its_limit_come_in_a_pair(count: int) -> None:
     scene = hoops({"bead": 0.5}, 7.0, count)
-    with pytest.warns(
-        Notice, match=r"the equilibrium is unstable \(divergence\): mode 2 by 5\.42 1/s"
-    ):
-        found = scene.analysis.find(scene)
+    found = scene.analysis.find(scene)
+    assert "the equilibrium is unstable (divergence): mode 2 by 5.42 1/s" in found.doubts
     s = roots(0.5, 7.0)
     np.testing.assert_allclose(found.facts["growth_per_s"], [-s, s], rtol=1e-4)
 
@@ -63,11 +63,9 @@ def test_a_motion_that_grows_beyond_those_asked_for_is_named() -> None:
     first.
     """
     scene = hoops({"near": 0.19, "far": 3.0}, 7.0, 1)
-    with pytest.warns(
-        Notice,
-        match=r"2 of the motions|1 of the motions that are not listed grow \(divergence\), most by 6\.76 1/s",
-    ):
-        found = scene.analysis.find(scene)
+    found = scene.analysis.find(scene)
+    text = r"[12] of the motions that are not listed grow \(divergence\), most by 6\.76 1/s"
+    assert re.search(text, found.doubts[0])
     assert found.facts["growth_per_s"] == pytest.approx([0.0], abs=1e-9)
     assert roots(3.0, 7.0) == pytest.approx(6.76, abs=5e-3)
 

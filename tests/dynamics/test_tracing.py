@@ -215,12 +215,11 @@ def test_unknowns_in_another_order() -> None:
 def test_what_reads_states_has_all_of_them() -> None:
     seen: list[int] = []
     system = system_of(SCENE)
-    motion = run(system, observers=[Judge(lambda run, motion: seen.append(len(motion.x)))])
+    motion = run(system, observers=[Judge(lambda run, motion: seen.append(len(motion.x)) or ())])
     assert motion.kept is None
     assert seen == [STEPS + 1]
     assert (
-        run(system, observers=[Judge(lambda run, motion: None, reads_states=False)]).kept
-        is not None
+        run(system, observers=[Judge(lambda run, motion: (), reads_states=False)]).kept is not None
     )
 
 

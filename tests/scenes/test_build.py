@@ -53,7 +53,7 @@ def test_paper_scenes_say_what_the_paper_says() -> None:
         assert scene.analysis == schema.Dynamic(duration=3.0, step=5e-4, rho_inf=0.8)
         assert scene.reduction is not None
         assert (scene.reduction.snapshots, scene.reduction.tolerance) == (0.005, 1e-12)
-        assert scene.reduction.hyper_reduction == schema.HyperReduction(
+        assert scene.reduction.hyper_reduction == schema.HyperReductionChoice(
             tolerance=1e-3, sample="elements"
         )
         for body in scene.bodies.values():

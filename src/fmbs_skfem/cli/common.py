@@ -116,14 +116,7 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
         return gone.exit_code
     except FmbsError as error:
         bar.close()
-        if error.result is None:
-            return refuse(
-                call, **{**describe_error(error), "message": str(error)}, code=error.exit_code
-            )
-        screen.tell(f"error: {error}")
-        with contextlib.suppress(screen.Unheard):
-            show(call, error.result.report, error.result.lines)
-        return error.exit_code
+        return show_failure(call, error)
     except Notice as notice:
         return refuse(call, f"{notice} (an error by --strict)", "notice", BAD_INPUT)
     except OSError as error:
@@ -136,6 +129,18 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
         raise
     except Exception as error:
         return broken(call, error)
+
+
+def show_failure(call: Call, error: FmbsError) -> int:
+    """An error of the package, with the result up to there where it has one; its exit code."""
+    if error.result is None:
+        return refuse(
+            call, **{**describe_error(error), "message": str(error)}, code=error.exit_code
+        )
+    screen.tell(f"error: {error}")
+    with contextlib.suppress(screen.Unheard):
+        show(call, error.result.report, error.result.lines)
+    return error.exit_code
 
 
 def broken(call: Call, error: Exception) -> int:

@@ -241,6 +241,18 @@ def find_ways(table: Any, F: Any, ways: np.ndarray) -> None:
         ways[2 + i] = most[2, i]
 
 
+@jit
+def remember(N: float, distance: float, w: np.ndarray, last: np.ndarray) -> None:
+    """The force of a point, whether it was ever without one, its bristle and its distance as its
+    memory.
+    """
+    for c in range(3):
+        last[2 + c] = w[BRISTLE, c] if N > 0.0 else 0.0
+    last[0] = max(N, 0.0)
+    last[1] = 1.0 if N <= 0.0 else last[1]
+    last[DISTANCE] = distance
+
+
 @routine
 def accept(table: Any, record: Any) -> int:
     """The memory of rows and points, and the room: points that cannot have come near are not looked
@@ -277,13 +289,7 @@ def accept(table: Any, record: Any) -> int:
                 s.room[seen] = 0.0
             for c in range(3):
                 last[5 + c] = w[NORMAL, c]
-        for c in range(3):
-            last[2 + c] = w[BRISTLE, c] if N > 0.0 else 0.0
-        last[0], last[1], last[DISTANCE] = (
-            max(N, 0.0),
-            1.0 if N <= 0.0 else last[1],
-            gap + F.radius[k],
-        )
+        remember(N, gap + F.radius[k], w, last)
     for j in range(len(F.rows)):
         s.memory[F.memory + j] = y[j]
     return 0

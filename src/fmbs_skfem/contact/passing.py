@@ -144,7 +144,10 @@ def size_of(F: Any, k: int) -> float:
     without a side behind.
     """
     if F.shape == BOX:
-        return F.sizes.min() + F.radius[k]
+        least = F.sizes[0]
+        for c in range(1, len(F.sizes)):
+            least = min(least, F.sizes[c])
+        return least + F.radius[k]
     if F.shape not in (SPHERE, CYLINDER) or F.sizes[1] < 0.0:
         return 0.0
     thin = F.shape == CYLINDER and F.placed.shape[1] == 3
@@ -238,7 +241,7 @@ def came_through(
     meet_surface(F, k, y, before, w)
     for i in range(dim):
         n1[i] = w[1, i]
-    tangents = np.empty((2, dim))
+    tangents = np.zeros((2, dim))
     sided = lay_across(n0, n1, tangents, find_tangents(table, F, k, y, tangents))
     return sided and goes_through(n0, n1, v, last[first], radius, DEEP if F.shape == BOX else LEAST)
 

@@ -110,8 +110,10 @@ def clearance(
     room.
     """
     if shape == HEIGHTS:
-        low = heights.min()
-        high = heights.max()
+        low = high = heights[0, 0]
+        for row in heights:
+            for height in row:
+                low, high = min(low, height), max(high, height)
         return z[dim - 1] - high - OVER * (high - low)
     if shape == CYLINDER and dim == 3:
         return sizes[1] * (np.sqrt(z[0] * z[0] + z[1] * z[1]) - sizes[0])
@@ -303,14 +305,15 @@ def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np
         y = y + part * dy
         F = G
         way = found
-    dx, dy = toward(z[0], z[1] if dim == 3 else 0.0 * z[0], z[last], x, y, F, convex(up, F))
-    f, fx, fy, _, _, _ = height(sizes, heights, x + dx, y + dy)
+    own = z[1] if dim == 3 else 0.0 * z[0]
+    by, across = toward(z[0], own, z[last], x, y, F, convex(up, F))
+    f, fx, fy, _, _, _ = height(sizes, heights, x + by, y + across)
     long = np.sqrt(1.0 + fx * fx + fy * fy)
     n[0], n[last] = -fx / long, 1.0 / long
-    gap = (z[0] - x - dx) * n[0] + (z[last] - f) * n[last]
+    gap = (z[0] - x - by) * n[0] + (z[last] - f) * n[last]
     if dim == 3:
         n[1] = -fy / long
-        gap += (z[1] - y - dy) * n[1]
+        gap += (z[1] - y - across) * n[1]
     return gap
 
 

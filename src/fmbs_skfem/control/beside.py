@@ -27,8 +27,9 @@ from ..dynamics import output_errors, trajectory
 from ..dynamics.measuring import motion_of
 from ..dynamics.near_state.linear import linearise
 from ..dynamics.near_state.modes import complex_modes
+from ..dynamics.observers import Texts
 from ..dynamics.trajectory import Trajectory
-from ..parts import departures, finer_parts
+from ..parts import finer_parts
 from .feed import Feed
 
 if TYPE_CHECKING:
@@ -39,9 +40,9 @@ GROWS = 1.0  #: growth of linear motions over the time of the run, from which fe
 TWICE = 2  #: steps of a run that are one of the run beside it
 SMALLER = "find it by runs with smaller steps"
 
-#: what a motion and the reference beside it show, under inputs from outside or none: a warning to
-#: give, None where they agree
-Verdict = Callable[[Trajectory, Trajectory, bool], Callable[[], None] | None]
+#: what a motion and the reference beside it show, under inputs from outside or none: warnings, none
+#: where they agree
+Verdict = Callable[[Trajectory, Trajectory, bool], Texts]
 
 
 class Other(NamedTuple):
@@ -110,27 +111,21 @@ class Beside:
         motion, reference = (
             reduce(trajectory.joined, states) for states in zip(*self.seen, strict=True)
         )
-        warn = self.verdict(motion, reference, self.fed)
-        if warn is None:
+        if not (found := list(self.verdict(motion, reference, self.fed))):
             return
         self.other = None
         if self.fed and growth(run) * run.time > GROWS:
             why = f"the run beside {self.what} has no feedback of its own and is unstable"
             remark(f"the error of {self.what} is unknown: {why}; {self.remedy}")
         else:
-            warn()
+            notify(*found)
 
 
 def parts_beside(other: Other) -> Beside:
     """A run with finer parts."""
 
-    def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Callable[[], None] | None:
-        found = finer_parts.errors(reference, motion)
-        return (
-            (lambda: finer_parts.warn(found, motion, departures.find(motion)))
-            if output_errors.largest(found)
-            else None
-        )
+    def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Texts:
+        return finer_parts.find_doubts(finer_parts.errors(reference, motion), motion)
 
     return Beside(other, verdict, "parts", finer_parts.HOLD)
 
@@ -140,7 +135,7 @@ def step_beside(other: Other, accuracy: Mapping[str, float] | float) -> Beside:
     far, of all or by output.
     """
 
-    def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Callable[[], None] | None:
+    def verdict(motion: Trajectory, reference: Trajectory, fed: bool) -> Texts:
         found = output_errors.between(
             output_errors.columns(motion), output_errors.columns(reference), motion.system.outputs
         )
@@ -153,11 +148,9 @@ def step_beside(other: Other, accuracy: Mapping[str, float] | float) -> Beside:
         }
         worst = max(over, key=lambda column: over[column], default="")
         if not over.get(worst, 0.0) > 1.0:
-            return None
+            return
         text = f"the step of {step:g} s errs by {part * found[worst].relative:.2g} of the range of {worst} so far"
-        return lambda: notify(
-            f"{text}, {over[worst]:.2g} times what is wanted; take a smaller step", kind=CoarseStep
-        )
+        yield CoarseStep(f"{text}, {over[worst]:.2g} times what is wanted; take a smaller step")
 
     return Beside(other, verdict, "the step", SMALLER, TWICE)
 

@@ -40,7 +40,10 @@ class Notice(UserWarning):
     """
 
     partial: Any = None
-    about: str = ""  #: a command shows the first of its warnings about one thing, those about nothing by their text
+
+    def __init__(self, text: str, about: str = "") -> None:
+        super().__init__(text)
+        self.about = about  #: a command shows the first of its warnings about one thing, those about nothing by their text
 
 
 class CoarseStep(Notice):
@@ -56,13 +59,10 @@ class Remark(Notice):
 RECORD: ContextVar[list[Notice] | None] = ContextVar("RECORD", default=None)
 
 
-def notify(text: str, about: str = "", kind: type[Notice] = Notice) -> None:
-    """Show a warning to the caller of the library; a command shows the first one that is `about`
-    the same, as in many samples.
-    """
-    notice = kind(text)
-    notice.about = about
-    show(notice, 4)
+def notify(*found: str | Notice) -> None:
+    """Show warnings to the caller of the library, as those that a rule yields; none without any."""
+    for one in found:
+        show(one if isinstance(one, Notice) else Notice(one), 4)
 
 
 def show(notice: Notice, stacklevel: int = 3) -> None:

@@ -35,7 +35,16 @@ from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
 from ..systems.prepared import prepare
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
-from .compiled_step import beam_points, factors, large, rotated, settling, stepping, woodbury
+from .compiled_step import (
+    beam_points,
+    factors,
+    large,
+    rotated,
+    settling,
+    starting,
+    stepping,
+    woodbury,
+)
 from .compiled_step.step import Doors, Levels, Method, State, Step, StepJob, Workspace
 from .histories import finite_signals
 from .names import coordinate_names
@@ -49,11 +58,8 @@ DRIFT, CURVATURE = (
     1e-3,
     0.25,
 )
-# each leaves the friction coefficient squared or less of what is left, where mass and curvature are
-# ordinary
 # the head of a clamped beam: 1e-6 to 1e-10 give the same seven digits of its acceleration
 SOFT = 1e-8  #: of the stiffness of the step, which holds what has no mass
-REACTIONS = 4  #: corrections of what depends on the forces of joints, such as friction in them
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
 # factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice
 # as many, half and twice of both
@@ -314,7 +320,7 @@ def consistent_start(
             return known + change, multipliers
 
         a, multipliers = solve(-f, bend)
-        for _ in range(REACTIONS if any(force.reacts for force in model.forces) else 0):
+        for _ in range(starting.REACTIONS if any(force.reacts for force in model.forces) else 0):
             pushed = (
                 compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0]
                 - J.T @ multipliers
@@ -671,6 +677,7 @@ def first_step(
         work=np.zeros(stored),
         counters=np.zeros(4, np.int64),
         done=np.zeros(3, np.int64),
+        left=np.zeros(2),
     )
     none = np.zeros(0, np.int64)
     space = compilation.space(model)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from ..core.notices import Progress
+from ..core.notices import Notice, Progress, notify
 from ..core.storage.records import dataclass
 from ..systems.system import System
 from .scheme import GeneralizedAlpha, Newton
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .run import OpenRun
 
 Looks: TypeAlias = Literal["step", "pause", "end"]
+Texts: TypeAlias = Iterable[str | Notice]
 
 
 class Observer:
@@ -195,19 +196,34 @@ class PauseCall(Observer):
 
 
 class Judge(Observer):
-    """Calls a function, which may warn, with the motion of a run that has ended.
+    """Shows as warnings what a rule says of the motion of a run that has ended.
 
-    `call(run, motion)` gets the finished run and its Trajectory; what it gives back is not used.
+    `rule(run, motion)` gets the finished run and its Trajectory, and gives the texts of warnings.
     All stored states are kept for it unless `reads_states` is false.
     """
 
     looks: Looks = "end"
 
     def __init__(
-        self, call: Callable[[OpenRun, Trajectory], object], reads_states: bool = True
+        self, rule: Callable[[OpenRun, Trajectory], Texts], reads_states: bool = True
     ) -> None:
-        self.call, self.reads_states = call, reads_states
+        self.rule, self.reads_states = rule, reads_states
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
-        self.call(run, motion)
+        notify(*self.rule(run, motion))
         return motion
+
+
+def judges(rule: Callable[[Trajectory], Texts]) -> None:
+    """Register a rule of motions, by up to 40 of their states, and of equilibria.
+
+    A decorator of a function that gives the texts of warnings.
+    """
+
+    def review(found: FoundEquilibria) -> Trajectory:
+        notify(*rule(found.motion.states))
+        return found.motion
+
+    judge = Judge(lambda run, motion: rule(motion.states), reads_states=False)
+    offered(lambda setting: () if setting.live else (judge,))
+    reviews(review)

@@ -20,7 +20,15 @@ from .text import template
 
 ZIG = sys.executable, "-m", "ziglang", "cc"  #: of the extra `fmu`
 #: the same round-off everywhere: no products are fused with sums
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fvisibility=hidden",
+    "-shared",
+    "-s",
+)
 
 
 class Machine(NamedTuple):

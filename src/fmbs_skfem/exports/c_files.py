@@ -11,35 +11,41 @@ round-off.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from itertools import chain, count, pairwise
+from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from .. import __version__
+from ..core.algebra import small
 from ..core.algebra.linalg import as_dense
+from ..core.compiling import jit, programs, structs
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.printing.memory import Memory
+from ..core.printing.printer import Printer
+from ..core.printing.program import Program, region
+from ..core.printing.values import ZERO, Const, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import jumps, settling, stepping, touching
+from ..dynamics.compiled_step import jumps, parts, starting, stepping
+from ..dynamics.compiled_step.step import Levels, State, Step
+from ..reduction import cases
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
-from ..systems import compiled
-from ..systems.layouts import Storage
+from ..systems import compiled, row_programs
+from ..systems import kernels as kernel_sums
 from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
-from ..systems.terms import turning
-from ..systems.terms.turning import Turning
-from . import forces, numbers, outputs, refusals, signals, terms
+from ..systems.terms import points
+from . import numbers, outputs, refusals, signals
 from .numbers import Numbers
 from .outputs import Column
-from .pieces import Array, CodePiece, joined
+from .packing import PackedCase, admissible_velocities, pack
+from .signals import Timed
 from .text import array, comment, maths, number, replaced, template
 
 HUGE = 1e300
@@ -124,11 +130,36 @@ HEADERS = frozenset(
 DEVICES = frozenset(
     ["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))]
 )
-# a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where
-# its tip is off by 2 mm, else 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that
-# are none
-SHRINKS = 0.9  #: size of the last of a given number of corrections over that of the one before, above which they do not shrink
-UNCERTAIN = 0.02  #: the same over the way of the step, above which the step is not known
+#: numbers of the method that depend on the step, and names of arrays that the program itself writes
+VARYING = frozenset(f"method_{name}" for name in ("h", "c", "bh", "gh", "sharp"))
+WRITTEN = frozenset(
+    f"state_{name}" for name in ("x", "v", "acceleration", "multipliers", "past", "known", "order", "change", "signals")
+) | frozenset(
+    f"space_{name}" for name in ("x", "v", "acceleration", "multipliers", "signals", "c", "f")
+) | {"job_signals", "job_counters", "levels_found", "work_kind"}  # fmt: skip
+READ = frozenset(["state_history", "space_energy", "job_left"])  #: those that it reads alone
+#: kernels whose loops over tables are written out: programs of expressions
+SPELLED = (programs.run, row_programs.act)
+#: kernels in place of others, which are for numba
+STANDS = {
+    **small.STANDS,
+    kernel_sums.dot: small.dot,
+    kernel_sums.add_sums: small.add_sums,
+    points.add_product: points.add_half_product,
+}
+STATUSES = {name: getattr(stepping, name) for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOO_FEW")}
+FOUND = "before_", "space_gradients"  #: what the begin of a division and the start fill
+APART = "\n/* kernels */\n"
+HEAD = """typedef long long whole;
+typedef struct { double real, imag; } pair;
+#if defined(__GNUC__)
+#define INLINED static inline __attribute__((always_inline))
+#else
+#define INLINED static inline
+#endif
+#define ENDLESS (1e308 * 10.0)
+#define NO_NUMBER (ENDLESS - ENDLESS)
+#define ROOM(n) ((n) > 0 ? (n) : 1)"""
 
 
 @dataclass(frozen=True)
@@ -165,8 +196,9 @@ def model_name(name: str, texts: Iterable[str]) -> str:
     code = (
         re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in (*texts, *map(template, BESIDE))
     )
+    # names that a whole file knows stand in lines that begin with the line
     own = found.lower() in HEADERS | DEVICES or any(
-        re.search(rf"\b{found}_", text) for text in code
+        re.search(rf"^\S.*\b{found}_", text, re.MULTILINE) for text in code
     )
     return f"model_{found}" if own else found
 
@@ -210,79 +242,70 @@ def check(given: Numbers, where: str) -> None:
         notify(f"{text}, where runs end a step at each jump")
 
 
-def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
-    """First unknowns (b + 1,) of blocks that nothing but joints couples; `pairs` (h, 2) are probe
-    rows with second derivatives.
+class Kernels(NamedTuple):
+    """Printed kernels of a step, and how the program calls them."""
+
+    printer: Printer
+    calls: dict[str, str]  #: names in C
+
+
+def print_kernels(
+    base: PackedCase, changing: Mapping[int, str], changed: Sequence[int], turning: bool
+) -> Kernels:
+    """The step of a case, its start and its energies.
+
+    `changing` are numbers in records that parameters change, by their addresses, `changed` addresses
+    of such arrays; the tangents of bodies that are `turning` are then found at the start.
     """
-    n = system.size
-    near = np.zeros((n, n), bool)
-    for A in (system.mass, system.damping, system.stiffness):
-        near |= as_dense(A) != 0.0
-    for elastic in system.elastic:
-        columns = getattr(elastic.gather, "columns", slice(0, n))
-        near[columns, columns] = True
-    P = abs(as_dense(system.probes.matrix)) > 0.0
-    for i, j in pairs:
-        near |= np.outer(P[i], P[j]) | np.outer(P[j], P[i])
-    count, of = connected_components(near, directed=False)
-    last = np.array([np.flatnonzero(of == k)[-1] for k in range(count)])
-    # ranges of unknowns: components that lie in each other are one
-    ends = []
-    reach = -1
-    for k in range(n):
-        reach = max(reach, last[of[k]])
-        if k == reach:
-            ends.append(k + 1)
-    return np.array([0, *ends])
+    mutable = set(WRITTEN)
+    step = base.step
+    doors = step.doors
+    behind = {**jit.BEHIND, base.lengths.levels.histories: "fill_signals"}
+    while True:
+        memory = Memory(mutable, VARYING, changing, changed)
+        memory.join(base.tables)
+        memory.add(Step, base.tables[0])
+        memory.add(State, int(step_levels(base).before), "before")
+        for name, numbers_of in base.own.items():
+            memory.name(numbers_of, f"own_{name}")
+        printer = Printer(memory, behind, STANDS, small.PRODUCTS, SPELLED)
+        table = memory.pointer(base.tables[0])
+        asked: dict[str, tuple[Any, Value]] = {
+            "TAKE": (stepping.take, ZERO),
+            "DIVIDE": (parts.divide, Scalar("", "whole")),
+            "TAKE_FIXED": (stepping.take_fixed, Scalar("", "whole")),
+            "START": (starting.start, Const(start_of(base.case.system))),
+            "ENERGIES": (starting.energies, Scalar("", "whole")),
+            "RESIDUAL": (behind[doors.residual], ZERO),
+            "FACTORISE": (behind[doors.factorise], ZERO),
+            "SOLVE": (behind[doors.solve], ZERO),
+        }
+        if turning:
+            asked["TURN"] = starting.turned_tangents, ZERO
+        calls = {
+            name: printer.entry(kernel, [table, more]).name
+            for name, (kernel, more) in asked.items()
+        }
+        printer.finish()
+        wrong = {one.name for one in memory.regions if one.folded and one.written}
+        if not wrong <= mutable:
+            mutable = mutable | wrong
+            continue
+        return Kernels(printer, calls)
 
 
-def by_blocks(blocks: np.ndarray, A: Any) -> np.ndarray:
-    """The blocks of a symmetric matrix (n, n), column by column, behind each other."""
-    A = as_dense(A)
-    return np.concatenate([np.zeros(0), *(A[a:b, a:b].T.ravel() for a, b in pairwise(blocks))])
+def step_levels(base: PackedCase) -> Levels:
+    """The levels of a packed step, which it has once it is packed in parts."""
+    found: Step = structs.unpacked(Step, base.tables[0])
+    return found.levels
 
 
-class Frame(NamedTuple):
-    """What the parts of a C file have to know of its system."""
-
-    case: Case
-    blocks: np.ndarray  #: (b + 1,) first unknowns
-    places: np.ndarray  #: (b + 1,) first entries of the blocks in W
-    smooth: bool
-    damped: bool
-
-    def place(self, first: int) -> tuple[int, int]:
-        """Entry of the diagonal of an unknown in W, and the size of its block."""
-        b = int(np.searchsorted(self.blocks, first, side="right")) - 1
-        size = int(self.blocks[b + 1] - self.blocks[b])
-        return int(self.places[b] + (first - self.blocks[b]) * (size + 1)), size
-
-
-def frame_of(case: Case, where: str) -> Frame:
-    """Blocks of a system, and what its forces are like; InputError where W is not dense, or
-    singular beside joints.
-    """
-    system = case.system
-    _, _, pushing, pairs = compiled.attached(system)
-    layout = compiled.storage(system)
-    blocks = blocks_of(system, pairs)
-    if layout.loose:
-        remedy = "third axes of rims of thin plates have none: take places without a rim"
-        raise InputError(
-            say(
-                where,
-                "unknowns that all have mass or stiffness",
-                "some that joints alone determine",
-                remedy,
-            )
-        )
-    if layout.storage is not Storage.DENSE:
-        raise InputError(
-            say(where, "a reduced model of dense unknowns", layout.storage.name.lower())
-        )
-    places = np.concatenate([[0], np.cumsum(np.diff(blocks) ** 2)])
-    return Frame(
-        case, blocks, places, all(one.smooth for one in pushing), any(one.damped for one in pushing)
+def start_of(system: System) -> int:
+    """What `starting.start` is told of a system."""
+    return (
+        starting.FILTERED * initial.is_filtered(system)
+        + starting.MASSLESS * initial.has_massless_directors(system)
+        + starting.REACTS * any(force.reacts for force in compiled.compile_system(system).forces)
     )
 
 
@@ -291,57 +314,63 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     with these as variables.
 
     `name` is that of the model, `title` and `description` are comments. InputError for what has no
-    C: functions of Python, events, contact, and joints by a law.
+    C: functions of Python, events and what else runs beside the steps.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
     check(given, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
     system = case.system
-    frame = frame_of(case, title)
     inputs = inputs_of(system)
-    pieces = [write_elastic(frame, given, k) for k in range(len(system.elastic))]
-    for k, force in enumerate(system.loads.forces):
-        pieces.append(forces.write_force(force, k, sum(one.kept for one in pieces), given))
+    timed = signals.write_signals(system, {one: k for k, one in enumerate(inputs)}, given)
+
+    def packed(one: Case) -> PackedCase:
+        return pack(one, one.system.v0, memory, own_arrays(one, timed))
+
+    base = pack(case, admissible_velocities(case), memory, own_arrays(case, timed))
+    changes = numbers.changes_of(base, given, packed, title)
+    turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
+    kernels = print_kernels(base, *numbers.places_of(base, changes), turning)
     reading, columns, left_out = outputs.write_outputs(system)
-    numbered = {one: k for k, one in enumerate(inputs)}
-    timed = signals.write_signals(system, numbered, given)
-    whole = joined([*pieces, timed])
-    turn = turning.turning_of(system)
-    turn = (
-        None
-        if turn is None or given.varies(("system", "x0")) or given.varies(("system", "lift"))
-        else turn
+    constants, setting = numbers.write(base, given, changes, kernels.printer.memory)
+    counts = {
+        "UNKNOWNS": system.size, "EQUATIONS": len(system.constraints.names), "SENSORS": len(system.sensors.offset),
+        "INPUTS": len(inputs), "PARAMETERS": len(numbers.parameters_of(given)), "DRIVEN": len(inputs) if driving_inputs(system) else 0,
+        "TURNED": sum(bool(one.turns) for one in columns), "LENGTHS": len(base.tables), "WIDTH": base.lengths.signals.shape[1],
+        "SIGNALS": len(base.step.state.signals), "TURNING": int(turning),
+    }  # fmt: skip
+    before = placed(
+        replaced(template("inputs.c"), {"READ": "\n".join(f"    {line}" for line in timed.lines)})
     )
-    arrays = {
-        **arrays_of(frame),
-        "START_KEPT": Array(np.zeros(whole.kept) if memory is None else memory),
-        **whole.arrays,
-    }
-    constants, fields, setting = numbers.write(given, arrays, title)
-    parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
+    behind = placed("\n".join([template("ports.c"), reading, setting, template("model.c")]))
+    program = Program(kernels.printer, f"{before}{APART}{behind}")
+    before, behind = program.own.split(APART)
+    starts, starting_lines = program.starts(FOUND)
     text = "\n".join(
-        [template("begin.c"), *parts, template("ports.c"), reading, stepped(), energies(whole)]
+        [
+            before,
+            program.code,
+            f"static void set_start(NAME_memory *m)\n{{\n{starting_lines}\n}}\n",
+            replaced(behind, {f"CALL_{key}": name for key, name in kernels.calls.items()}),
+        ]
     )
-    text = "\n".join([text, setting, template("start.c")])
     fixed = "\n".join(
         [
-            controls(frame, whole, columns, inputs, given, turn),
-            tables_of(frame, inputs, given, turn),
+            HEAD,
+            *(f"#define {key} {number(value)}" for key, value in controls(base).items()),
+            *(f"#define {key} {value}" for key, value in (STATUSES | counts).items()),
+            tables_of(base, inputs, given),
+            program.constants,
+            *(array(key, table.numbers) for key, table in timed.curves.items()),
             constants,
+            starts,
+            program.structs,
         ]
     )
     head = f'/* {comment(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
     source = "\n".join([head, fixed, maths(text), text])
-    header = header_of(
-        frame,
-        whole,
-        columns,
-        inputs,
-        given,
-        turn,
-        {"TITLE": title, "DESCRIPTION": description, "NUMBERS": fields},
-    )
+    words = {"TITLE": title, "DESCRIPTION": description, "FIELDS": program.declared}
+    header = header_of(counts, columns, inputs, given, case.scheme.step, words)
     ports = {key: (one.unit, one.start) for key, one in inputs.items()}
     name = model_name(name, (source, header))
     return CModel(
@@ -357,6 +386,11 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         bool(driving_inputs(system)),
         tuple(left_out),
     )
+
+
+def placed(text: str) -> str:
+    """A text with the arrays of records, written @name@, at their places."""
+    return re.sub(r"@(\w+)@", lambda found: region(found[1]), text)
 
 
 def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
@@ -381,222 +415,62 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
     return replace(case, system=replace(system, x0=x, v0=v)), memory
 
 
-def write_elastic(frame: Frame, given: Numbers, k: int) -> CodePiece:
-    """An elastic term in C."""
-    system = frame.case.system
-    one = system.elastic[k]
-    leaf = ("system", "elastic", k)
-    setting = terms.TermPlace(
-        k,
-        one.name,
-        system.dim,
-        one.beta,
-        system.lift,
-        frame.place,
-        leaf,
-        given.varies((*leaf, "beta")),
-    )
-    return terms.write_term(one.gather, setting)
-
-
-def arrays_of(frame: Frame) -> dict[str, Array]:
-    """Constant numbers of the system beside those of its parts."""
-    system = frame.case.system
-    P = as_dense(system.probes.matrix)
-    begins, ends = support(P)
-
-    def of(*place: str, make: Callable[[Any], np.ndarray] = as_dense) -> Array:
-        leaf: Any = system
-        for one in place:
-            leaf = getattr(leaf, one)
-        return Array(make(leaf), ("system", *place), make)
-
-    def rows(P: np.ndarray) -> np.ndarray:
-        return np.concatenate(
-            [np.zeros(0), *(row[a:b] for row, a, b in zip(as_dense(P), begins, ends, strict=True))]
-        )
-
-    square = partial(by_blocks, frame.blocks)
+def own_arrays(case: Case, timed: Timed) -> dict[str, np.ndarray]:
+    """Arrays that the program itself reads: rows of outputs, and numbers in functions of time."""
+    order = compiled.compile_system(case.system).order
+    sensors = case.system.sensors
     return {
-        "MASS": of("mass", make=square),
-        "DAMPING": of("damping", make=square)
-        if as_dense(system.damping).any()
-        else Array(np.zeros(0)),
-        "SPRINGS": of("stiffness", make=square)
-        if as_dense(system.stiffness).any()
-        else Array(np.zeros(0)),
-        "LOAD": of("loads", "constant"),
-        "PROBE_ROWS": of("probes", "matrix", make=rows),
-        "PROBE_OFFSET": of("probes", "offset"),
-        "TERM_VALUE": of("constraints", "coefficient"),
-        "SENSOR_ROWS": of("sensors", "matrix"),
-        "SENSOR_OFFSET": of("sensors", "offset"),
-        "START_X": of("x0"),
-        "START_V": start_velocities(frame),
-        "NORM": Array(as_dense(system.metric).diagonal() / system.weight),
+        "sensor_rows": as_dense(sensors.matrix)[:, order],
+        "sensor_offset": sensors.offset,
+        **{
+            f"varied_{k}": np.atleast_1d(cases.leaf_at(case, place))
+            for k, place in enumerate(timed.changed)
+        },
     }
 
 
-def start_velocities(frame: Frame) -> Array:
-    """v0, or where joints are against it what they leave of it."""
-    system = frame.case.system
-    _, gap = initial.velocity_gaps(system, frame.case.scheme)
-    if np.abs(gap).max(initial=0.0) <= initial.ROUND_OFF * initial.speed_of(system.v0):
-        return Array(system.v0, ("system", "v0"))
-    return Array(initial.admissible(system, frame.case.scheme)[1])
+def controls(base: PackedCase) -> dict[str, float]:
+    """Numbers of the method that the program reads."""
+    method = base.step.method
+    return {
+        "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "SHARP": scheme.SHARP,
+        "HUGE_NUMBER": HUGE,
+    }  # fmt: skip
 
 
-def hooks(whole: CodePiece, elastic: int) -> str:
-    """The functions by which the step reaches all parts."""
-
-    def function(head: str, calls: Iterable[str], *arguments: str) -> str:
-        body = "\n".join(f"    {one}" for one in calls)
-        unread = [
-            f"    (void){one};" for one in ("m", *arguments) if not re.search(rf"\b{one}\b", body)
-        ]
-        return "\n".join([f"static void {head}", "{", *unread, *([body] if body else []), "}\n"])
-
-    one_by_one = [
-        f"case {k}: {call} break;" for k, call in enumerate(whole.calls["tangent"][:elastic])
-    ]
+def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> str:
+    """Tables of a model whose numbers no parameter changes."""
+    driving = driving_inputs(base.case.system)
+    halvings = np.array([0, *base.lengths.levels.halvings])
     return "\n".join(
         [
-            function("elastic_forces(NAME_memory *m)", whole.calls["force"]),
-            function("elastic_tangents(NAME_memory *m, int held)", whole.calls["tangent"], "held"),
-            function(
-                "elastic_tangent(NAME_memory *m, int part)",
-                ["const int held = 0;", "switch (part) {", *one_by_one, "}"],
-            )
-            if one_by_one
-            else function("elastic_tangent(NAME_memory *m, int part)", [], "part"),
-            function("push_rows(NAME_memory *m)", whole.calls["push"]),
-            function("push_slopes(NAME_memory *m)", whole.calls["slopes"]),
-            function("keep_forces(NAME_memory *m)", whole.calls["accept"]),
-            function("read_signals(NAME_memory *m, double t)", whole.calls["signals"], "t"),
+            array("HALVINGS", halvings, "int"),
+            numbers.table_of(given),
+            array("INPUT_START", np.array([one.start for one in inputs.values()])),
+            array(
+                "INPUT_LEAST",
+                np.array([(one.range or (-HUGE, HUGE))[0] for one in inputs.values()]),
+            ),
+            array(
+                "INPUT_MOST", np.array([(one.range or (-HUGE, HUGE))[1] for one in inputs.values()])
+            ),
+            array("DRIVES", np.array([name in driving for name in inputs], int), "int"),
         ]
     )
-
-
-def stepped() -> str:
-    """The time step; a step that fails is divided as that of `dynamics` is."""
-    trials = ", ".join(
-        f"{{{halvings}, {int(judging)}}}" for halvings, judging in touching.TRIALS[1:]
-    )
-    return template("step.c").replace("PARTS_OF_TRIALS", trials)
-
-
-def energies(whole: CodePiece) -> str:
-    """Kinetic energy, and that of strains and springs."""
-    return template("energies.c").replace(
-        "    ENERGIES\n", "".join(f"    {one}\n" for one in whole.calls["energy"])
-    )
-
-
-def controls(
-    frame: Frame,
-    whole: CodePiece,
-    columns: Sequence[Column],
-    inputs: Mapping[str, Any],
-    given: Numbers,
-    turn: Turning | None,
-) -> str:
-    """Numbers of the method and of the iteration, and sizes."""
-    case = frame.case
-    system = frame.case.system
-    method = scheme.method_for(case.scheme, case.newton, case.scheme.step, system, dense=True)
-    own = system.constraints
-    reals = {
-        "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "TOLERANCE": method.tolerance,
-        "SLOW": method.slow, "ROUND_OFF": method.floor, "SHARP": scheme.SHARP, "SHARE": method.share, "UNSEEN": method.unseen,
-        "FLOOR": stepping.FLOOR, "SURELY": stepping.SURELY,
-        "CLEAR": stepping.CLEAR, "CHEAP": stepping.CHEAP, "OLD": settling.OLD, "HUGE_NUMBER": HUGE, "PROOF": turning.PROOF,
-        "ALIKE": turning.ALIKE,
-        "GAIN": stepping.GAIN, "NEAR": stepping.NEAR, "SHRINKS": SHRINKS, "UNCERTAIN": UNCERTAIN,
-    }  # fmt: skip
-    steady = not own.laws and not (own.j >= 0).any() and not (own.signal >= 0).any()
-    counts = {
-        "UNKNOWNS": system.size, "EQUATIONS": len(own.names), "PROBES": len(system.probes.offset),
-        "SENSORS": len(system.sensors.offset), "SIGNALS": len(system.signals), "INPUTS": len(inputs),
-        "PARAMETERS": len(numbers.parameters_of(given)), "KEPT": whole.kept, "TERMS": len(own.row),
-        "DRIVEN": len(inputs) if driving_inputs(system) else 0,
-        "TURNED": sum(bool(one.turns) for one in columns), "BLOCKS": len(frame.blocks) - 1, "ENTRIES": frame.places[-1],
-        "SECANTS": secants_of(system), "ITERATIONS": method.iterations, "PATIENT": stepping.PATIENT,
-        "HELD": stepping.HELD if whole.holds else 0,
-        "MANY": stepping.MANY,
-        "TRIALS": len(touching.TRIALS) - 1,
-        "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
-        "HAS_DAMPING": int(as_dense(system.damping).any()), "HAS_SPRINGS": int(as_dense(system.stiffness).any()),
-        "FILTERED": int(initial.is_filtered(system)), "MASSLESS": int(initial.has_massless_directors(system)),
-        "TURNING": 0 if turn is None else len(turn.table),
-    }  # fmt: skip
-    lines = [f"#define {key} {number(value)}" for key, value in reals.items()]
-    lines += [f"#define {key} {int(value)}" for key, value in counts.items()]
-    return "\n".join([*lines, "#define ROOM(n) ((n) > 0 ? (n) : 1)", ""])
-
-
-def secants_of(system: System) -> int:
-    return initial.SECANTS if scheme.are_factors_dear(system, dense=True) else 0
-
-
-def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Turning | None) -> str:
-    """Tables of a system whose numbers no parameter changes."""
-    own = frame.case.system.constraints
-    P = as_dense(frame.case.system.probes.matrix)
-    begins, ends = support(P)
-    lines = [
-        array("BLOCK", frame.blocks, "int"), array("BLOCK_AT", frame.places, "int"),
-        array("PROBE_FIRST", np.concatenate([[0], np.cumsum(ends - begins)]), "int"), array("PROBE_BEGIN", begins, "int"),
-        table("TERM", np.stack([own.row, own.signal, own.i, own.j], axis=1)), numbers.table_of(given),
-        array("INPUT_START", np.array([one.start for one in inputs.values()])),
-        array("INPUT_LEAST", np.array([(one.range or (-HUGE, HUGE))[0] for one in inputs.values()])),
-        array("INPUT_MOST", np.array([(one.range or (-HUGE, HUGE))[1] for one in inputs.values()])),
-        array("DRIVES", np.array([name in driving_inputs(frame.case.system) for name in inputs], int), "int"),
-    ]  # fmt: skip
-    rows, at, places, beta = np.zeros((0, 3), int), np.zeros(0), np.zeros(0), np.zeros(0)
-    offset = np.zeros(0)
-    if turn is not None:
-        rows = np.array([[count, *frame.place(first)] for first, count, _ in turn.table.tolist()])
-        at, offset = turn.rows, turn.offset
-        places = np.array([turned_places(one) for one in turn.places])
-        beta = np.array([one.beta for one in frame.case.system.elastic])
-    return "\n".join(
-        [
-            *lines,
-            table("TURN", rows),
-            array("TURN_ROWS", at),
-            array("TURN_OFFSET", offset),
-            array("TURN_PLACES", places),
-            array("TURN_BETA", beta),
-        ]
-    )
-
-
-def turned_places(place: Callable[[float], np.ndarray]) -> np.ndarray:
-    """(n, 3) multiples of cos, sin and 1 of the unknowns in which a body is turned by an angle."""
-    ahead, back, across = place(0.0), place(np.pi), place(0.5 * np.pi)
-    middle = 0.5 * (ahead + back)
-    return np.stack([0.5 * (ahead - back), across - middle, middle], axis=1)
 
 
 def header_of(
-    frame: Frame,
-    whole: CodePiece,
+    counts: Mapping[str, int],
     columns: Sequence[Column],
     inputs: Mapping[str, Any],
     given: Numbers,
-    turn: Turning | None,
+    step: float,
     texts: Mapping[str, str],
 ) -> str:
     """The header, with the name still to be put in."""
-    system = frame.case.system
-    m = len(frame.case.system.constraints.names)
     parameters = numbers.parameters_of(given)
     lengths = {
-        "N_": system.size, "M_": m, "I_": len(inputs),
-        "D_": len(inputs) if driving_inputs(system) else 0, "P_": len(parameters), "K_": whole.kept, "S_": 4 * len(system.signals),
-        "R_": system.size + m, "J_": len(system.probes.offset), "O_": len(system.sensors.offset), "ROOM_": whole.room,
-        "MODULI_": whole.moduli, "ENTRIES_": frame.places[-1], "MM_": m**2, "Q_": secants_of(system),
-        "T_": sum(bool(one.turns) for one in columns), "C_": 0 if turn is None else 3 * int((turn.table[:, 1] ** 2).sum()),
+        "I_": len(inputs), "D_": counts["DRIVEN"], "P_": len(parameters), "O_": counts["SENSORS"], "T_": counts["TURNED"],
     }  # fmt: skip
     told = {
         "PARAMETER": [
@@ -618,26 +492,11 @@ def header_of(
     )
     words: dict[str, Any] = {key: comment(value) for key, value in texts.items()} | {
         "VERSION": __version__, "PORTS": "\n".join(ports) + "\n", "N_PARAMETERS": len(parameters), "N_INPUTS": len(inputs),
-        "N_OUTPUTS": len(columns), " STEP ": f" {number(frame.case.scheme.step)} ",
+        "N_OUTPUTS": len(columns), " STEP ": f" {number(step)} ",
     }  # fmt: skip
-    return replaced(text, words | {"NUMBERS": texts["NUMBERS"]})
+    return replaced(text, words | {"FIELDS": texts["FIELDS"]})
 
 
 def spanned(one: Input) -> str:
     """The range of an input as a comment, outside of which a model was not trained."""
     return "" if one.range is None else f" trained from {one.range[0]:g} to {one.range[1]:g}"
-
-
-def table(name: str, rows: np.ndarray) -> str:
-    """Rows of whole numbers."""
-    some = rows if len(rows) else np.zeros((1, rows.shape[1]), int)
-    lines = ",\n    ".join("{" + ", ".join(map(str, row)) + "}" for row in some.tolist())
-    return f"static const int {name}[{len(some)}][{rows.shape[1]}] = {{\n    {lines}}};"
-
-
-def support(P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the numbers of every row begin and end that are not zero."""
-    on = [np.flatnonzero(row) for row in P]
-    return np.array([one[0] if len(one) else 0 for one in on], int), np.array(
-        [one[-1] + 1 if len(one) else 0 for one in on], int
-    )

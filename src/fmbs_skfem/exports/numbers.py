@@ -5,17 +5,23 @@ a(mu) = a_0 + sum_q w_q(mu) a_q,    w = P(mu)^T mixture,    P the Lagrange polyn
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..core.compiling import structs
 from ..core.errors import InputError, say
+from ..core.printing.memory import Memory
 from ..core.storage.records import dataclass
 from ..reduction import cases
-from ..reduction.affine import Order, ParametricCase, Varying
+from ..reduction.affine import Order, ParametricCase, Varying, lagrange
 from ..reduction.cases import Case, Place
-from .pieces import Array
+from .packing import PackedCase
 from .text import array, number, replaced, template
+
+SHARES = 0.35, 0.8  #: of the ranges of parameters, at which arrays are compared
+ROUND = 1e-9  #: of the largest number of an array, that is round-off
 
 #: leaves of a system that a step reads; all others are for pictures, or fixed
 READ = (
@@ -64,63 +70,166 @@ def is_read(place: Place) -> bool:
     )
 
 
-def write(numbers: Numbers, arrays: Mapping[str, Array], where: str) -> tuple[str, str, str]:
-    """Constants of C, fields of the memory for the numbers that vary, and the function
-    `set_numbers`.
+class Change(NamedTuple):
+    """How an array of a packed step follows one leaf of the case."""
 
-    InputError, after `where`, where parameters change what no array here holds.
+    part: Varying
+    values: np.ndarray  #: (q, n) what each of its values changes
+
+
+Changes: TypeAlias = dict[tuple[Any, ...], list[Change]]
+
+
+def changes_of(
+    base: PackedCase, numbers: Numbers, repack: Callable[[Case], PackedCase], where: str
+) -> Changes:
+    """What parameters change in the arrays of a packed step, which are linear in the leaves.
+
+    InputError, after `where`, where they are not.
     """
-    varying = numbers.varying
-    text = []
-    fields = []
-    if lost := set(varying) - {one.place for one in arrays.values()}:
-        raise InputError(
-            say(
-                where,
-                "parameters that change numbers of C files",
-                cases.label(min(lost, key=str)),
-                "fix it with --set",
+    found: Changes = {}
+    for part in numbers.varying.values():
+        leaf = cases.leaf_at(base.case, part.place)
+        before = cases.numbers_of(leaf, leaf)[part.positions]
+        for k, values in enumerate(part.values):
+            other = repack(
+                changed(base.case, {part.place: cases.fill(leaf, part.positions, before + values)})
             )
-        )
+            for place, one in base.numbers.items():
+                difference = flat(other.numbers.get(place), one, part.place, where) - np.ravel(one)
+                if not difference.any():
+                    continue
+                known = found.setdefault(place, [])
+                if not known or known[-1].part is not part:
+                    known.append(Change(part, np.zeros((len(part.values), difference.size))))
+                known[-1].values[k] = difference
+    prove(base, numbers, found, repack, where)
+    return found
+
+
+def changed(case: Case, leaves: Mapping[Place, Any]) -> Case:
+    """A case with other leaves."""
+    tree: dict[str | int, Any] = {}
+    for place, leaf in leaves.items():
+        cases.insert(tree, place, leaf)
+    found: Case = cases.rebuild(case, tree)
+    return found
+
+
+def flat(other: Any, one: Any, place: Place, where: str) -> np.ndarray:
+    """The numbers of an array of another case; InputError where it has another size."""
+    if np.shape(other) != np.shape(one):
+        raise InputError(lost(place, where))
+    return np.ravel(other)
+
+
+def lost(place: Place, where: str) -> str:
+    """What is said where numbers of C files cannot follow a leaf."""
+    expected = "parameters that change numbers of C files"
+    return say(where, expected, cases.label(place), "fix it with --set")
+
+
+def weights_of(model: ParametricCase, part: Varying, row: np.ndarray) -> np.ndarray:
+    """Factors (q,) of the values of a leaf."""
+    return np.asarray(lagrange(model.nodes, part.order, row) @ part.mixture)
+
+
+def start_of(
+    base: PackedCase, numbers: Numbers, place: tuple[Any, ...], changes: Sequence[Change]
+) -> np.ndarray:
+    """An array without all that parameters change (n,)."""
+    assert numbers.model is not None
+    nominal = np.array([one.nominal for one in numbers.model.parameters])
+    found = np.ravel(base.numbers[place]).astype(float)
+    for one in changes:
+        found = found - weights_of(numbers.model, one.part, nominal) @ one.values
+    return found
+
+
+def prove(
+    base: PackedCase,
+    numbers: Numbers,
+    changes: Changes,
+    repack: Callable[[Case], PackedCase],
+    where: str,
+) -> None:
+    """Compare all arrays with those of cases within the ranges."""
+    model = numbers.model
+    if model is None or not numbers.varying:
+        return
+    low = np.array([one.low for one in model.parameters])
+    high = np.array([one.high for one in model.parameters])
+    for share in SHARES:
+        row = low + share * (high - low)
+        leaves = {}
+        for part in numbers.varying.values():
+            leaf = cases.leaf_at(base.case, part.place)
+            found = weights_of(model, part, row) @ part.values
+            leaves[part.place] = cases.fill(leaf, part.positions, found)
+        other = repack(changed(base.case, leaves))
+        for place, one in base.numbers.items():
+            known = changes.get(place, [])
+            expected = start_of(base, numbers, place, known)
+            for change in known:
+                expected = expected + weights_of(model, change.part, row) @ change.values
+            got = flat(other.numbers.get(place), one, next(iter(numbers.varying)), where)
+            size = np.abs(got).max(initial=0.0)
+            if np.abs(got - expected).max(initial=0.0) > ROUND * size:
+                part_of = known[0].part.place if known else next(iter(numbers.varying))
+                raise InputError(lost(part_of, where))
+
+
+def places_of(base: PackedCase, changes: Changes) -> tuple[dict[int, str], list[int]]:
+    """Names of numbers in records that parameters change, by their addresses, and addresses of
+    arrays.
+    """
+    scalars: dict[int, str] = {}
+    arrays: list[int] = []
+    for place in changes:
+        one = base.numbers[place]
+        if isinstance(one, np.ndarray):
+            arrays.append(structs.address_of(one))
+        else:
+            scalars[base.address_of_number(place)] = "_".join(map(str, place))
+    return scalars, arrays
+
+
+def write(base: PackedCase, numbers: Numbers, changes: Changes, memory: Memory) -> tuple[str, str]:
+    """Constants of C, and the function `set_numbers`."""
+    text = []
+    starts: list[str] = []
     mixed: dict[Order, list[str]] = {}
     longest = 1
-    for name, one in arrays.items():
-        part = varying.get(one.place)
-        if part is None:
-            text.append(array(name, one.values))
-            continue
-        leaf = np.asarray(cases.leaf_at(numbers.case, part.place), dtype=float)
-        base = leaf.copy().ravel()
-        changes = []
-        base[part.positions] = 0.0
-        for values in part.values:
-            other = np.zeros(leaf.size)
-            other[part.positions] = values
-            changes.append(np.asarray(one.make(other.reshape(leaf.shape)), dtype=float).ravel())
-        start = np.asarray(one.make(base.reshape(leaf.shape)), dtype=float).ravel()
-        t, q = part.mixture.shape
-        longest = max(longest, t)
-        size = max(1, start.size)
-        text += [
-            array(f"{name}_BASE", start),
-            array(f"{name}_CHANGES", np.array(changes)),
-            array(f"{name}_MIXTURE", part.mixture),
-        ]
-        text.append(f"#define {name} (m->numbers_{name})")
-        fields.append(f"    double numbers_{name}[{size}];")
-        arrays_of = f"{name}_BASE, {name}_CHANGES, {name}_MIXTURE, m->numbers_{name}"
-        mixed.setdefault(part.order, []).append(f"    mix(weights, {t}, {q}, {size}, {arrays_of});")
+    for k, (place, known) in enumerate(changes.items()):
+        one = base.numbers[place]
+        if isinstance(one, np.ndarray):
+            found = memory.at(structs.address_of(one))
+            if found is None:  # nothing reads it
+                continue
+            target = f"@{found[0].name}@ + {found[1]}"
+        else:
+            target = f"m->{'_'.join(map(str, place))}"
+        start = start_of(base, numbers, place, known)
+        text.append(array(f"BASE_{k}", start))
+        starts.append(f"    EACH (i, {start.size})\n        ({target})[i] = BASE_{k}[i];")
+        for n, change in enumerate(known):
+            t, q = change.part.mixture.shape
+            longest = max(longest, t)
+            text += [
+                array(f"CHANGES_{k}_{n}", change.values),
+                array(f"MIXTURE_{k}_{n}", change.part.mixture),
+            ]
+            mixed.setdefault(change.part.order, []).append(
+                f"    mix(weights, {t}, {q}, {start.size}, CHANGES_{k}_{n}, MIXTURE_{k}_{n}, {target});"
+            )
     # polynomials of one order are evaluated once for all that have it
     lines = [
         line
-        for k, found in enumerate(mixed.values())
-        for line in (f"    weigh(m, {k}, weights);", *found)
+        for k, found_of in enumerate(mixed.values())
+        for line in (f"    weigh(m, {k}, weights);", *found_of)
     ]
-    return (
-        "\n".join([*text, *tables(numbers, list(mixed))]),
-        "\n".join(fields),
-        function(lines, longest),
-    )
+    constants = "\n".join([*text, *tables(numbers, list(mixed))])
+    return constants, function([*starts, *lines], longest)
 
 
 def tables(numbers: Numbers, orders: Sequence[Order]) -> list[str]:

@@ -37,7 +37,7 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
         rows = [k for k, (joint, _) in enumerate(system.constraints.names) if joint == output.joint]
         if output.rows or len(rows) != len(output.columns):
             return []
-        texts = [f"-m->now.multipliers[{k}] / m->c" for k in rows]
+        texts = [f"-@state_multipliers@[{k}] / m->method_c[0]" for k in rows]
         return [Column(*one) for one in zip(output.columns, units, texts, strict=True)]
     count = len(output.rows)
     y = written.rows(count)
@@ -90,11 +90,11 @@ def write_outputs(system: System) -> tuple[str, list[Column], list[str]]:
         if place is None:
             lines.append(scoped(one.lines, f"out[{k}] = {one.value};"))
         else:
-            lines.append(f"    out[{k}] = m->now.turned[{place}];")
+            lines.append(f"    out[{k}] = m->turned[{place}];")
             counts.append(
                 scoped(
                     one.lines,
-                    f"m->now.turned[{place}] = continued({one.turns}, m->now.turned[{place}]);",
+                    f"m->turned[{place}] = continued({one.turns}, m->turned[{place}]);",
                 )
             )
     sense = "    sense(m);\n"

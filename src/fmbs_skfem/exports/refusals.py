@@ -7,17 +7,20 @@ An FMU, and a model that runs in a page, are the same C: one answer serves all o
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from ..core.compiling import structs
 from ..core.values.inputs import Input
 from ..core.values.problems import Problem
 from ..dynamics import GeneralizedAlpha
 from ..systems.assembly import origins_of
+from ..systems.forces import on_rows
 from ..systems.places import Origin
 from ..systems.signals import inputs_of
 from ..systems.system import System, driving
-from . import forces, laws, signals
-from .forces import LEAVE_OUT
+from . import signals
+
+LEAVE_OUT = "leave it out of the scene"
 
 
 class Refusal(NamedTuple):
@@ -62,19 +65,9 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
             f"joint '{joint}'",
             Problem("a model without joints that are locked", f"'{joint}'", LEAVE_OUT),
         )
-    law_of = {
-        system.constraints.names[row][0]: own.law
-        for own in system.constraints.laws
-        for row in own.row
-    }
-    for joint, law in law_of.items():
-        got = f"the joint law {law.name.partition('|')[0]}"
-        yield Refusal(
-            f"joint '{joint}'", Problem("joints that are polynomials of positions", got, LEAVE_OUT)
-        )
     known = origins_of(system) or [Origin("load", system.loads.forces, range(0))]
     for origin in known:
-        wrong = (forces.refuse(force) for force in origin.forces)
+        wrong = map(refuse, origin.forces)
         yield from (Refusal(origin.subject, problem) for problem in wrong if problem is not None)
     maker = {k: origin.subject for origin in known for k in origin.signals}
     driven = {k for _, k in driving(system.constraints)}
@@ -84,13 +77,15 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
         if (problem := signals.refuse(signal, k in driven)) is not None:
             of_time.setdefault(maker.get(k, f"function of time {k}"), problem)
     yield from (Refusal(subject, problem) for subject, problem in of_time.items())
-    if not system.components:
-        yield from of_laws(system)
 
 
-def of_laws(system: System) -> Iterator[Refusal]:
-    """Laws of bodies, and of pressures that follow them, which have no energy in symbols."""
-    bodies = {name for name, *_ in system.coordinates}
-    for one in system.elastic:
-        if (problem := laws.refuse(one.gather.law, system.dim)) is not None:
-            yield Refusal(f"body '{one.name}'" if one.name in bodies else one.name, problem)
+def refuse(force: Any) -> Problem | None:
+    """What speaks against a force in C: that it is a function of Python, or begins and ends within
+    steps.
+    """
+    routines = on_rows.compile_force(force, on_rows.Place(0, 0, 0)).routines
+    if any(isinstance(one, structs.Callback) for one in routines):
+        return Problem("forces that are compiled", type(force).__name__, LEAVE_OUT)
+    if routines.judge is not None:
+        return Problem("forces that begin and end nowhere", type(force).__name__, LEAVE_OUT)
+    return None

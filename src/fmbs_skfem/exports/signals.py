@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping
 from functools import partial, singledispatch
 from typing import Any, NamedTuple
 
-import numpy as np
 import sympy
 
 from ..core.compiling import symbols
@@ -20,14 +19,12 @@ from ..core.values.expressions import Expression
 from ..core.values.inputs import Input
 from ..core.values.problems import Problem
 from ..core.values.tables import Table
-from ..reduction import cases
 from ..reduction.cases import Place
 from ..systems.forces import force_symbols as written
 from ..systems.forces import responses
 from ..systems.signals import Cosine, Sine, driving_inputs
 from ..systems.system import System, driving
 from .numbers import Numbers
-from .pieces import Array, CodePiece
 from .text import statements
 
 ORDERS = 3  #: derivatives that velocities on driven joints need
@@ -137,18 +134,20 @@ def _(signal: Sine, leaf: Place, known: KnownSymbols) -> Any:
     return sympy.sin(in_symbols(signal.angle, (*leaf, "angle"), known))
 
 
-def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> CodePiece:
-    """All functions of time at a time t, with the derivatives that joints need, and the numbers in
-    them that parameters change.
-    """
+class Timed(NamedTuple):
+    """All functions of time in C: statements that fill a row of values."""
+
+    lines: tuple[str, ...]
+    curves: dict[str, Table]  #: that they read, by the names of their numbers
+    changed: tuple[Place, ...]  #: numbers that parameters change, in the case
+
+
+def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> Timed:
+    """All functions of time at a time t, with the derivatives that joints need."""
     driven = {k for _, k in driving(system.constraints)}
     count = len(system.signals)
     changed = [place for place in given.varying if place[:2] == ("system", "signals")]
     found = {sympy.Symbol(f"varied{k}", real=True): place for k, place in enumerate(changed)}
-    arrays = {
-        f"VARIED_{k}": Array(np.atleast_1d(cases.leaf_at(given.case, place)), place, np.atleast_1d)
-        for k, place in enumerate(changed)
-    }
     known = KnownSymbols(found, {})
     smooth = {
         input_symbol(name): sympy.Function(str(input_symbol(name)))(T)
@@ -159,7 +158,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         value = sympy.sympify(in_symbols(signal, ("system", "signals", k), known)).xreplace(smooth)
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))
-            targets.append(f"m->signals[{order * count + k}] = {{}};")
+            targets.append(f"row[{order * count + k}] = {{}};")
             value = sympy.diff(value, T)
     places: dict[Any, str] = {input_symbol(name): f"m->inputs[{k}]" for name, k in inputs.items()}
     for one, path in smooth.items():
@@ -169,16 +168,15 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
             symbol: f"m->smooth[{order}][{inputs[name]}]"
             for order, symbol in enumerate(symbols_of.values())
         }
-    places |= {symbol: f"VARIED_{k}[0]" for k, symbol in enumerate(found)}
+    places |= {symbol: f"@own_varied_{k}@[0]" for k, symbol in enumerate(found)}
     curves = {
         f"CURVE_{k}": (symbol, table) for k, (symbol, table) in enumerate(known.curves.items())
     }
-    arrays |= {name: Array(table.numbers) for name, (_, table) in curves.items()}
     places |= {symbol: name for name, (symbol, _) in curves.items()}
     lines, texts = statements(values, places)
     lines = [line.replace("const double T", "const double *const T") for line in lines]
     calls = (*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True)))
-    return CodePiece(arrays, {}, {"signals": calls})
+    return Timed(calls, {name: table for name, (_, table) in curves.items()}, tuple(changed))
 
 
 def derivatives_of(paths: Iterable[Any]) -> dict[Any, Any]:

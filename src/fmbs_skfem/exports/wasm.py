@@ -25,7 +25,7 @@ int step(double span)
 }
 double *inputs(void) { return m.inputs; }
 double *parameters(void) { return m.parameters; }
-double *unknowns(void) { return m.now.x; }
+double *unknowns(void) { return m.state_x; }
 double *outputs(void) { NAME_outputs(&m, outs); return outs; }
 double now(void) { return m.time; }
 """
@@ -38,15 +38,17 @@ FLAGS = (
     "-O3",
     "-msimd128",
     "-ffp-contract=off",
+    "-fno-math-errno",
     "-nostdlib",
     "-Wl,--no-entry",
 )
 
 
-def module(model: CModel) -> bytes | None:
-    """The module of a model; None without the extra `fmu`, InputError where its compiler fails."""
+def module(model: CModel) -> bytes:
+    """The module of a model; InputError without the extra `fmu`, and where its compiler fails."""
     if not extras.there("fmu"):
-        return None
+        compiler = extras.install("fmu")
+        raise InputError(f"the model itself runs in it with a compiler, {compiler}")
     with tempfile.TemporaryDirectory(prefix="fmbs_wasm_") as place:
         folder = Path(place)
         (folder / f"{model.name}.h").write_text(model.header, encoding="utf-8")

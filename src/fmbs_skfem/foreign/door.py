@@ -66,8 +66,7 @@ def converted(path: Path, where: str, remedy: str) -> Iterator[Path]:
             ) from None
         if done.returncode or not target.is_file():
             raise _failure(done, where, remedy)
-        for text in json.loads(done.stdout or "[]"):
-            notify(text)
+        notify(*json.loads(done.stdout or "[]"))
         yield target
 
 

@@ -136,10 +136,9 @@ def hold_against(
         warn_unknown(system)
         cpu = time.process_time()
         wall = time.perf_counter()
-        departed = departures.find(motion)
         other = finer(system)
         if other is None:
-            departures.warn([] if watched else departed)
+            departures.warn([] if watched else departures.find(motion))
             return motion
         try:
             with quietly():
@@ -148,12 +147,12 @@ def hold_against(
             notify(
                 f"with the shapes that parts lack it fails ({str(error).partition(';')[0]}): their error is not known; {HOLD}"
             )
-            departures.warn(departed)
+            departures.warn(departures.find(motion))
             return motion
         motion = replace(motion, part_errors=errors(reference, motion, marks))
         spent = {"cpu_s": time.process_time() - cpu, "wall_s": time.perf_counter() - wall}
         motion = replace(motion, part_check={"unknowns": other.size, **spent})
-        warn(motion.part_errors or {}, motion, departed)
+        notify(*find_doubts(motion.part_errors or {}, motion))
     except Notice as notice:
         notice.partial = motion
         raise
@@ -240,22 +239,21 @@ def states(motion: Trajectory, part: Elastic) -> np.ndarray:
     return np.asarray(q.reshape(len(motion.times), -1, part.gather.dim))
 
 
-def warn(
-    found: Mapping[str, float], motion: Trajectory, departed: list[departures.Departure]
-) -> None:
-    """Say which outputs are off, where strains have left their training, and the training that
+def find_doubts(found: Mapping[str, float], motion: Trajectory) -> Iterator[Notice]:
+    """Which outputs are off, where strains have left their training, and the training that
     covers what was met.
 
     `found` are the errors (1) by column; nothing where all are at most 1 %.
     """
     if not (listed := largest(found)):
         return
+    departed = departures.find(motion)
     where = f"; {departures.summarise(departed)}" if departed else ""
     names = departures.first_of(
         [f"'{one.name}'" for one in departures.trained_parts(motion.system)]
     )
     about = f"parts {names} do not stand for their bodies here"
-    notify(f"{about}, {listed} of the range{where}; {remedy(motion)}", about)
+    yield Notice(f"{about}, {listed} of the range{where}; {remedy(motion)}", about)
 
 
 def remedy(motion: Trajectory) -> str:
@@ -300,8 +298,8 @@ def by_mode(errors: np.ndarray) -> dict[str, float]:
     return {f"mode {k + 1}": error for k, error in enumerate(errors.tolist())}
 
 
-def warn_of_values(what: str, found: Mapping[str, float]) -> None:
-    """Say which values are off, by their names.
+def find_off(what: str, found: Mapping[str, float]) -> Iterator[str]:
+    """Which values are off, by their names.
 
     Nothing where all errors are at most 1 %.
     """
@@ -310,6 +308,4 @@ def warn_of_values(what: str, found: Mapping[str, float]) -> None:
     ]:
         line = "--alone --fastest .. for faster motions, --moment .. where they are clamped"
         text = f"{what} of parts are off from those of their bodies: {departures.first_of(listed)}"
-        notify(
-            f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions"
-        )
+        yield f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions"

@@ -13,14 +13,13 @@ adaptive procedure for practical engineering analysis, Int. J. Numer. Meth. Engn
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.laws import Law
 from ..bodies.stress_recovery import recover
-from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics.outputs import skins
 from ..dynamics.trajectory import Trajectory
@@ -124,13 +123,11 @@ def recovered_at(system: System) -> list[str]:
     ]
 
 
-def warn(errors: Mapping[str, float]) -> None:
+def summarise(errors: Mapping[str, float]) -> Iterator[str]:
     """A warning of outputs with large errors."""
     if large := [f"{name} ({100.0 * part:.0f} %)" for name, part in errors.items() if part > LARGE]:
         text = f"stresses of cells around differ at the place of {', '.join(large)}, as a part of the largest stress of the body"
-        notify(
-            f"{text}: take a finer mesh, of cells nearer to parallelograms, or another interpolation"
-        )
+        yield f"{text}: take a finer mesh, of cells nearer to parallelograms, or another interpolation"
 
 
 def of_body(

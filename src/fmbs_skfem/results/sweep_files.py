@@ -90,14 +90,13 @@ def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict
             continue
         try:
             record = read(folder, number)
+            if record.values != dict(zip(names, points[number].tolist(), strict=True)):
+                path = store_of(folder).path("", number)
+                raise CorruptFile(f"{path}: a record of another sample")
         except CorruptFile as problem:
             notify(f"{problem}; the sample counts as missing")
             continue
-        if record.values != dict(zip(names, points[number].tolist(), strict=True)):
-            notify(
-                f"{store_of(folder).path('', number)}: a record of another sample; the sample counts as missing"
-            )
-        elif record.final:
+        if record.final:
             found[number] = record
     return found
 

@@ -63,7 +63,7 @@ __all__ = [
     "Buckling",
     "Campbell",
     "Linearise",
-    "HyperReduction",
+    "HyperReductionChoice",
     "Reduction",
     "Training",
     "Compare",
@@ -84,7 +84,7 @@ class Initial:
 
 
 @dataclass(frozen=True)
-class HyperReduction:
+class HyperReductionChoice:
     """How elastic forces are evaluated: ECSW with relative tolerance eta over elements or points,
     or another way by its name.
 
@@ -111,7 +111,7 @@ class Reduction:
     basis: Literal["coordinates", "invariant"] = "coordinates"
     tolerance: Tolerance | None = None
     modes: fields.Counts | None = None
-    hyper_reduction: HyperReduction | None = field(default_factory=HyperReduction)
+    hyper_reduction: HyperReductionChoice | None = field(default_factory=HyperReductionChoice)
     constraints: Literal["keep", "eliminate"] = "keep"
     signals: Annotated[TrainingSignals, "of inputs that have ranges"] = field(
         default_factory=TrainingSignals

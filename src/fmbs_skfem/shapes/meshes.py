@@ -383,7 +383,6 @@ def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
     cells = rows(raw, raw.lines.nodes, where, "cells", raw.lines.numbers)
     _check_lengths(raw, cells, where)
     kept, line_groups = once(raw, raw.lines, cells, where)
-    tell_unused(raw, cells, where)
     used, compact = np.unique(cells[kept], return_inverse=True)
     points, lines = without_empty(where, points_of(raw, used, where), line_groups)
     return LineMesh(raw.points[used], compact.reshape(-1, 2).astype(np.int64), points, lines, path)
@@ -416,15 +415,6 @@ def require_cells(raw: Raw, where: str, kinds: tuple[str, ...], remedy: str, use
     if others:
         notify(
             f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only {used} are used"
-        )
-
-
-def tell_unused(raw: Raw, cells: Ints, where: str) -> None:
-    """A notice of points that no cell uses."""
-    unused = np.setdiff1d(np.arange(len(raw.points)), cells)
-    if len(unused):
-        notify(
-            f"{where}: {len(unused)} points that no cell uses are dropped: {list_ids(raw, unused)}"
         )
 
 

@@ -17,7 +17,6 @@ from scipy.sparse import coo_array, csgraph
 
 from ..core import errors
 from ..core.algebra.linalg import distinct
-from ..core.notices import notify
 from ..core.storage.records import dataclass
 from . import surface
 from .meshes import position, several
@@ -172,9 +171,7 @@ def check_corners(mesh: Subject) -> Floats:
 
 
 def _turned(mesh: Subject, normal: Floats) -> Ints:
-    """Counter-clockwise cells; all clockwise ones are turned with a notice, a part of them is an
-    error.
-    """
+    """Counter-clockwise cells; all clockwise ones are turned, a part of them is an error."""
     clockwise = np.flatnonzero(normal[:, 2] < 0)
     if 0 < len(clockwise) < len(mesh.cells):
         other = np.flatnonzero(normal[:, 2] > 0)
@@ -187,12 +184,7 @@ def _turned(mesh: Subject, normal: Floats) -> Ints:
         raise mesh.bad(
             "cells that all turn the same way", got, "reverse the node order of these cells"
         )
-    if not len(clockwise):
-        return mesh.cells
-    notify(
-        f"{mesh.where}: all {len(clockwise)} cells are clockwise in x and y; their node order is reversed"
-    )
-    return reversed_cells(mesh.cells)
+    return reversed_cells(mesh.cells) if len(clockwise) else mesh.cells
 
 
 def reversed_cells(cells: Ints) -> Ints:

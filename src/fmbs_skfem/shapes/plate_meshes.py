@@ -210,7 +210,6 @@ def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | 
     cells = meshes.rows(raw, part.nodes, where, "cells", part.numbers)
     _check_vertices(part, cells, where)
     kept, faces = meshes.once(raw, part, cells, where)
-    meshes.tell_unused(raw, cells, where)
     whole = PlateMesh(raw.points, cells[kept], face_groups=faces, path=path)
     if face is not None:
         chosen = group(whole, face, "face")

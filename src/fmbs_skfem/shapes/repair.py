@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph
 
 from ..core.algebra.linalg import distinct
-from ..core.notices import notify
+from ..core.notices import remark
 from .msh import Ints, MshCells, Raw
 
 CLOSE = 1e-9  #: of the extent: nodes nearer than this are at one place
@@ -49,7 +49,7 @@ def merge_points(raw: Raw, where: str) -> Raw:
         at = order[np.minimum(np.searchsorted(raw.numbers, numbers, sorter=order), len(order) - 1)]
         return np.where(raw.numbers[at] == numbers, stays[at], numbers)
 
-    notify(
+    remark(
         f"{where}: {int((stays != raw.numbers).sum())} nodes at the place of another one are merged with it"
     )
     return replace(
@@ -71,7 +71,7 @@ def _without_collapsed(part: MshCells, nodes: Ints, where: str) -> MshCells:
     left = 1 + np.count_nonzero(np.diff(ordered, axis=1), axis=1)
     kept = left >= min(nodes.shape[1], 3)
     if not kept.all():
-        notify(
+        remark(
             f"{where}: {int((~kept).sum())} cells without size are dropped, the first is cell {part.numbers[~kept][0]}"
         )
     place = np.cumsum(kept) - 1

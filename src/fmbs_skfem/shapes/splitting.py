@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core import errors
-from ..core.notices import notify
+from ..core.notices import remark
 from . import ancf_plate, meshes, plate_audit
 from .msh import Floats, Ints, MshCells, Raw
 
@@ -52,7 +52,7 @@ def uniform(raw: Raw, where: str, corners: int | None, face: str | None) -> Raw:
         if corners == 4
         else "every quad is cut along its shorter diagonal, which makes"
     )
-    notify(f"{where}: {quads} quads and {triangles} triangles: {how} {count} {kind}")
+    remark(f"{where}: {quads} quads and {triangles} triangles: {how} {count} {kind}")
     return made
 
 

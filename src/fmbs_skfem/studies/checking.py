@@ -5,7 +5,7 @@ their checksums.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.display import DisplayUnits, largest_of
 from ..dynamics import initial, rest
-from ..dynamics.diagnoses.step_size import warn_of_corners
+from ..dynamics.diagnoses.step_size import find_cornered_drives
 from ..scenes import build, consistency, plausibility, where
 from ..shapes.surface import Surface
 from ..systems import compiled, free_motions, layouts
@@ -67,9 +67,10 @@ def check_scene(job: Job, scene: Scene, target: str | None = None) -> Check:
         exportable.require(scene, raw, f"--for {target}")
     raw = lighter(raw) if scene.analysis.drawn else raw
     known = plausibility.figures(scene, parts)
-    warn_of_findings(scene, known)
+    notify(*find_odd(scene, known))
     redundant = [one for one in contradictions(raw) if not meets(one, raw.constraints.edges)]
     counted = mechanism(scene, raw)
+    notify(*judge_mechanism(scene, raw, counted))
     reduced, initial = solved_form(scene, raw)
     eliminated = raw.size - reduced.size
     report: dict[str, Any] = {
@@ -147,12 +148,12 @@ def compare_checksums(job: Job) -> Result:
     )
 
 
-def warn_of_findings(scene: Scene, known: Mapping[str, Facts]) -> None:
-    """Warnings of what is hardly meant, but for those that were shown when the scene was read."""
+def find_odd(scene: Scene, known: Mapping[str, Facts]) -> Iterator[str]:
+    """What is hardly meant, but for what was shown when the scene was read."""
     shown = {keys for keys, _ in consistency.notices(scene)}
     for finding in plausibility.findings(scene, known):
         if finding.keys not in shown:
-            notify(f"{where(scene, *finding.keys)}: {finding}")
+            yield f"{where(scene, *finding.keys)}: {finding}"
 
 
 def contradictions(raw: System) -> tuple[Dependence, ...]:
@@ -178,25 +179,28 @@ def contradictions(raw: System) -> tuple[Dependence, ...]:
 
 
 def mechanism(scene: Scene, raw: System) -> Mechanism:
-    """Degrees of freedom, where the analysis takes the system. Floating bodies are a warning."""
+    """Degrees of freedom, where the analysis takes the system."""
     scene.analysis.examine(scene, raw)
     found = mechanisms.analyse(raw)
     swings = hinged_rims.find(raw).shape[1]
     more = {
         key: getattr(found, key) + swings for key in ("mobility", "gruebler", "at_start", "free")
     }
-    found = replace(found, **more) if swings else found
+    return replace(found, **more) if swings else found
+
+
+def judge_mechanism(scene: Scene, raw: System, found: Mechanism) -> Iterator[str]:
+    """Bodies that float, a singular start, nothing that moves, and drives with corners."""
     for group in found.floating if scene.analysis.floats else ():
         named = " and ".join(f"'{name}'" for name in group.bodies)
         text = f"no joint ties {named} to the ground: {'they move' if len(group.bodies) > 1 else 'it moves'} freely"
-        notify(f"{where(scene, 'bodies', group.bodies[0])}: {text}")
+        yield f"{where(scene, 'bodies', group.bodies[0])}: {text}"
     if found.at_start > found.mobility:
-        notify(
-            f"the start is a singular position: {found.at_start} degrees of freedom there, {found.mobility} near it"
-        )
-    if scene.analysis.moves and not raw.elastic and not found.mobility:
-        notify("nothing can move: all bodies are rigid, and joints leave no degree of freedom")
-    return found
+        yield f"the start is a singular position: {found.at_start} degrees of freedom there, {found.mobility} near it"
+    if scene.analysis.moves:
+        if not raw.elastic and not found.mobility:
+            yield "nothing can move: all bodies are rigid, and joints leave no degree of freedom"
+        yield from find_cornered_drives(raw, scene.analysis.instants())
 
 
 def lighter(raw: System) -> System:
@@ -222,7 +226,6 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
     analysis = build.dynamic(scene)
     whole = raw
     begin = reduced
-    warn_of_corners(raw, scene.analysis.instants())
     if not analysis.drawn:
         x, v, _ = rest.in_equilibrium(reduced, analysis.newton)
         begin = replace(reduced, x0=x, v0=v)

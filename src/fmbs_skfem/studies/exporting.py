@@ -79,8 +79,7 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
             job, None
         )
     text = error_text(notes, facts)
-    for doubt in models.say_doubts(facts.get("doubts", ())):
-        notify(doubt)
+    notify(*models.say_doubts(facts.get("doubts", ())))
     title = models.title(job.path, notes)
     return ExportedModel(
         c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes)

@@ -36,7 +36,7 @@ from . import job as jobs
 from . import kinds, models, plans, reports
 from .job import Job
 from .result import ReportTable, Result, conclude, describe_error, format_value
-from .running import compiling, exportable
+from .running import compiling
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -85,7 +85,6 @@ def train(
     known = None if before is None else part_files.resume(before)
     if known is not None:
         part_files.recall(known, part)
-    exportable.announce_part(job, scene, part)
     compiling.announce(job)
     begun = time.process_time()
     told = None

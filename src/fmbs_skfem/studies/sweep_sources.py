@@ -153,7 +153,7 @@ def of_model(job: Job, ranges: Ranges, instants: int) -> Members:
     trained = model.model.parameters
     boxes.known(trained, [*job.changes, *ranges])
     named = {own.name: own for own in trained}
-    fixed = {name: read_value(named[name], text, "--set") for name, text in job.changes.items()}
+    fixed = {name: read_value(named[name], text) for name, text in job.changes.items()}
     given = {name: narrow(named[name], *limits) for name, limits in ranges.items()}
     kept = tuple(
         given.get(own.name, own) for own in trained if own.name in given or own.name not in fixed
@@ -191,11 +191,11 @@ def predict_errors(members: Members, points: np.ndarray) -> dict[str, np.ndarray
     }
 
 
-def read_value(own: Parameter, given: Amount, option: str) -> float:
-    """The value of a parameter of a saved model, given by `option`; one outside of the training
-    with a warning.
+def read_value(own: Parameter, given: Amount) -> float:
+    """The value of a parameter of a saved model that is set; one outside of the training with a
+    warning.
     """
-    found = models.read_value(own, str(given), option)
+    found = models.read_value(own, str(given), "--set")
     if not own.low <= found <= own.high:
         span = f"trained from {own.low:g} to {own.high:g} {own.unit}"
         notify(f"the reduced model runs outside its training: {own.name} = {given}, {span}")
@@ -204,7 +204,7 @@ def read_value(own: Parameter, given: Amount, option: str) -> float:
 
 def narrow(known: Parameter, low: Amount, high: Amount, scale: str = "") -> Parameter:
     """A parameter of a saved model with another range."""
-    first, last = (read_value(known, end, "--range") for end in (low, high))
+    first, last = (models.read_value(known, str(end), "--range") for end in (low, high))
     return Parameter(
         known.name, first, last, Scale.LOG if scale == "log" else Scale.LINEAR, known.unit
     )

@@ -6,14 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from threading import get_ident
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from ..core.algebra.linalg import Array, as_csr, as_dense, is_sparse
+from ..core.algebra.linalg import Array, as_csr, is_sparse
 from ..core.compiling.structs import packed
 from ..core.storage import container
 from ..core.storage.records import dataclass
@@ -250,7 +250,7 @@ def flatten(system: System) -> Compiled:
     alone = np.array([row for force in pushing for row in force.alone], dtype=np.int64)
     read, shown = known.find("probes", (system.probes.matrix, layout, alone.tobytes()), probes)
     arrays = Arrays(
-        elastic=sum_of(found),
+        elastic=sum_of(found, parts.owners),
         lift=lifts.addressed(lift),
         mass=operator("mass", system.mass),
         damping=operator("damping", system.damping),
@@ -286,7 +286,10 @@ def flatten(system: System) -> Compiled:
         pattern if large else None,
     )
     # tangents at four angles can be compared only when all else is compiled
-    if turns and not turning.fill(arrays.corotation, turns, partial(part_tangent, model)):
+    if turns:
+        alike = turning.fill(model.evaluation[1])
+        model.check()
+    if turns and not alike:
         model = replace(model, arrays=arrays._replace(corotation=corotation.nothing(system.size)))
     return model
 
@@ -330,9 +333,9 @@ def split(system: System) -> Pieces:
     return Pieces(*places.whole(), tuple(found), np.array(owners, dtype=np.int64))
 
 
-def sum_of(found: Sequence[Term]) -> ElasticTerms:
-    """Elastic terms as a table of addresses, t of them; the caller keeps the terms, whose memory
-    the addresses point to.
+def sum_of(found: Sequence[Term], owners: np.ndarray) -> ElasticTerms:
+    """Elastic terms as a table of addresses, t of them of the parts `owners` (t,); the caller keeps
+    the terms, whose memory the addresses point to.
     """
     force, tangent, energy, records = addresses(found)
     heat = [
@@ -349,6 +352,7 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
         records=records,
         dissipate=np.array(heat, dtype=np.int64),
         follow=np.flatnonzero(follows),
+        owners=owners,
         damped=any(one.damped for one in found),
         holds=any(one.holds for one in found),
     )
@@ -419,27 +423,6 @@ def size(model: Compiled, displacement: np.ndarray) -> float:
     """
     # the diagonal alone, as `judge` has it: one product an unknown
     return float(np.sqrt(model.system.metric.diagonal() @ displacement**2 / model.system.weight))
-
-
-def part_tangent(model: Compiled, number: int) -> Callable[[np.ndarray], np.ndarray]:
-    """x -> the tangent of one elastic part of a dense system (n, n), from all its terms."""
-    mine = [term for term, owner in zip(model.terms, model.owners, strict=True) if owner == number]
-
-    def tangent(x: np.ndarray) -> np.ndarray:
-        found, table = model.evaluation
-        W = found.space.W
-        # no damping: the rotated tangent takes it as a factor 1 + gh beta
-        W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], 0.0
-        if model.lift:
-            model.lift.routines.place(table, model.lift.address)
-        for term in mine:
-            term.routines.tangent(table, term.address)
-        if model.lift:
-            model.lift.routines.tangent(table, model.lift.address)
-        model.check()
-        return as_dense(model.layout.matrix(W))
-
-    return tangent
 
 
 def constraint_pairs(terms: Constraints) -> tuple[np.ndarray, np.ndarray]:

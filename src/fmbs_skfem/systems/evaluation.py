@@ -35,6 +35,7 @@ class ElasticTerms(NamedTuple):
     records: Integers  #: (t,) what these routines take beside the table of the evaluation
     dissipate: Integers  #: (t,) energy += power of damping, 0 for terms that read no velocities
     follow: Integers  #: numbers of the terms that are loads, see `work`
+    owners: Integers  #: (t,) the elastic part that each is of
     damped: bool  #: whether one of them reads velocities
     holds: bool  #: whether the tangent of one of them takes stresses of another state, see `Space.holding`
 
@@ -424,6 +425,24 @@ def sum_tangents(table: Any, _: int = 0) -> int:
     # terms of full systems write into W, those of reduced ones into K, which the lift then
     # multiplies
     failed = invoke_all(A.elastic.tangent, A.elastic.records, table)
+    if A.lift.record != 0:
+        invoke(A.lift.tangent, table, A.lift.record)
+    return failed
+
+
+@routine
+def part_tangent(table: Any, part: Any) -> int:
+    """W = the elastic tangent of one part alone, as of `sum_tangents`, of a dense system; 0, or the
+    number of terms that failed.
+    """
+    E = evaluation(table)
+    A = E.arrays
+    kernels.clear_rows(E.space.W)
+    place_cells(table)
+    failed = 0
+    for k in range(len(A.elastic.records)):
+        if A.elastic.owners[k] == part:
+            failed += invoke(A.elastic.tangent[k], table, A.elastic.records[k])
     if A.lift.record != 0:
         invoke(A.lift.tangent, table, A.lift.record)
     return failed

@@ -116,6 +116,19 @@ def tuples(table: Any, _: Any) -> int:
 
 
 @kernel
+def unread(table: Any, more: Any) -> int:
+    """A name that nobody reads: loops inside of each other, results of several kinds."""
+    S = opened(table)
+    rounds = 0
+    for _ in range(2):
+        for _ in range(3):
+            S.out[rounds], _ = turned(vector(S.x, 1), 2.0 + rounds)
+            rounds += 1
+    _, _, S.out[0] = vector(S.x, 0)
+    return rounds
+
+
+@kernel
 def slices(table: Any, _: Any) -> int:
     """Rows, columns, parts, and arrays of the kernel itself."""
     S = opened(table)
@@ -268,8 +281,51 @@ def lists(table: Any, more: Any) -> int:
     return len([x for x in S.x])  # noqa: C416
 
 
+@routine
+def moves(table: Any, more: Any) -> int:
+    """A row that is changed as a whole."""
+    S = opened(table)
+    S.A[1] += 1.0
+    return 0
+
+
+@routine
+def names(table: Any, more: Any) -> int:
+    """An argument by its name."""
+    return len(np.zeros(3, dtype=np.int64))
+
+
+@routine
+def searches(table: Any, more: Any) -> int:
+    """What follows a loop that nothing left."""
+    for x in opened(table).x:
+        if x > 0.0:
+            break
+    else:
+        return 1
+    return 0
+
+
+@routine
+def counts(table: Any, more: Any) -> int:
+    """A number that counts a loop, and is another one behind it."""
+    S = opened(table)
+    for k in range(3):
+        S.out[k] = 0.0
+    k = S.x[0]
+    return int(k)
+
+
 @pytest.mark.parametrize(
-    ("kernel", "why"), [(grows, "the size of an array"), (lists, "ListComp has no C")]
+    ("kernel", "why"),
+    [
+        (grows, "the size of an array"),
+        (lists, "ListComp has no C"),
+        (moves, "an array that is changed as a whole"),
+        (names, "'dtype' by its name"),
+        (counts, "'k' counts a loop, and is a double"),
+        (searches, "what follows a loop"),
+    ],
 )
 def test_what_is_outside_of_the_subset_is_told_with_its_place(kernel: Any, why: str) -> None:
     found, integers = packed_numbers()

@@ -181,6 +181,27 @@ def _room(tree: Tree) -> tuple[int, int]:
 
 
 @jit
+def _number_rows(tree: Tree, s: int, place: np.ndarray) -> None:
+    """Places of unknowns in the front of a supernode: its columns, then the rows below them."""
+    j0, j1 = tree.first[s], tree.first[s + 1]
+    below = tree.rows[tree.start[s] : tree.start[s + 1]]
+    for j in range(j0, j1):
+        place[tree.order[j]] = j - j0
+    for i in range(below.size):
+        place[tree.order[below[i]]] = j1 - j0 + i
+
+
+@jit
+def _release_rows(tree: Tree, s: int, place: np.ndarray) -> None:
+    """The columns of a supernode are eliminated, the rows below them in no front any more."""
+    below = tree.rows[tree.start[s] : tree.start[s + 1]]
+    for j in range(tree.first[s], tree.first[s + 1]):
+        place[tree.order[j]] = GONE
+    for i in range(below.size):
+        place[tree.order[below[i]]] = ABSENT
+
+
+@jit
 def _load(
     front: np.ndarray,
     indptr: np.ndarray,
@@ -220,6 +241,28 @@ def _add_remainder(front: np.ndarray, at: np.ndarray, remainder: np.ndarray) -> 
 
 
 @jit
+def _add_child(
+    tree: Tree,
+    child: int,
+    place: np.ndarray,
+    places: np.ndarray,
+    waiting: np.ndarray,
+    used: int,
+    front: np.ndarray,
+) -> int:
+    """Add the remainder of a child, the last of those that are waiting, into the front of its
+    parent; returns how many numbers wait then.
+    """
+    rows = tree.rows[tree.start[child] : tree.start[child + 1]]
+    at = places[: rows.size]
+    for i in range(rows.size):
+        at[i] = place[tree.order[rows[i]]]
+    left = used - at.size * (at.size + 1) // 2
+    _add_remainder(front, at, waiting[left:])
+    return left
+
+
+@jit
 def _pack(front: np.ndarray, begin: int, end: int, shift: int, target: np.ndarray) -> int:
     """Columns begin..end-1 of a front from `shift` below the diagonal on, one after the other;
     returns their number.
@@ -256,12 +299,8 @@ def eliminate(
     for s in range(tree.children.size):
         j0, j1 = tree.first[s], tree.first[s + 1]
         w = j1 - j0
-        below = tree.rows[tree.start[s] : tree.start[s + 1]]
-        m = w + below.size
-        for j in range(w):
-            place[tree.order[j0 + j]] = j
-        for j in range(below.size):
-            place[tree.order[below[j]]] = w + j
+        m = w + tree.start[s + 1] - tree.start[s]
+        _number_rows(tree, s, place)
         wide = (m + LANES - 1) // LANES * LANES if m <= SMALL else m
         front = room[: m * wide].reshape(m, wide)
         if not _load(front, indptr, indices, data, tree.order[j0:j1], place):
@@ -270,26 +309,18 @@ def eliminate(
             least[j] = LOST * abs(front[j, j])
         for _ in range(tree.children[s]):
             top -= 1
-            child = stack[top]
-            rows = tree.rows[tree.start[child] : tree.start[child + 1]]
-            at = places[: rows.size]
-            for i in range(rows.size):
-                at[i] = place[tree.order[rows[i]]]
-            used -= at.size * (at.size + 1) // 2
-            _add_remainder(front, at, waiting[used:])
+            used = _add_child(tree, stack[top], place, places, waiting, used, front)
         bad = _eliminate(front, w, least)
         if bad >= 0:
             return j0 + bad
         for j in range(w):
             pivots[j0 + j] = front[j, j]
-            place[tree.order[j0 + j]] = GONE
         put += _pack(front[:, :m], 0, w, 1, lower[put:])
         if m > w:
             used += _pack(front[:, :m], w, m, 0, waiting[used:])
             stack[top] = s
             top += 1
-        for j in range(below.size):
-            place[tree.order[below[j]]] = ABSENT
+        _release_rows(tree, s, place)
     return DONE
 
 

@@ -110,31 +110,14 @@ class Graph:
         """An operation on nodes, or what it is without one: zeros, ones and choices between equals
         are left out.
         """
-        a, *more = parts
-        b = more[0] if more else a
-        x, y = (None, None) if operation in CURVES else (self.value(a), self.value(b))
-        if operation == CHOOSE and (x is not None or more[0] == more[1]):
-            return more[1] if x == 0.0 else more[0]
-        if operation == ADD and 0.0 in (x, y):
-            return b if x == 0.0 else a
-        if operation == SUBTRACT and 0.0 in (x, y):
-            return a if y == 0.0 else self.node(NEGATE, b)
-        if operation == MULTIPLY and 0.0 in (x, y):
-            return self.constant(0.0)
-        if operation == MULTIPLY and 1.0 in (x, y):
-            return b if x == 1.0 else a
-        if operation == MULTIPLY and -1.0 in (x, y):
-            return self.node(NEGATE, b if x == -1.0 else a)
-        if operation == DIVIDE and (x == 0.0 or y == 1.0):
-            return a
-        if operation == NEGATE:
-            if x is not None:
-                return self.constant(-x)
-            kind, *inner = self.nodes[a]
-            if kind == NEGATE:
-                return int(inner[0])
-        if x is not None and y is not None and operation in FOLDED:
-            return self.constant(FOLDED[operation](x, y))
+        if operation in SIMPLIFICATIONS:
+            simpler = SIMPLIFICATIONS[operation](self, *parts)
+            if simpler is not None:
+                return simpler
+        if operation in FOLDED:
+            values = [self.value(part) for part in parts]
+            if None not in values:
+                return self.constant(FOLDED[operation](*values))
         return self.add(operation, *parts)
 
     def sum(self, parts: Sequence[Node]) -> Node:
@@ -225,10 +208,68 @@ class Graph:
         return parts[:1] if kind in CURVES else parts
 
 
-FOLDED: Mapping[int, Callable[[float, float], float]] = {
+def simplify_choice(graph: Graph, condition: Node, a: Node, b: Node) -> Node | None:
+    """a where the condition is met, b where it is zero."""
+    x = graph.value(condition)
+    if x is None and a != b:
+        return None
+    return b if x == 0.0 else a
+
+
+def simplify_sum(graph: Graph, a: Node, b: Node) -> Node | None:
+    """0 + b, a + 0."""
+    if graph.value(a) == 0.0:
+        return b
+    return a if graph.value(b) == 0.0 else None
+
+
+def simplify_difference(graph: Graph, a: Node, b: Node) -> Node | None:
+    """a - 0, 0 - b."""
+    if graph.value(b) == 0.0:
+        return a
+    return graph.node(NEGATE, b) if graph.value(a) == 0.0 else None
+
+
+def simplify_product(graph: Graph, a: Node, b: Node) -> Node | None:
+    """Products with 0, 1 or -1."""
+    values = graph.value(a), graph.value(b)
+    if 0.0 in values:
+        return graph.constant(0.0)
+    for value, other in zip(values, (b, a), strict=True):
+        if value == 1.0:
+            return other
+        if value == -1.0:
+            return graph.node(NEGATE, other)
+    return None
+
+
+def simplify_quotient(graph: Graph, a: Node, b: Node) -> Node | None:
+    """0 / b, a / 1."""
+    return a if graph.value(a) == 0.0 or graph.value(b) == 1.0 else None
+
+
+def simplify_negative(graph: Graph, a: Node) -> Node | None:
+    """That of a negative."""
+    kind, *inner = graph.nodes[a]
+    return int(inner[0]) if kind == NEGATE else None
+
+
+#: nodes that an operation can be left out for, by what it reads; None where it cannot
+SIMPLIFICATIONS: Mapping[int, Callable[..., Node | None]] = {
+    CHOOSE: simplify_choice,
+    ADD: simplify_sum,
+    SUBTRACT: simplify_difference,
+    MULTIPLY: simplify_product,
+    DIVIDE: simplify_quotient,
+    NEGATE: simplify_negative,
+}
+
+#: operations that give a constant where they read constants
+FOLDED: Mapping[int, Callable[..., float]] = {
     ADD: lambda x, y: x + y,
     SUBTRACT: lambda x, y: x - y,
     MULTIPLY: lambda x, y: x * y,
+    NEGATE: lambda x: -x,
 }
 
 Rule: TypeAlias = Callable[..., Node]

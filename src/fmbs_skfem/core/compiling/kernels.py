@@ -46,6 +46,7 @@ MODULES = (
     "dynamics/compiled_step/rotated.py",
     "dynamics/compiled_step/settling.py",
     "dynamics/compiled_step/single_steps.py",
+    "dynamics/compiled_step/starting.py",
     "dynamics/compiled_step/step.py",
     "dynamics/compiled_step/stepping.py",
     "dynamics/compiled_step/touching.py",
@@ -77,5 +78,6 @@ MODULES = (
     "systems/terms/quartic.py",
     "systems/terms/shape_points.py",
     "systems/terms/turned_tangents.py",
+    "systems/terms/turning.py",
     "systems/work.py",
 )

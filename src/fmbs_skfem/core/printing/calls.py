@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import contextlib
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -11,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiling import jit
-from ..compiling.structs import Routine, make_opener
+from ..compiling import jit, structs
 from .expressions import Expressions
 from .frames import source_of, tree_of
 from .values import (
@@ -73,8 +71,10 @@ class Calls(Expressions):
             rest = (named[name] for name in function._fields[len(arguments) :])
             return Several((*arguments, *rest), function)
         if function in BUILT_IN:
+            if named:
+                raise OutsideError(f"'{next(iter(named))}' by its name")
             return BUILT_IN[function](self, arguments)
-        if isinstance(function, jit.InlinedFunction | Routine | types.FunctionType):
+        if isinstance(function, jit.InlinedFunction | structs.Routine | types.FunctionType):
             return self.kernel(function, arguments, named)
         if isinstance(function, np.ufunc) or getattr(function, "__module__", "") == "math":
             return self.of_number(function, arguments)
@@ -138,7 +138,7 @@ class Calls(Expressions):
     def deferred(self, function: jit.Deferred, arguments: list[Value]) -> Value:
         """What compiled functions can do beside Python."""
         make: Any = function.make
-        if make.func is make_opener:
+        if make.func is structs.make_opener:
             found = self.pointer(arguments[0])
             return Struct(make.args[0], found.starts, found.number)
         if make.func is jit.optimised:
@@ -166,13 +166,24 @@ class Calls(Expressions):
         numbers = [one.number.value for one in found if isinstance(one.number, Const)]
         return Pointer(found[0].starts, self.memory.choose(numbers, place.element[1], "number"))
 
+    def addressed(self, one: Value) -> Value:
+        """A number of a table of addresses of structs that are alike, as one of them."""
+        if not isinstance(one, Scalar) or one.element is None:
+            return one
+        starts = self.memory.numbers_of(one.element[0])
+        if not starts or not all(start in self.memory.groups for start in starts):
+            return one
+        found = self.pointer(one)
+        number = self.copied(found.number) if isinstance(found.number, Scalar) else found.number
+        return replace(found, number=number)
+
+    def bind(self, name: str, value: Value) -> None:
+        super().bind(name, self.addressed(value))
+
     def call_invoke(self, address: Value, table: Value, more: Value) -> Value:
         function = self.behind(address)
         if isinstance(function, str):
             return Scalar(f"{function}(m, {bare(text_of(more))})", "whole")
-        if isinstance(more, Scalar) and more.element is not None:
-            with contextlib.suppress(UnknownError):  # a number that is no address
-                more = self.pointer(more)
         return self.kernel(function, [self.pointer(table), more], {})
 
     def call_call(self, address: Value, arrays: Value, numbers: Value, number: Value) -> Value:
@@ -212,7 +223,7 @@ class Calls(Expressions):
         given: dict[str, Any] = dict(zip(names, arguments, strict=False)) | dict(named)
         for name, default in zip(reversed(names), reversed(tree.args.defaults), strict=False):
             given.setdefault(name, self.value(default))
-        values = [given[name] for name in names]
+        values = [self.addressed(given[name]) for name in names]
         try:
             found = self.printer.printed(function, values)
         except InlineError:

@@ -257,6 +257,8 @@ class Expressions(Frame):
         if isinstance(a, Const) and isinstance(b, Const):
             return Const(bool(KNOWN[relation](a.value, b.value)))
         kind = widest(kind_of(a), kind_of(b))
+        if kind == "pair":
+            raise OutsideError("a comparison of complex numbers")
         return Scalar(f"({text_of(a, kind)} {RELATIONS[relation]} {text_of(b, kind)})", "whole")
 
     def of_IfExp(self, one: ast.IfExp) -> Value:
@@ -387,5 +389,7 @@ class Expressions(Frame):
 
     def target_of(self, array: Array, places: Sequence[Any]) -> str:
         """A number of an array, to be assigned."""
-        *_, offset = self.part(array, places)
+        shape, _, offset = self.part(array, places)
+        if shape:
+            raise OutsideError("an array that is changed as a whole")
         return f"{array.text}[{bare(text_of(offset))}]"

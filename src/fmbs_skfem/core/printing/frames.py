@@ -11,15 +11,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..compiling import jit
-from ..compiling.structs import Routine
+from ..compiling import jit, structs
 from .memory import MARK
 from .values import (
     Array,
     Base,
+    ChoiceError,
     Const,
     Number,
-    OutsideError,
     Scalar,
     Several,
     UnknownError,
@@ -94,7 +93,7 @@ def source_of(function: Any) -> Any:
     """The function of Python of a kernel."""
     if isinstance(function, jit.InlinedFunction):
         return function.py_func
-    return function.function if isinstance(function, Routine) else function
+    return function.function if isinstance(function, structs.Routine) else function
 
 
 @functools.cache
@@ -170,13 +169,13 @@ class Frame:
     def emit(self, line: str, pure: bool = False) -> None:
         """A line of the kernel; one that is `pure` does nothing but name something."""
         if self.is_lazy and not pure:
-            raise OutsideError("a statement inside of a choice")
+            raise ChoiceError("a statement inside of a choice")
         self.root.lines.append(INDENT * self.root.depth + line)
 
     def word(self, name: str) -> str:
         """A name in C."""
         word = self.prefix + name
-        return f"{word}_" if word in WORDS or word.startswith("t_") else word
+        return f"the_{word}" if word in WORDS or word.startswith("t_") else word
 
     def fresh(self, name: str) -> str:
         """A name that nothing else has."""
@@ -205,7 +204,9 @@ class Frame:
         return isinstance(one, Scalar) and one.text in known
 
     def bind(self, name: str, value: Value) -> None:
-        """Assign a value to a name."""
+        """Assign a value to a name; `_` is what nobody reads."""
+        if name == "_":
+            return
         changes = self.counts.get(name, 0) > 1
         number = isinstance(value, Const) and isinstance(value.value, bool | int | float)
         if isinstance(value, Scalar) or (number and changes):
@@ -213,7 +214,7 @@ class Frame:
             return
         if isinstance(value, Several):
             value = self.kept(value)
-            if changes and name != "_":
+            if changes:
                 self.environment[name] = self.set_several(self.word(name), value)
                 return
         elif isinstance(value, Array):

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import bisect
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..compiling.structs import SCALARS, ArrayKind, fields, width
+from ..compiling import structs
 from .values import (
     ITEMS,
     Array,
@@ -37,6 +37,7 @@ class Region(Base):
     def __init__(self, name: str, item: np.dtype, start: int, size: int) -> None:
         super().__init__()
         self.name, self.dtype, self.start, self.size = name, item, start, size
+        self.number = 0  #: in the order in which they were found, which no address changes
         self.folded = False  #: whether its numbers were taken for known ones
 
     @property
@@ -58,11 +59,19 @@ class Memory:
     """All regions, by their addresses.
 
     `mutable` are names of regions that the program's own code writes, `varying` labels of numbers
-    in structs that it changes.
+    in structs that it changes, `changing` names of single ones by their addresses, and `changed`
+    addresses of arrays that it writes at the start.
     """
 
-    def __init__(self, mutable: Sequence[str] = (), varying: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        mutable: Collection[str] = (),
+        varying: Collection[str] = (),
+        changing: Mapping[int, str] | None = None,
+        changed: Sequence[int] = (),
+    ) -> None:
         self.mutable, self.varying = set(mutable), set(varying)
+        self.changing, self.changed = changing or {}, tuple(changed)
         self.regions: list[Region] = []
         self.groups: dict[int, tuple[tuple[int, ...], int]] = {}
         self.names: dict[str, int] = {}
@@ -89,13 +98,32 @@ class Memory:
         """Name all arrays of a struct, those of structs in it after these."""
         for field, part, first in places(kind):
             at = start + 8 * first
-            if isinstance(part, ArrayKind):
+            if isinstance(part, structs.ArrayKind):
                 self.find(part, at, f"{name}_{field}" if name else field)
-            elif part not in SCALARS:
+            elif part not in structs.SCALARS:
                 self.add(part, at, field)
 
+    def is_field(self, region: Region) -> bool:
+        """Whether a region is written: a field of the memory of the program."""
+        if region.written or region.name in self.mutable:
+            return True
+        return any(region.start <= one < region.end for one in self.changed)
+
+    def name(self, array: np.ndarray, name: str) -> None:
+        """Name an array of the program, which keeps it."""
+        if array.size:
+            self.region(structs.address_of(array), array.size, array.dtype, name)
+
+    def at(self, start: int) -> tuple[Region, int] | None:
+        """The region that has the number at an address, and its place; None where none has."""
+        before = bisect.bisect_right(self.regions, start, key=lambda one: one.start) - 1
+        if before < 0 or start >= self.regions[before].end:
+            return None
+        found = self.regions[before]
+        return found, (start - found.start) // found.dtype.itemsize
+
     def find(
-        self, kind: ArrayKind, at: int, name: str
+        self, kind: structs.ArrayKind, at: int, name: str
     ) -> tuple[Region | None, int, tuple[int, ...]]:
         """The region of an array whose integers are at an address, the place in it, and the shape."""
         shape = tuple(integer(at + 8 + 8 * k) for k in range(kind.ndim))
@@ -116,6 +144,7 @@ class Memory:
             found.size = max(found.size, (end - found.start) // item.itemsize)
         else:
             found = Region(self.unique(name), item, start, size)
+            found.number = len(self.regions)
             self.regions.insert(before + 1, found)
             before += 1
         if before + 1 < len(self.regions) and self.regions[before + 1].start < found.end:
@@ -130,15 +159,18 @@ class Memory:
         part, first = known[name]
         starts = tuple(start + 8 * first for start in struct.starts)
         label = f"{struct.kind.__name__.lower()}_{name}"
-        if isinstance(part, ArrayKind):
+        if isinstance(part, structs.ArrayKind):
             return self.array(part, starts, struct.number, label)
-        if part not in SCALARS:
+        if part not in structs.SCALARS:
             return Struct(part, starts, struct.number)
         if part is float:
             reals = [ctypes.c_double.from_address(one).value for one in starts]
             if label in self.varying:
                 self.fields[label] = reals
                 return Scalar(f"m->{label}[{text_of(struct.number)}]", "double")
+            if starts[0] in self.changing:
+                self.fields[self.changing[starts[0]]] = reals[:1]
+                return Scalar(f"m->{self.changing[starts[0]]}[0]", "double")
             return self.choose(reals, struct.number, label)
         return self.choose([part(integer(one)) for one in starts], struct.number, label)
 
@@ -156,7 +188,9 @@ class Memory:
             self.tables[name] = table
         return Scalar(f"{name}[{text_of(number)}]", kind)
 
-    def array(self, kind: ArrayKind, starts: Sequence[int], number: Number, label: str) -> Array:
+    def array(
+        self, kind: structs.ArrayKind, starts: Sequence[int], number: Number, label: str
+    ) -> Array:
         """An array of a struct."""
         found = [self.find(kind, start, label) for start in starts]
         shape = tuple(
@@ -227,6 +261,6 @@ def integer(address: int) -> int:
 def places(kind: type) -> Iterator[tuple[str, Any, int]]:
     """Fields of a struct, and where their integers begin."""
     first = 0
-    for name, part in fields(kind):
+    for name, part in structs.fields(kind):
         yield name, part, first
-        first += width(part)
+        first += structs.width(part)

@@ -202,7 +202,7 @@ class Printer:
 
     def using_memory(self) -> set[str]:
         """Names of the kernels that need the memory of the program."""
-        written = {one.name for one in self.memory.regions if self.is_field(one)}
+        written = {one.name for one in self.memory.regions if self.memory.is_field(one)}
         direct, calls = set[str](), dict[str, set[str]]()
         for one in self.kernels:
             regions = set(re.findall(f"{MARK}(\\w+){MARK}", one.text))
@@ -214,10 +214,6 @@ class Printer:
         while more := {name for name, called in calls.items() if called & found} - found:
             found = found | more
         return found
-
-    def is_field(self, region: Any) -> bool:
-        """Whether a region is a field of the memory of the program."""
-        return region.written or region.name in self.memory.mutable
 
 
 class Signature:

@@ -36,9 +36,10 @@ class Program:
         code = printer.text()
         names = set(re.findall(f"{MARK}(\\w+){MARK}", code + own)) | set(wanted)
         memory = printer.memory
-        known = [one for one in memory.regions if one.name in names]
+        found = sorted(memory.regions, key=lambda one: one.number)
+        known = [one for one in found if one.name in names]
         missing = sorted(names - {one.name for one in known})
-        self.fields = [one for one in known if printer.is_field(one)]
+        self.fields = [one for one in known if memory.is_field(one)]
         self.places = {one.name: f"m->{one.name}" for one in self.fields} | {
             one: f"m->{one}" for one in missing
         }
@@ -73,10 +74,14 @@ class Program:
         """A text with all regions at their places."""
         return re.sub(f"{MARK}(\\w+){MARK}", lambda found: self.places[found[1]], text)
 
-    def starts(self) -> tuple[str, str]:
-        """Constants, and statements that give all fields of the memory `m` their start."""
+    def starts(self, found: Sequence[str] = ()) -> tuple[str, str]:
+        """Constants, and statements that give all fields of the memory `m` their start, but for those
+        whose names begin as some that the program `found` itself.
+        """
         constants, lines = [], []
         for one in self.fields:
+            if one.name.startswith(tuple(found)):
+                continue
             numbers = one.numbers()
             name = f"m->{one.name}"
             if one.size >= ZEROS and not numbers.any():
@@ -105,6 +110,8 @@ def text(value: object, item: str) -> str:
 def array(name: str, item: str, numbers: np.ndarray) -> str:
     """A constant array."""
     head = f"static const {item} {name}[{max(1, numbers.size)}] = {{"
+    if not numbers.any() and not np.signbit(numbers).any():
+        return f"{head}0}};"
     inside = ", ".join(text(one, item) for one in numbers.ravel()) or "0"
     if len(head) + len(inside) + 2 <= WIDTH:
         return f"{head}{inside}}};"

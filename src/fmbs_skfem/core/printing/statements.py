@@ -16,6 +16,7 @@ from .values import (
     ZERO,
     Array,
     Callee,
+    ChoiceError,
     Const,
     Number,
     OutsideError,
@@ -129,10 +130,45 @@ class Body(Calls):
         ):
             self.assign_side_by_side(one.targets[0].elts, one.value.elts)
             return
-        found = self.value(one.value)
+        before = self.snapshot()
+        try:
+            found = self.value(one.value)
+        except ChoiceError:
+            if not isinstance(one.value, ast.IfExp):
+                raise
+            self.restore(before)
+            self.choose(one.targets, one.value)
+            return
         found = self.hold(found) if len(one.targets) > 1 else found
         for target in reversed(one.targets):
             self.assign(target, found)
+
+    def choose(self, targets: list[ast.expr], one: ast.IfExp) -> None:
+        """A choice whose sides need statements, as branches."""
+        sides = [ast.Assign(targets, side, lineno=one.lineno) for side in (one.body, one.orelse)]
+        for target in targets:
+            for name in assignments(ast.Assign([target], one)):
+                self.counts = {**self.counts, name: 2}
+        self.do_If(ast.If(one.test, [sides[0]], [sides[1]]))
+
+    def snapshot(self) -> tuple[Any, ...]:
+        """What is printed so far."""
+        root = self.root
+        return (
+            len(root.lines),
+            len(root.rooms),
+            root.depth,
+            dict(root.variables),
+            dict(self.environment),
+        )
+
+    def restore(self, before: tuple[Any, ...]) -> None:
+        """Take back all that was printed since."""
+        root = self.root
+        lines, rooms, root.depth, root.variables, self.environment = before
+        del root.lines[lines:]
+        del root.rooms[rooms:]
+        self.ended = False
 
     def assign_side_by_side(self, targets: Sequence[ast.expr], values: Sequence[ast.expr]) -> None:
         """Several values to as many targets: all are read before any is written."""
@@ -239,6 +275,7 @@ class Body(Calls):
                 self.environment.pop(name)
 
     def do_While(self, one: ast.While) -> None:
+        self.refuse_else(one)
         self.enter([one])
         lines = len(self.root.lines)
         condition = self.value(one.test)
@@ -250,6 +287,10 @@ class Body(Calls):
         self.branch(one.body)
         self.emit("}")
 
+    def refuse_else(self, one: ast.For | ast.While) -> None:
+        if one.orelse:
+            raise OutsideError("what follows a loop that nothing left")
+
     def do_Break(self, one: ast.Break) -> None:
         self.emit("break;")
         self.ended = True
@@ -259,6 +300,7 @@ class Body(Calls):
         self.ended = True
 
     def do_For(self, one: ast.For) -> None:
+        self.refuse_else(one)
         if isinstance(one.iter, ast.Call) and getattr(one.iter.func, "id", "") == "range":
             self.count(one, [self.value(part) for part in one.iter.args])
             return
@@ -288,16 +330,11 @@ class Body(Calls):
 
     def attempt(self, one: ast.For, parts: Sequence[Value], loop: Callable[[], None]) -> None:
         """A loop; where its body has to know what it goes over, written out."""
-        root = self.root
-        lines, rooms, depth = len(root.lines), len(root.rooms), root.depth
-        variables, environment = dict(root.variables), dict(self.environment)
+        before = self.snapshot()
         try:
             loop()
         except UnknownError as error:
-            del root.lines[lines:]
-            del root.rooms[rooms:]
-            root.depth, root.variables, self.environment = depth, variables, environment
-            self.ended = False
+            self.restore(before)
             self.write_out(one, parts, str(error))
 
     def write_out(self, one: ast.For, parts: Sequence[Value], why: str) -> None:
@@ -319,7 +356,10 @@ class Body(Calls):
             raise OutsideError("a loop with several names")
         self.enter(one.body)
         end = self.hold(end)
-        k = self.word(one.target.id)
+        # `_` may count loops inside of each other, which share nothing
+        k = self.fresh("k") if one.target.id == "_" else self.word(one.target.id)
+        if self.kinds.get(k, "whole") != "whole":
+            raise OutsideError(f"'{k}' counts a loop, and is a {self.kinds[k]}")
         self.root.variables[k] = "whole"
         self.environment[one.target.id] = Scalar(k, "whole")
         down = isinstance(step, Const) and step.value < 0

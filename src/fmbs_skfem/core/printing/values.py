@@ -26,6 +26,10 @@ class UnknownError(OutsideError):
     """What has to be known when a kernel is printed is not."""
 
 
+class ChoiceError(OutsideError):
+    """What one side of a choice does can only be done by statements."""
+
+
 @dataclass(frozen=True)
 class Const:
     """A number, or anything else of Python, that is known."""

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import InputError, say
-from ..notices import notify
 from . import durable, endings
 
 LOCK = "run.lock"
@@ -53,8 +52,7 @@ def take_byte(file: IO[str], wait: bool) -> None:
 
 @contextlib.contextmanager
 def own(folder: Path) -> Iterator[None]:
-    """The folder belongs to this process; a lock left by one that is gone is taken over with a
-    warning.
+    """The folder belongs to this process; a lock left by one that is gone is taken over.
 
     The lock is that of the system on `run.lock`, which ends with the process; the file says who
     holds it, and goes with it, also where a signal ends the process that can be taken.
@@ -69,14 +67,10 @@ def held(path: Path) -> Iterator[None]:
     with durable.room(path):
         file = grab(path)
     try:
-        left = file.read().strip()
-        file.seek(0)
-        file.truncate()
+        file.truncate(0)
         with durable.room(path):
             file.write(f"process {os.getpid()}\n")
             file.flush()
-        if left:
-            notify(f"{path.parent}: the lock of {left}, which is gone, is taken over")
         yield
     finally:
         with contextlib.suppress(

@@ -148,6 +148,34 @@ def written_later(kind: type, chosen: dict[str, bool]) -> list[str]:
     return names
 
 
+def complete(
+    kind: type,
+    options: dict[str, bool],
+    declared: dict[str, dataclasses.Field[Any]],
+    names: list[str],
+) -> None:
+    """Make a class a dataclass, with its `declared` fields; `names` are those of the attributes
+    that wait for it.
+    """
+    chosen = DEFAULTS | options
+    # of other threads, who makes an item meanwhile waits at `__init__`, which stays until the new
+    # one is there: it takes half as long again
+    alone = threading.active_count() == 1
+    for name in names:
+        if alone or name not in WRITTEN_OVER:
+            delattr(kind, name)
+    for name, value in declared.items():
+        setattr(kind, name, value)
+    own = {} if alone else {"init": False}
+    if not alone:
+        kind.__doc__ = kind.__doc__ or kind.__name__  # else it would be made of `__init__`
+    made: Any = dataclasses.dataclass(**{**options, **own, "repr": False, "eq": False})(kind)
+    for name in ("init", "repr", "eq"):
+        setattr(made.__dataclass_params__, name, chosen[name])
+    if chosen["init"] and not alone:
+        setattr(kind, "__init__", initialiser_of(made, chosen["frozen"]))  # noqa: B010
+
+
 def defer(kind: type, options: dict[str, bool]) -> type:
     """`kind`, which becomes a dataclass when one asks."""
     declared = {
@@ -156,25 +184,7 @@ def defer(kind: type, options: dict[str, bool]) -> type:
     chosen = DEFAULTS | options
     names = generated(kind, chosen)
     later = written_later(kind, chosen)
-
-    def make() -> None:
-        # of other threads, who makes an item meanwhile waits at `__init__`, which stays until the new
-        # one is there: it takes half as long again
-        alone = threading.active_count() == 1
-        for name in names:
-            if alone or name not in WRITTEN_OVER:
-                delattr(kind, name)
-        for name, value in declared.items():
-            setattr(kind, name, value)
-        own = {} if alone else {"init": False}
-        if not alone:
-            kind.__doc__ = kind.__doc__ or kind.__name__  # else it would be made of `__init__`
-        made: Any = dataclasses.dataclass(**{**options, **own, "repr": False, "eq": False})(kind)
-        for name in ("init", "repr", "eq"):
-            setattr(made.__dataclass_params__, name, chosen[name])
-        if chosen["init"] and not alone:
-            setattr(kind, "__init__", initialiser_of(made, chosen["frozen"]))  # noqa: B010
-
+    make = partial(complete, kind, options, declared, names)
     for name, value in declared.items():  # as of a dataclass: the default, or nothing
         delattr(kind, name)
         if value.default is not dataclasses.MISSING:

@@ -152,6 +152,18 @@ def scale(c: float, W: np.ndarray) -> None:
 def factorise_dense(table: Any, _: Any) -> int:
     """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are
     forgotten.
+    """
+    S = opened(table)
+    S.work.secants[0] = 0
+    if invoke(S.doors.assemble, table, ALL) != 0:
+        return 1
+    return factor_either(table)
+
+
+@jit
+def factor_either(table: Any) -> int:
+    """Factor the W that is there, and the Schur complement of J, by Cholesky's factorisation or LU;
+    0, or LAPACK's info.
 
     Bodies that nothing but joints couples now are factored one by one. Where Cholesky's
     factorisation of the upper half of W fails, the lower half and the diagonal are what LU starts
@@ -159,9 +171,6 @@ def factorise_dense(table: Any, _: Any) -> int:
     """
     S = opened(table)
     w = S.work
-    w.secants[0] = 0
-    if invoke(S.doors.assemble, table, ALL) != 0:
-        return 1
     W = S.space.W
     # half of the numbers of LU: a plate thrown round with 75 unknowns takes 0.099 s for 0.118 s,
     # with 69 0.093 s for 0.105 s

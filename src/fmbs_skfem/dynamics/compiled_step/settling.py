@@ -70,14 +70,10 @@ def settle(table: Any, _: Any) -> int:
     # new factors at once where the old ones do not do: the reaction of a fast pendulum is right to
     # 4e-5 of its size, for 9e-3 where velocities were left as they were
     for attempt in range(2):
-        find_drift(table)
-        # W^-1 J^T alone: the front of rhs is zero, so that one of two applications of W^-1 is saved
-        invoke(S.doors.solve, table, 1)
-        turn(table)
-        invoke(S.doors.solve, table, 0)
+        settled = try_to_settle(table)
         # a second failure is no error: near a singular position (4) determines nothing, and the
         # motion goes on without
-        if move_velocities(table) == 1 or attempt == 1:
+        if settled == 1 or attempt == 1:
             return 0
         # factors are those of the accepted state, not of the trial v that (4) was evaluated with
         restore(table)
@@ -87,6 +83,20 @@ def settle(table: Any, _: Any) -> int:
             S.work.kind[0] = 0
             return 0
     return 0
+
+
+@jit
+def try_to_settle(table: Any) -> int:
+    """Put the accepted velocities onto (4) with the factors that are there; 1, or 0 where they are
+    too old.
+    """
+    S = opened(table)
+    find_drift(table)
+    # W^-1 J^T alone: the front of rhs is zero, so that one of two applications of W^-1 is saved
+    invoke(S.doors.solve, table, 1)
+    turn(table)
+    invoke(S.doors.solve, table, 0)
+    return move_velocities(table)
 
 
 @jit

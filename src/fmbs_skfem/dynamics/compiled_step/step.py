@@ -146,11 +146,12 @@ class StepJob(NamedTuple):
     order: Integers  #: (n,) the unknowns of the system that those of the state are
     multipliers: Matrix  #: (s, m) physical
     memory: Matrix  #: (s, l)
-    work: Vector  #: (s,) [J]
+    work: Vector  #: (s,) [J], empty where no work is counted
     counters: Integers
     #: (3,) steps that were taken; those so far in which something passed through what it touches; 1
     #: while steps do not end where something touches
     done: Integers
+    left: Vector  #: (2,) of a step by a fixed number of corrections: size of the last one [m], and how many would do
 
 
 # addresses, so that a trial of another length changes no number and packs nothing

@@ -43,12 +43,14 @@ def rank_of(table: Any) -> int:
 def rows_of(table: Any, which: int) -> np.ndarray:
     """RHS, JOINTS or COLUMNS, shape (k, n)."""
     S = opened(table)
-    if which == JOINTS:
-        return S.work.spread
     n = len(S.space.x)
     # views, no copies: the routines of a storage take any of the three
     return (
-        view(S.space.rhs, 0, (1, n)) if which == RHS else view(S.work.lows, 0, (rank_of(table), n))
+        S.work.spread
+        if which == JOINTS
+        else view(S.space.rhs, 0, (1, n))
+        if which == RHS
+        else view(S.work.lows, 0, (rank_of(table), n))
     )
 
 

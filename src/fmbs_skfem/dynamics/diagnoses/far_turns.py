@@ -16,10 +16,9 @@ import numpy as np
 from ...bodies.laws import Law
 from ...bodies.strain_law import strains
 from ...core.algebra.linalg import evenly
-from ...core.notices import notify
 from ...systems.system import System
 from ...systems.terms import elastic as terms
-from ..observers import FoundEquilibria, Judge, RunSetting, offered, reviews
+from ..observers import judges
 from ..tracing import FEW
 from ..trajectory import Trajectory
 
@@ -33,26 +32,13 @@ def beams(system: System) -> bool:
     return not system.components and any(one.gather.law is Law.BEAM for one in system.elastic)
 
 
-@offered
-def _(setting: RunSetting) -> Iterator[Judge]:
-    if not setting.live and beams(setting.system):
-        yield Judge(lambda run, motion: warn(motion), reads_states=False)
-
-
-@reviews
-def _(found: FoundEquilibria) -> Trajectory:
-    if beams(found.motion.system):
-        warn(found.motion)
-    return found.motion
-
-
-def warn(motion: Trajectory) -> None:
-    """A notice of every beam with a cell that turns by more than FAR in one of up to 40 stored
-    states, with the cells it needs.
+@judges
+def _(motion: Trajectory) -> Iterator[str]:
+    """Every beam with a cell that turns by more than FAR in one of up to 40 stored states, with the
+    cells it needs.
     """
-    motion = motion.states
     most = dict[str, tuple[float, float]]()
-    for k in evenly(0, len(motion.times) - 1, FEW):
+    for k in evenly(0, len(motion.times) - 1, FEW) if beams(motion.system) else ():
         for name, turns in turns_of(motion.system, motion.x[k]).items():
             cells = len(turns) * float(turns.max()) / WANTED
             most[name] = max(most.get(name, (0.0, 0.0)), (float(turns.max()), cells))
@@ -60,9 +46,7 @@ def warn(motion: Trajectory) -> None:
         if turn > FAR:
             text = f"body '{name}' turns by up to {np.degrees(turn):.0f} degrees in a cell, which splines do not follow"
             off = "deflections there err by 1 % at 50 degrees, 3 % at 60, 10 % at 90"
-            notify(
-                f"{text}: {off}; take {int(np.ceil(cells))} cells of equal length, or an accuracy"
-            )
+            yield f"{text}: {off}; take {int(np.ceil(cells))} cells of equal length, or an accuracy"
 
 
 def turns_of(system: System, x: np.ndarray) -> dict[str, np.ndarray]:

@@ -15,7 +15,6 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...core.algebra import saddle
-from ...core.notices import notify
 from ...systems import compiled
 from ...systems.compiled import Compiled
 from ..observers import Judge, RunSetting, offered
@@ -32,13 +31,11 @@ SHARE = 0.05
 @offered
 def _(setting: RunSetting) -> Iterator[Judge]:
     if any(laws.law.name.startswith(GEAR) for laws in setting.system.constraints.laws):
-        yield Judge(lambda run, motion: warn_of_fast_wheels(run.model, motion, run.scheme.step))
+        yield Judge(lambda run, motion: find_fast_wheels(run.model, motion, run.scheme.step))
 
 
-def warn_of_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> None:
-    """A warning where the moment of a gear errs by SHARE of its usual size or more, as a wheel
-    turns far in a step [s].
-    """
+def find_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> Iterator[str]:
+    """Gears whose moment errs by SHARE of its usual size or more, as a wheel turns far in a step [s]."""
     system = motion.system
     for laws in system.constraints.laws:
         if not laws.law.name.startswith(GEAR):
@@ -53,19 +50,11 @@ def warn_of_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> Non
             if turns.max() > SMALL_TURN:
                 at = int(np.abs(pushes).argmax())
                 error = moment_of(model, motion, row, pushes[at], at)
-                tell(
-                    system.constraints.names[row][0], turns.max(), error, motion.multipliers[:, row]
-                )
-
-
-def tell(gear: str, turn: float, error: float, moments: np.ndarray) -> None:
-    """The warning, where the error is SHARE of the moments (s,) or more."""
-    if error > SHARE * (usual := float(np.sqrt(np.mean(moments**2)))):
-        wrong = f"its moment is wrong by about {error:.2g} N m (root mean square {usual:.2g} N m)"
-        turns = f"a wheel turns by up to {turn:.2g} rad a step"
-        notify(
-            f"the step is too large for gear '{gear}': {wrong}, since {turns}; half the step makes an eighth of the error"
-        )
+                if error > SHARE * (usual := np.sqrt(np.mean(motion.multipliers[:, row] ** 2))):
+                    wrong = f"its moment is wrong by about {error:.2g} N m (root mean square {usual:.2g} N m)"
+                    why = f"a wheel turns by up to {turns.max():.2g} rad a step"
+                    gear = f"the step is too large for gear '{system.constraints.names[row][0]}'"
+                    yield f"{gear}: {wrong}, since {why}; half the step makes an eighth of the error"
 
 
 def moment_of(model: Compiled, motion: Trajectory, row: int, push: float, at: int) -> float:

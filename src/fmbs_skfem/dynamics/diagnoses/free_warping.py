@@ -24,11 +24,10 @@ from ...bodies.beams.profiles import Profile
 from ...bodies.laws import Law
 from ...bodies.stress_recovery import beam_strains
 from ...core.algebra.linalg import evenly
-from ...core.notices import notify
 from ...systems.measures.beam_sections import matrices
 from ...systems.system import Elastic, System
 from ...systems.terms import elastic as terms
-from ..observers import FoundEquilibria, Judge, RunSetting, offered, reviews
+from ..observers import judges
 from ..tracing import FEW
 from ..trajectory import Trajectory
 
@@ -45,18 +44,6 @@ class OpenClamp(NamedTuple):
     place: np.ndarray  #: (3,) [m]
     beam: Elastic
     left: float  #: part of its twist that held warping leaves
-
-
-@offered
-def _(setting: RunSetting) -> Iterator[Judge]:
-    if not setting.live and (found := list(held(setting.system))):
-        yield Judge(lambda run, motion: warn(motion, found), reads_states=False)
-
-
-@reviews
-def _(found: FoundEquilibria) -> Trajectory:
-    warn(found.motion, list(held(found.motion.system)))
-    return found.motion
 
 
 def held(system: System) -> Iterator[OpenClamp]:
@@ -123,14 +110,12 @@ def warping_length(profile: Profile) -> float:
     return float(np.sqrt(C[0, 0] * (rest @ rest) / weights.sum() / GJ))
 
 
-def warn(motion: Trajectory, clamps: list[OpenClamp]) -> None:
-    """One notice of all these clamps where a beam is twisted, in one of up to 40 stored states."""
-    if not clamps:
-        return
-    motion = motion.states
+@judges
+def _(motion: Trajectory) -> Iterator[str]:
+    """All open clamps where a beam is twisted, in one of up to 40 stored states."""
     told = []
     base = motion.system.full or motion.system
-    for one in clamps:
+    for one in held(motion.system):
         start = gradients(one.beam, base, base.x0)
         cell = int(np.linalg.norm(start[:3].mean(axis=1).T - one.place, axis=1).argmin())
         twist = bent = 0.0
@@ -149,7 +134,7 @@ def warn(motion: Trajectory, clamps: list[OpenClamp]) -> None:
             )
     if told:
         text = "warping is free, also where thin open sections are clamped under torsion; a support that holds it leaves"
-        notify(f"{text}: {'; '.join(told)}; take a closed section, or plates, where supports do so")
+        yield f"{text}: {'; '.join(told)}; take a closed section, or plates, where supports do so"
 
 
 def gradients(beam: Elastic, base: System, q: np.ndarray) -> np.ndarray:

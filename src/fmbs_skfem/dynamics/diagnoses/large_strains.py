@@ -11,12 +11,13 @@ its size. Energies of one's own are not looked at.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ...bodies.laws import Law
 from ...bodies.stress_recovery import beam_strains, carrying, extreme_strains, principal, strains
 from ...core.algebra.linalg import evenly
-from ...core.notices import notify
 from ...core.storage.records import dataclass
 from ...systems.system import System
 from ...systems.terms import elastic as terms
@@ -131,17 +132,16 @@ def on_surface(found: np.ndarray, shortened: bool) -> tuple[np.ndarray, np.ndarr
     return found[0], principal(strains(u, found.shape[2]))[int(shortened)]
 
 
-def warn(found: list[LargeStrain]) -> None:
+def summarise(found: list[LargeStrain]) -> Iterator[str]:
     """One warning of all bodies."""
     if not found:
         return
     worst = max(found, key=lambda one: abs(one.strain))
     others = [f"'{one.body}'" for one in found if one is not worst]
     more = f"; strains above {100 * LARGE:.0f} % as well: {', '.join(others)}" if others else ""
-    law = "laws are linear in Green's strain, as for small ones: take an energy of your own for large ones"
     law = (
-        law
+        "laws are linear in Green's strain, as for small ones: take an energy of your own for large ones"
         if worst.shear is None
         else "forces of beams with torsion are linear in stretch and shear, as for small ones"
     )
-    notify(f"{worst}{more}; {law}")
+    yield f"{worst}{more}; {law}"

@@ -8,13 +8,13 @@ iterations, what functions of Python cost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...core.notices import CoarseStep, notify, remark
+from ...core.notices import CoarseStep, Notice, notify, remark
 from ...core.values import expressions
 from ...core.values.expressions import Expression, of_time
 from ...core.values.tables import Table
@@ -68,9 +68,10 @@ class Tables(Observer):
         self.told = False
 
     def after(self, run: OpenRun) -> None:
-        for text in () if self.told else responses.beyond(run.model, run.step.state.memory):
-            self.told = True
-            notify(text)
+        if not self.told:
+            texts = list(responses.beyond(run.model, run.step.state.memory))
+            self.told = bool(texts)
+            notify(*texts)
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
         self.after(run)
@@ -100,46 +101,43 @@ class PythonCost(Observer):
 def _(setting: RunSetting) -> Iterator[Observer]:
     laws = [one for one in setting.system.loads.forces if isinstance(one, LawForces)]
     if not setting.live:
-        yield Judge(lambda run, motion: warn_of_division(motion.statistics), reads_states=False)
+        yield Judge(lambda run, motion: judge_iteration(motion.statistics), reads_states=False)
         if setting.system.signals:
             yield Judge(
-                lambda run, motion: warn_of_histories(run, motion, setting.steps),
+                lambda run, motion: judge_histories(run, motion, setting.steps),
                 any(one.law.maker for one in laws),
             )
         if any(one.law.memory or coordinate_of(one.law.name) in ROWS_OF_ANGLES for one in laws):
-            yield Judge(warn_of_angles)
+            yield Judge(judge_angles)
         if any(isinstance(one, forces.OfPython) for one in setting.system.loads.forces):
             yield PythonCost()
     if any(one.law.tables for one in laws):
         yield Tables(setting.live)
 
 
-def warn_of_division(cost: Statistics) -> None:
-    """A notice where the iteration failed so often that the motion is hardly resolved."""
+def judge_iteration(cost: Statistics) -> Iterator[str]:
+    """An iteration that failed so often that the motion is hardly resolved."""
     if cost.unresolved:
         failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
-        notify(
-            f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step"
-        )
+        yield f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step"
 
 
-def warn_of_histories(run: OpenRun, motion: Trajectory, steps: int) -> None:
-    """Warnings of what is read of time, of so many steps that were to be taken."""
-    warn_of_coarse_steps(motion, run.plain, run.scheme.step, steps, run.jumps)
-    warn_of_drives_that_jump(run.plain, run.scheme.step, steps)
+def judge_histories(run: OpenRun, motion: Trajectory, steps: int) -> Iterator[str | Notice]:
+    """What is read of time, of so many steps that were to be taken."""
+    yield from find_coarse_steps(motion, run.plain, run.scheme.step, steps, run.jumps)
+    yield from find_jumping_drives(run.plain, run.scheme.step, steps)
 
 
-def warn_of_angles(run: OpenRun, motion: Trajectory) -> None:
-    """A warning of angles of loads."""
-    if not warn_of_jumps(run.model, motion, run.scheme.step):
-        warn_of_tilts(motion)
+def judge_angles(run: OpenRun, motion: Trajectory) -> Iterable[str]:
+    """Angles of loads."""
+    return [*find_jumps(run.model, motion, run.scheme.step)] or find_tilts(motion)
 
 
-def warn_of_coarse_steps(
+def find_coarse_steps(
     motion: Trajectory, plain: System, step: float, steps: int, whole: Collection[int]
-) -> None:
-    """A warning where histories and forces by expressions of t change inside of steps [s], which
-    read them at their ends alone.
+) -> Iterator[Notice]:
+    """Histories and forces by expressions of t that change inside of steps [s], which read them at
+    their ends alone.
 
     `plain` is the system before it was told its inputs; what reads inputs, which are held from step
     to step, is left out. Nothing is missed in steps that end where loads jump in them, `whole` by
@@ -160,32 +158,29 @@ def warn_of_coarse_steps(
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
         text = f"{owner} changes faster than the step of {step:g} s"
-        notify(
-            f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step",
-            kind=CoarseStep,
+        yield CoarseStep(
+            f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step"
         )
 
 
-def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
-    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s]
-    to the next: an impulse.
+def find_jumping_drives(plain: System, step: float, steps: int) -> Iterator[str]:
+    """Functions of time that drive a joint, or their rates, that jump from one step [s] to the
+    next: an impulse.
     """
-    corners = warn_of_corners(plain, step * np.arange(steps + 1))
+    corners = yield from find_cornered_drives(plain, step * np.arange(steps + 1))
     found = of_histories(plain, "jumps", step, steps, lambda: drives_that_jump(plain, step, steps))
     for name, (what, t) in {
         signal_names(plain)[k]: jump for k, jump in reversed(found.items()) if k not in corners
     }.items():
         text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
-        notify(
-            f"{text}: forces there are impulses that depend on the step; let it change over many steps"
-        )
+        yield f"{text}: forces there are impulses that depend on the step; let it change over many steps"
 
 
-def warn_of_corners(plain: System, times: np.ndarray) -> set[int]:
-    """Warnings of tables of straight lines that drive joints, at the first of the times (s,) [s] at
-    which their rates jump.
+def find_cornered_drives(plain: System, times: np.ndarray) -> Generator[str, None, set[int]]:
+    """Tables of straight lines that drive joints, at the first of the times (s,) [s] at which their
+    rates jump.
 
-    The numbers of the signals that read them.
+    Returns the numbers of the signals that read them.
     """
     found = dict[str, str]()
     signals = dict[int, dict[Table, float]]()
@@ -201,9 +196,7 @@ def warn_of_corners(plain: System, times: np.ndarray) -> set[int]:
             text = f"{signal_names(plain)[k]} is driven by the straight lines of table '{table.call[:-2]}', whose rate jumps"
             found.setdefault(text, f"{text} at each point, first at t = {at:.4g} s")
     for text in found.values():
-        notify(
-            f"{text}: forces there are impulses that depend on the step; `smooth: true` makes it a smooth curve"
-        )
+        yield f"{text}: forces there are impulses that depend on the step; `smooth: true` makes it a smooth curve"
     return {k for k, tables in signals.items() if tables}
 
 
@@ -299,13 +292,12 @@ def beside(found: np.ndarray, apart: int) -> np.ndarray:
     return largest
 
 
-def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
-    """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through
-    its axis, or turns too fast.
+def find_jumps(model: Compiled, motion: Trajectory, step: float) -> Iterator[str]:
+    """Angles of loads that jump from one step [s] to the next: a slope goes through its axis, or
+    turns too fast.
     """
-    found = False
     if motion.memory is None or len(motion.times) < 2:
-        return found
+        return
     apart = np.diff(motion.times)
     near = (apart > 0.0) & (apart < 1.5 * step)
     for source, force, held in model.remembering:
@@ -324,16 +316,12 @@ def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
             )
             at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
             why = "its place tilts into the axis there, or turns too fast"
-            notify(
-                f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt"
-            )
-            found = True
-    return found
+            yield f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt"
 
 
-def warn_of_tilts(motion: Trajectory) -> None:
-    """A warning where the place of a torque about an axis in space tilts: the direction u whose
-    angle it counts leaves its plane.
+def find_tilts(motion: Trajectory) -> Iterator[str]:
+    """A place of a torque about an axis in space that tilts: the direction u whose angle it counts
+    leaves its plane.
 
     The torque does the work of that angle, tau theta', so that at a tilt phi it has a part tau
     tan(phi) across the axis.
@@ -361,7 +349,7 @@ def warn_of_tilts(motion: Trajectory) -> None:
         tilt = f"tilts out of the plane of its angle by up to {np.degrees(worst[row]):.0f} degrees"
         across = f"the torque does the work of that angle, and has up to {np.tan(worst[row]):.0%} of itself across its axis"
         remedy = "hold the place by a revolute joint where that matters"
-        notify(f"the place of {pushed_body(system, row)} {tilt}: {across}; {remedy}")
+        yield f"the place of {pushed_body(system, row)} {tilt}: {across}; {remedy}"
 
 
 def coordinate_of(law: str) -> str:

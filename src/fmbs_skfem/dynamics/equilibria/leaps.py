@@ -16,11 +16,11 @@ choice of coordinates.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from ...core.notices import notify
 from ...systems import compiled
 from ...systems.compiled import Compiled
 from ...systems.system import System
@@ -135,8 +135,8 @@ def longest(system: System, u: np.ndarray) -> tuple[float, str]:
     return float(ways[node]), places(base).get(node * base.dim, body).rpartition(",")[0] or body
 
 
-def warn(states: Trajectory) -> None:
-    """One warning of all leaps of a path of equilibria."""
+def summarise(states: Trajectory) -> Iterator[str]:
+    """All leaps of a path of equilibria."""
     found = [one for one in states.crossings if one.kind == "leap"]
     if not found:
         return
@@ -146,6 +146,4 @@ def warn(states: Trajectory) -> None:
     ]
     more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
     text = f"the equilibrium jumps {', '.join(listed)}{more}: the load steps skip a part of its path there"
-    notify(
-        f"{text}; follow it by `method: arc_length`, or take the motion (`type: dynamic`) to see where it comes to rest"
-    )
+    yield f"{text}; follow it by `method: arc_length`, or take the motion (`type: dynamic`) to see where it comes to rest"

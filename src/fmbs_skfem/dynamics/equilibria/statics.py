@@ -369,28 +369,25 @@ def path(system: System, walk: Walk) -> Trajectory:
         way=Way(values, np.array(walk.kept)),
     )
     try:
-        warn(states, memory[-1], found[-1].held)
+        notify(*find_doubts(states, memory[-1], found[-1].held))
     except Notice as notice:
         notice.partial = states
         raise
     return states
 
 
-def warn(states: Trajectory, last: np.ndarray, held: bool) -> None:
-    """Say what speaks against equilibria: leaps, tables beyond their ends, free bodies.
+def find_doubts(states: Trajectory, last: np.ndarray, held: bool) -> Iterator[str]:
+    """What speaks against equilibria: leaps, tables beyond their ends, free bodies.
 
     `last` (l,) is what forces keep of the last one. Where its tangent has `held` all motions, none
     is free: to look for them takes dense factors of the joints, minutes for a chain of 300 bodies.
     """
-    leaps.warn(states)
-    for text in responses.beyond(compile_system(states.system), last):
-        notify(text)
+    yield from leaps.summarise(states)
+    yield from responses.beyond(compile_system(states.system), last)
     if held or states.statistics.iterations == 0:  # no equilibrium was found
         return
     linear = linearise(
         states.system, states.x[-1], states.multipliers[-1], float(states.times[-1]), last
     )
     if free := find_free(states.system, linear).names:
-        notify(
-            f"free motions without stiffness: {'; '.join(free)}; positions along them are arbitrary, hold the bodies by joints"
-        )
+        yield f"free motions without stiffness: {'; '.join(free)}; positions along them are arbitrary, hold the bodies by joints"

@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define NAME_INTERFACE 2 /* version of this header: new fields and statuses */
+#define NAME_INTERFACE 3 /* version of this header: new fields and statuses */
 #define NAME_STEP STEP /* of the model [s] */
 #define NAME_PARAMETERS N_PARAMETERS
 #define NAME_INPUTS N_INPUTS
@@ -41,13 +41,6 @@ typedef enum {
     NAME_INPUT_OUTSIDE
 } NAME_status;
 
-/* An accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones. */
-typedef struct {
-    double x[N_], v[N_], a[N_], acceleration[N_], multipliers[M_], history[3][N_], past[3][M_];
-    double kept[K_], turned[T_], change;
-    int known, order;
-} NAME_state;
-
 typedef struct {
     double parameters[P_]; /* given by the caller before the start */
     double inputs[I_];     /* and before a step */
@@ -61,19 +54,10 @@ typedef struct {
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */
     /* inputs that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
     double given[4][D_], smooth[4][D_], given_end, given_span;
-    NAME_state now, before; /* before: that of the begin of a step that is divided */
-    /* the method */
-    double h, c, bh, gh, sharp, largest_mass;
-    /* the trial state and what is evaluated there */
-    double trial_x[N_], trial_v[N_], trial_acceleration[N_], trial_multipliers[M_];
-    double signals[S_], rhs[R_], y[J_], rates[J_], g[J_], Jy[M_][J_], path_y[J_], path_z[J_], path_v[J_], path_a[J_];
-    double sensed[O_], sensed_rates[O_];
-    double room[3][ROOM_], moduli[MODULI_], turned_tangents[C_];
-NUMBERS
-    /* factors */
-    double W[ENTRIES_], J[M_][N_], spread[M_][N_], schur[MM_], pull;
-    double updates[Q_][R_], shares[Q_][N_], moved[N_], moved_twice[R_];
-    int pivots[N_], schur_pivots[M_], factored, age, secants, turning, judging;
+    double begin, end;     /* of the step that is taken [s] */
+    double turned[T_], sensed[O_], sensed_rates[O_]; /* angles with their turns, and what outputs read */
+    /* what the kernels of a step write: the state, the trial state, factors, and rooms */
+FIELDS
 } NAME_memory;
 
 /* Start values of parameters and inputs. */

@@ -42,12 +42,13 @@ static double of_bits(unsigned long long bits)
 }
 
 //: math_sqrt bits_of of_bits
+#if defined(__NO_MATH_ERRNO__) && (defined(__x86_64__) || defined(__aarch64__) || defined(__wasm__))
+/* One instruction there, no call of a library. */
+INLINED double math_sqrt(double x) { return __builtin_sqrt(x); }
+#else
 /* 1 / sqrt(x) from half the exponent by Newton's iteration, then x - s^2 without round-off. */
 static double math_sqrt(double x)
 {
-#if defined(__NO_MATH_ERRNO__) && (defined(__x86_64__) || defined(__aarch64__) || defined(__wasm__))
-    return __builtin_sqrt(x); /* one instruction there, no call of a library */
-#else
     double scale = 1.0;
     if (!(x > 0.0) || x - x != 0.0)
         return x < 0.0 ? (x - x) / (x - x) : x;
@@ -66,8 +67,8 @@ static double math_sqrt(double x)
     const double s = x * y, split = 134217729.0 * s; /* 2^27 + 1 */
     const double high = split - (split - s), low = s - high;
     return scale * (s + 0.5 * y * (((x - high * high) - 2.0 * high * low) - low * low));
-#endif
 }
+#endif
 
 //: least
 /* As `min` and `max` of Python: the first number stays where the second is none. */

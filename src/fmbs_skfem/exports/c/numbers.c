@@ -24,12 +24,9 @@ static void weigh(const NAME_memory *m, int order, double *weights)
     }
 }
 
-/* a = a_0 + sum_q (sum_t P_t mixture_tq) a_q. */
-static void mix(const double *weights, int t, int q, int n, const double *base, const double *changes, const double *mixture,
-                double *a)
+/* a += sum_q (sum_t P_t mixture_tq) a_q. */
+static void mix(const double *weights, int t, int q, int n, const double *changes, const double *mixture, double *a)
 {
-    for (int i = 0; i < n; i++)
-        a[i] = base[i];
     for (int k = 0; k < q; k++) {
         double weight = 0.0;
         for (int j = 0; j < t; j++)

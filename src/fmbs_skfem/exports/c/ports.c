@@ -1,7 +1,7 @@
 static void sense(NAME_memory *m)
 {
     for (int i = 0; i < SENSORS; i++) {
-        m->sensed[i] = SENSOR_OFFSET[i] + dot(SENSOR_ROWS + i * UNKNOWNS, m->now.x, UNKNOWNS);
-        m->sensed_rates[i] = dot(SENSOR_ROWS + i * UNKNOWNS, m->now.v, UNKNOWNS);
+        m->sensed[i] = @own_sensor_offset@[i] + dot(@own_sensor_rows@ + i * UNKNOWNS, @state_x@, UNKNOWNS);
+        m->sensed_rates[i] = dot(@own_sensor_rows@ + i * UNKNOWNS, @state_v@, UNKNOWNS);
     }
 }

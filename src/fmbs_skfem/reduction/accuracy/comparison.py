@@ -326,17 +326,27 @@ def reduced_jobs(
         found = [(level, hyper) for level, hyper in found if hyper is not NONE]
     for level, hyper in found:
         yield job(level, plan.tolerance, hyper, True)
-    for eps in dict.fromkeys(options.tolerances):
-        for level, hyper in found:
-            for other in other_tolerances(hyper, options):
-                if (eps, other.tolerance) != (plan.tolerance, hyper.tolerance):
-                    yield job(level, eps, other, False)
+    for level, eps, hyper in with_other_tolerances(found, plan.tolerance, options):
+        yield job(level, eps, hyper, False)
     if options.ffrf_modes:
         count = options.ffrf_modes
         yield ModelJob(
             ModelRecord("ffrf", "ffrf", main=True, step=h),
             lambda: Model(replace(raw, system=reduce_floating(raw.system, count))),
         )
+
+
+def with_other_tolerances(
+    found: Sequence[tuple[str, HyperReduction]], tolerance: float, options: ComparisonOptions
+) -> Iterator[tuple[str, float, HyperReduction]]:
+    """Levels and hyper-reductions with the other eps and eta, but for the main ones, whose eps is
+    the `tolerance`.
+    """
+    for eps in dict.fromkeys(options.tolerances):
+        for level, hyper in found:
+            for other in other_tolerances(hyper, options):
+                if (eps, other.tolerance) != (tolerance, hyper.tolerance):
+                    yield level, eps, other
 
 
 def other_tolerances(hyper: HyperReduction, options: ComparisonOptions) -> Iterator[HyperReduction]:

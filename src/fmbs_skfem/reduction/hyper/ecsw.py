@@ -462,18 +462,8 @@ def _descend(
     Returns how many stay.
     """
     while count > 0:
-        for i in range(count - 1, -1, -1):
-            trial[i] = z[i]
-            for j in range(i + 1, count):
-                trial[i] -= T[i, j] * trial[j]
-            trial[i] /= T[i, i]
-        share = 1.0
-        worst = -1
-        for i in range(count):
-            if trial[i] <= 0.0:
-                fraction = w[i] / (w[i] - trial[i]) if w[i] > 0.0 else 0.0
-                if worst < 0 or fraction < share:
-                    share, worst = fraction, i
+        _solve_triangle(T, z, trial, count)
+        share, worst = _find_first_zero(w, trial, count)
         for i in range(count):
             w[i] = trial[i] if worst < 0 else w[i] + share * (trial[i] - w[i])
         if worst < 0:
@@ -485,6 +475,31 @@ def _descend(
                 _remove(T, z, Q, w, active, count, i)
                 count -= 1
     return count
+
+
+@jit
+def _solve_triangle(T: Array, z: Array, trial: Array, count: int) -> None:
+    """Weights of the least squares over the active columns: T trial = z."""
+    for i in range(count - 1, -1, -1):
+        trial[i] = z[i]
+        for j in range(i + 1, count):
+            trial[i] -= T[i, j] * trial[j]
+        trial[i] /= T[i, i]
+
+
+@jit
+def _find_first_zero(w: Array, trial: Array, count: int) -> tuple[float, int]:
+    """Which weight is zero first on the way from w to trial, after which share of it; the whole way
+    and -1 where none is.
+    """
+    share = 1.0
+    first = -1
+    for i in range(count):
+        if trial[i] <= 0.0:
+            fraction = w[i] / (w[i] - trial[i]) if w[i] > 0.0 else 0.0
+            if first < 0 or fraction < share:
+                share, first = fraction, i
+    return share, first
 
 
 @jit

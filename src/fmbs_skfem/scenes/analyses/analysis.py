@@ -174,6 +174,7 @@ class StateTable:
     moves: Sequence[str] = ()  #: the same in words, the last column for people
     linear: StateSpace | None = None  #: from inputs to outputs
     diagram: CampbellDiagram | None = None  #: frequencies over a parameter
+    doubts: Sequence[str] = ()  #: what speaks against it, which is shown as warnings
 
 
 class States(Analysis, ABC):

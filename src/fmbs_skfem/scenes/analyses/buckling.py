@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ... import dynamics
-from ...core.notices import notify
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count, Time
 from ...parts import finer_parts
 from .. import build
-from ..yamlfile import Oddity, where
+from ..yamlfile import Oddity
 from .analysis import Form, States, StateTable, Work, motion_only, refuse_swings
 from .vibration import LANCZOS
 
@@ -51,27 +50,28 @@ class Buckling(States):
         columns = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}
         facts = {"load_factors": factors}
         heads = ["mode", "load factor"]
+        doubts = []
         if not found.conservative:
             told = "some loads turn with the structure and have no potential: it may flutter before its stiffness is lost"
-            notify(
-                f"{where(scene, 'analysis')}: {told}; look at modes under growing loads, analysis: {{type: modes, damped: true}}"
-            )
+            doubts = [
+                f"{told}; look at modes under growing loads, analysis: {{type: modes, damped: true}}"
+            ]
         finer_parts.warn_unknown(reduced)
         wanted = finer_parts.of_finer(
             reduced, lambda finer: dynamics.buckling(finer, self.count, self.time).factors
         )
         if wanted is not None:
             high = finer_parts.too_high(np.abs(factors), np.abs(wanted))
-            finer_parts.warn_of_values(
-                f"{where(scene, 'analysis')}: load factors", finer_parts.by_mode(high)
-            )
+            doubts += finer_parts.find_off("load factors", finer_parts.by_mode(high))
             facts |= {"too_high_by": high}
             columns |= {"too_high_by": high}
             heads += ["too high by"]
         captions = tuple(f"load factor {value:.4g}" for value in factors)
         shapes = dynamics.Shapes(reduced, reduced.x0, found.shapes, captions)
         about = f"{len(factors)} load factors"
-        return StateTable(raw, reduced, about, "buckling", heads, columns, facts, shapes=shapes)
+        return StateTable(
+            raw, reduced, about, "buckling", heads, columns, facts, shapes=shapes, doubts=doubts
+        )
 
     def idle(self, scene: Scene) -> Iterator[Oddity]:
         return motion_only(scene, "a buckling load")

@@ -12,7 +12,6 @@ import numpy as np
 
 from ... import dynamics
 from ...core.errors import InputError, listed, say
-from ...core.notices import notify
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count, name_in
 from ...core.values.ranges import Parameter
@@ -101,8 +100,6 @@ class Campbell(NearState):
 
         values = np.linspace(limits.low, limits.high, max(self.steps, 2))
         found = dynamics.campbell(values, modes_at, self.count)
-        self.warn(scene, name, found)
-        finer_parts.warn_of_values(f"{where(scene, 'analysis')}: frequencies", off)
         hertz = found.omega / (2.0 * np.pi)
         numbers = range(1, found.omega.shape[1] + 1)
         columns = {"step": np.arange(1, len(values) + 1), name: values}
@@ -140,14 +137,15 @@ class Campbell(NearState):
             columns,
             facts,
             diagram=found,
+            doubts=[*find_growing(name, found), *finer_parts.find_off("frequencies", off)],
         )
 
-    def warn(self, scene: Scene, name: str, found: dynamics.CampbellDiagram) -> None:
-        """Name motions that grow somewhere, with the first value at which they do."""
-        place = where(scene, "analysis")
-        for k in np.flatnonzero(found.unstable.any(axis=0)):
-            first = found.values[found.unstable[:, k].argmax()]
-            notify(f"{place}: mode {k + 1} is unstable from {name} = {first:.4g} on")
-        if (at := np.flatnonzero(found.others)).size:
-            listed = f"a motion beside the {found.omega.shape[1]} listed is unstable from {name} = {found.values[at[0]]:.4g} on"
-            notify(f"{place}: {listed}; raise the count")
+
+def find_growing(name: str, found: dynamics.CampbellDiagram) -> Iterator[str]:
+    """Motions that grow somewhere, with the first value at which they do."""
+    for k in np.flatnonzero(found.unstable.any(axis=0)):
+        first = found.values[found.unstable[:, k].argmax()]
+        yield f"mode {k + 1} is unstable from {name} = {first:.4g} on"
+    if (at := np.flatnonzero(found.others)).size:
+        listed = f"a motion beside the {found.omega.shape[1]} listed is unstable"
+        yield f"{listed} from {name} = {found.values[at[0]]:.4g} on; raise the count"

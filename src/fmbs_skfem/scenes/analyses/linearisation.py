@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -13,7 +14,6 @@ from ...dynamics import Linear
 from ...dynamics.near_state.modes import without_round_off
 from ...dynamics.near_state.statespace import StateSpace
 from ...parts import finer_parts
-from ..yamlfile import where
 from .analysis import StateTable, Work
 from .near_state import NearState
 
@@ -58,7 +58,7 @@ class Linearise(NearState):
         linear = self.equations(reduced, about)
         time = self.time if about == "equilibrium" else 0.0
         space = self.space(reduced, linear, time)
-        self.hold_against_finer(scene, space, reduced, about, time)
+        doubts = [*self.hold_against_finer(space, reduced, about, time)]
         return StateTable(
             raw,
             reduced,
@@ -73,6 +73,7 @@ class Linearise(NearState):
                 "states": len(space.A),
             },
             linear=space,
+            doubts=doubts,
         )
 
     def space(self, system: System, linear: Linear, time: float) -> StateSpace:
@@ -82,10 +83,10 @@ class Linearise(NearState):
         )
 
     def hold_against_finer(
-        self, scene: Scene, space: StateSpace, system: System, about: str, time: float
-    ) -> None:
-        """Warn where parts make listed eigenvalues, or the answer to slow inputs, others than those
-        of their bodies.
+        self, space: StateSpace, system: System, about: str, time: float
+    ) -> Iterator[str]:
+        """Where parts make listed eigenvalues, or the answer to slow inputs, others than those of
+        their bodies.
         """
         finer_parts.warn_unknown(system)
         known: list[StateSpace] = []
@@ -95,12 +96,10 @@ class Linearise(NearState):
             return sizes(known[0])
 
         wanted = finer_parts.of_finer(system, again)
-        place = where(scene, "analysis")
         if wanted is not None:
             own = sizes(space)
-            finer_parts.warn_of_values(
-                f"{place}: eigenvalues", finer_parts.by_mode(finer_parts.too_high(own, wanted))
-            )
+            high = finer_parts.by_mode(finer_parts.too_high(own, wanted))
+            yield from finer_parts.find_off("eigenvalues", high)
             slow = [SLOW * float(min(own[own > STILL * own.max(initial=0.0)], default=1.0))]
             gain, other = (
                 np.abs(one) for one in (space.transfer(slow)[0], known[0].transfer(slow)[0])
@@ -112,7 +111,7 @@ class Linearise(NearState):
                 for name, a, b, moved in zip(space.outputs, *off, moves, strict=True)
                 if moved
             }
-            finer_parts.warn_of_values(f"{place}: answers to slow inputs", errors)
+            yield from finer_parts.find_off("answers to slow inputs", errors)
 
 
 def sizes(space: StateSpace) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ... import dynamics
-from ...core.notices import notify, remark
+from ...core.notices import remark
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count
 from ...dynamics import Linear
@@ -69,7 +69,12 @@ class Modes(NearState):
         raw, reduced, about = self.model(scene, allow_outside)
         linear = self.equations(reduced, about)
         found = self.motions(reduced, linear)
-        warn(scene, found, about)
+        doubts = [*find_growing(found, about)]
+        if found.unknown and not doubts:
+            text = f"whether {found.unknown} faster motions grow is not known; ask for more modes"
+            remark(
+                f"{where(scene, 'analysis', 'count')}: {text}, or see whether a run stays where it begins"
+            )
         hertz = found.omega / (2 * np.pi)
         columns = {
             "mode": np.arange(1, len(hertz) + 1),
@@ -85,9 +90,7 @@ class Modes(NearState):
         finer_parts.warn_unknown(reduced)
         high = self.too_high(found, reduced, about)
         if high is not None:
-            finer_parts.warn_of_values(
-                f"{where(scene, 'analysis')}: frequencies", finer_parts.by_mode(high)
-            )
+            doubts += finer_parts.find_off("frequencies", finer_parts.by_mode(high))
             facts |= {"too_high_by": high}
             columns |= {"too_high_by": high}
             heads += ["too high by"]
@@ -95,9 +98,8 @@ class Modes(NearState):
         captions = tuple(f"mode {k + 1}: {value:.4g} Hz" for k, value in enumerate(hertz))
         moving = dynamics.Shapes(reduced, linear.x, found.vectors, captions)
         about = f"{len(hertz)} vibration modes"
-        return StateTable(
-            raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free
-        )
+        known = raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free
+        return StateTable(*known, doubts=doubts)
 
     def too_high(self, found: Motions, system: System, about: str) -> np.ndarray | None:
         """By what part of themselves (i,) parts make the sizes of eigenvalues too large, see
@@ -146,8 +148,8 @@ def size(found: Motions) -> np.ndarray:
     return np.asarray(np.hypot(found.omega, found.growth))
 
 
-def warn(scene: Scene, found: Motions, about: str) -> None:
-    """Name motions that grow."""
+def find_growing(found: Motions, about: str) -> Iterator[str]:
+    """Motions that grow."""
     if growing := np.flatnonzero(grows(found.omega, found.growth)).tolist():
         listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
         kind = (
@@ -155,22 +157,13 @@ def warn(scene: Scene, found: Motions, about: str) -> None:
             if (found.omega[growing] > GROWS * np.hypot(found.omega, found.growth).max()).any()
             else "divergence"
         )
-        notify(
-            f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}"
-        )
+        yield f"the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}"
     if len(found.beyond):
         fastest = found.beyond[np.argmax(found.beyond.real)]
         kind = "flutter" if abs(fastest.imag) > GROWS * abs(fastest) else "divergence"
         text = f"{len(found.beyond)} of the motions that are not listed grow ({kind}), most by {fastest.real:.3g} 1/s"
         at = f" at {abs(fastest.imag) / (2 * np.pi):.4g} Hz" if kind == "flutter" else ""
-        notify(
-            f"{where(scene, 'analysis', 'count')}: the {about} is unstable: {text}{at}; ask for more modes to see them"
-        )
-    elif found.unknown and not growing:
-        text = f"whether {found.unknown} faster motions grow is not known"
-        remark(
-            f"{where(scene, 'analysis', 'count')}: {text}; ask for more modes, or see whether a run stays where it begins"
-        )
+        yield f"the {about} is unstable: {text}{at}; ask for more modes to see them"
 
 
 def real_motions(linear: Linear, free: Free, count: int) -> Motions:

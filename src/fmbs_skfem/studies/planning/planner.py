@@ -34,41 +34,31 @@ SURE = 0.25  #: of the share, below which one difference is enough
 REACH = 4.0  #: how many times more steps a chain may foretell beyond its last pilot
 #: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
 STRETCH = 1.0
-FALLS = 1.6, 4.0  #: ratios of a chain of steps that are believed
-LEAST = 2.0  #: of a chain of cells, and of meshes that are given: corners and supports at points leave no more
+#: ratios of a chain of steps that are believed; a difference does not fall that falls by less
+FALLS = 1.6, 4.0
+# corners and supports at points leave meshes no more than the first order; errors of forces that
+# jump are even where they fall faster, and runs that are nearer by one more order than any method
+# allows are no proof for each other
+#: ratio of the first order: of a chain of cells, and of meshes that are given, at least
+LEAST = 2.0
 FIRST = 4.0  #: ratio that a first difference of meshes is believed to fall by
+# of what is foretold, too: proofs of thirty scenes differ by 0.04 to 0.98 of it, those of two that
+# missed by 1.8
 ROACHE = 1.25  #: factor of safety of an error that a difference tells, as grid convergence has it
 WHOLE = 1e-9  #: of a unit of steps, by which it may be missed
-# step chains pass 1.5 times the ratio of their order before they settle, and are proved; a chain of
-# cells that passes its own was on meshes too coarse to tell: with 2 it foretold a third of the
-# error of a moment
-#: times the largest ratio that is believed, above which a difference is small by chance
-CHANCE, CHANCE_OF_CELLS = (
-    2.0,
-    1.0,
-)
-SURELY = 2.0  #: luck above which two runs are no proof for each other
-EVEN = 2.5  #: ratios above which forces that jump have not made an error uneven
-WILD = 1.5  #: ratio below which a difference does not fall
 # starts that jump, stops and ropes have plateaus of up to six halvings before their stiffness is
 # resolved, and then settle
 PLATEAU, PLATEAU_OF_CELLS = 7, 5  #: differences, after which those that do not fall are believed
 MESHES = 4  #: on which steps may not settle, up to 32 cells, before that is said of the motion
 FINER = 4  #: times the steps with which a chain of cells begins anew where its differences grow
 FEW = 8  #: times the steps of the chain of cells, above which the error of the mesh is measured with those of the run
-# proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by
-# 1.8
-#: difference of the proof over the foretold one that is too much, and steps that it asks for
-DOUBT, MORE = (
-    1.25,
-    1.4,
-)
+#: times the steps or cells that a proof asks for at least, and from which a difference tells the
+#: error of the finer run
+MORE = 1.4
 TWICE = 2.0  #: cells that a proof asks for at most, of those that it doubts
 DOUBTS = 6  #: proofs that are tried
 MANY = 40  #: units of steps, above which four of them are rounded to
-APART = 1.25  #: ratio of cells from which a difference tells the error of the finer mesh
-THIRD = 3.0  #: ratio of cells up to which it does
-LEFT = 0.25  #: of the accuracy, which the mesh may use at least
+THIRD = 3.0  #: ratio of cells up to which a difference tells the error of the finer mesh
 TINY = 1e-12  #: of a goal, that errors count with at least where a level is sought between two
 
 
@@ -112,8 +102,8 @@ class Chain:
     least: float  #: the ratio is at least this
     most: np.ndarray | float  #: and at most this, of every column (k,) or of all alike
     first: float  #: the ratio where one difference is known
-    chance: float = CHANCE
     rough: bool = False
+    proved: bool = True  #: what it foretells is run in half its steps, too
 
     @property
     def sizes(self) -> list[float]:
@@ -142,7 +132,9 @@ class Chain:
         of a smooth one do.
         """
         own = self.own
-        even = len(own) == 3 and np.all([a >= EVEN * b for a, b in itertools.pairwise(own)], axis=0)
+        even = len(own) == 3 and np.all(
+            [a >= LEAST * b for a, b in itertools.pairwise(own)], axis=0
+        )
         return ~(even & np.ones(len(own[-1]), bool)) & self.rough
 
     @property
@@ -202,11 +194,15 @@ class Chain:
     def luck(self) -> np.ndarray:
         """(k,): by how much the last two runs are nearer to each other than an order allows, 1 at
         least: that may be by chance.
+
+        A chain of cells has then been on meshes too coarse to tell (without this it foretold a
+        third of the error of a moment). Chains of steps pass 1.5 times the ratio of their order
+        before they settle, and are proved.
         """
         own = self.own[-2:]
-        if len(own) < 2:
+        if len(own) < 2 or self.proved:
             return np.ones(len(own[-1]))
-        return np.maximum(1.0, over(own[0], own[1], 0.0) / (self.chance * np.max(self.most)))
+        return np.maximum(1.0, over(own[0], own[1], 0.0) / np.max(self.most))
 
 
 def over(one: np.ndarray, other: np.ndarray, none: np.ndarray | float) -> np.ndarray:
@@ -356,20 +352,40 @@ class Planner:
             if attempt == DOUBTS - 1:
                 why = why or "doubt"
                 break
-            left = SAFETY - min(size(found), SAFETY * SHARE) if more_steps else SAFETY - size(found)
-            by_steps = more_steps and (
-                measured is None or size(found) > SAFETY * SHARE or not more_cells
+            cells, steps = self.finer(
+                (cells, steps),
+                (time if more_steps else None, found),
+                (mesh if more_cells else None, of_mesh),
+                measured is not None,
             )
-            if by_steps:
-                steps = self.rounded(np.clip(time.more(found, SAFETY * SHARE), MORE, REACH) * steps)
-            if mesh and more_cells and (not by_steps or size(of_mesh) > left):
-                cells = min(
-                    math.ceil(np.clip(mesh.more(of_mesh, left), MORE, TWICE) * cells),
-                    self.limits.cells,
-                )
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         return AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
+
+    def finer(
+        self,
+        chosen: tuple[int, int],
+        of_step: tuple[Chain | None, np.ndarray],
+        of_mesh: tuple[Chain | None, np.ndarray],
+        proved: bool,
+    ) -> tuple[int, int]:
+        """More cells, more steps or both, where what is chosen errs too much: by the errors of step
+        and mesh along their chains; no more of what has None in place of a chain.
+
+        As long as no run has `proved` the error of the step there are more steps.
+        """
+        cells, steps = chosen
+        (time, time_error), (mesh, mesh_error) = of_step, of_mesh
+        share = SAFETY * SHARE
+        error = size(time_error)
+        left = SAFETY - (min(error, share) if time else error)
+        by_steps = time is not None and (not proved or error > share or mesh is None)
+        if time and by_steps:
+            steps = self.rounded(np.clip(time.more(time_error, share), MORE, REACH) * steps)
+        if mesh and (not by_steps or size(mesh_error) > left):
+            more = np.clip(mesh.more(mesh_error, left), MORE, TWICE)
+            cells = min(math.ceil(more * cells), self.limits.cells)
+        return cells, steps
 
     def is_far(self, one: tuple[int, int], errors: Callable[[int, int], np.ndarray]) -> bool:
         """Whether a run differs from the nearest other one by more than both are foretold to err,
@@ -381,7 +397,7 @@ class Planner:
         if difference is None:
             raise Unresolved(*one)
         foretold = size(errors(*nearest) + errors(*one))
-        return size(difference) > DOUBT * max(foretold, SURE)
+        return size(difference) > ROACHE * max(foretold, SURE)
 
     def fewer(
         self, cells: int, steps: int, error: np.ndarray, of_mesh: np.ndarray
@@ -424,12 +440,12 @@ class Planner:
             self.differ((coarser, half), (cells, half))
         for (other, same), run in list(self.known.items()):
             beside = (same == steps and (finer is None or steps > known)) or (many and same == half)
-            if run is None or not beside or not APART * other <= cells <= THIRD * other:
+            if run is None or not beside or not MORE * other <= cells <= THIRD * other:
                 continue
             if (apart := self.differ((other, same), (cells, same))) is not None:
                 # what differs by more than the chain has foretold is not what the chain has seen
                 # fall
-                foretold = DOUBT * (mesh.errors(other) - mesh.errors(cells))
+                foretold = ROACHE * (mesh.errors(other) - mesh.errors(cells))
                 powers = np.where(apart[1] <= foretold[1], mesh.powers, math.log2(LEAST))
                 found = np.maximum(found, ROACHE * apart / ((cells / other) ** powers - 1.0))
         return found
@@ -456,16 +472,14 @@ class Planner:
             return difference  # forces that jump fall evenly on one mesh, and not on the next
         if difference is None:
             return None
-        # where differences fall slowly nobody knows how slowly they do on this mesh
-        powers = np.where(time.ratios >= EVEN, time.powers, math.log2(FALLS[0]))
-        found = ROACHE * difference / ((steps / half) ** powers - 1.0)
+        found = ROACHE * difference / ((steps / half) ** time.powers - 1.0)
         for other, fewer in [one for one, run in self.known.items() if run is not None]:
             if (
                 other == cells
                 and half < fewer <= steps / MORE
                 and (apart := self.differ((cells, fewer), (cells, steps))) is not None
             ):
-                found = np.maximum(found, ROACHE * apart / ((steps / fewer) ** powers - 1.0))
+                found = np.maximum(found, ROACHE * apart / ((steps / fewer) ** time.powers - 1.0))
         return found
 
     def unsettled(
@@ -599,7 +613,7 @@ class Planner:
             differences.append(found)
             most = np.exp2(self.pilots.order)
             chain = Chain(
-                cells, tuple(differences), LEAST, most, LEAST if single else FIRST, CHANCE_OF_CELLS
+                cells, tuple(differences), LEAST, most, LEAST if single else FIRST, proved=False
             )
             why = "cells" if 2 * cells > self.limits.cells else None
             why = "" if single else judge(chain, goal, STRETCH, PLATEAU_OF_CELLS, why)
@@ -626,7 +640,7 @@ def is_enough(chain: Chain, goal: float, reach: float) -> bool:
     """
     if len(chain.differences) == 1:
         return chain.error() <= SURE * goal
-    if np.any((chain.luck > SURELY) & (chain.differences[-2][0] > goal)):
+    if np.any((chain.luck > LEAST) & (chain.differences[-2][0] > goal)):
         return False
     return chain.error() <= goal or chain.needed(goal) <= reach * chain.fine
 
@@ -636,7 +650,7 @@ def is_wild(chain: Chain, plateau: int) -> bool:
     smaller.
     """
     sizes = chain.sizes[-4:]
-    return len(chain.differences) >= plateau and sizes[0] < WILD**3 * sizes[-1]
+    return len(chain.differences) >= plateau and sizes[0] < FALLS[0] ** 3 * sizes[-1]
 
 
 def judge(chain: Chain, goal: float, reach: float, plateau: int, limit: str | None) -> str | None:
@@ -686,7 +700,7 @@ def plan(
     )
     if not cells:
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
-    rest = max(SAFETY - time.error(chosen[1]), LEFT)
+    rest = SAFETY - min(time.error(chosen[1]), SAFETY * SHARE)
     fewest = cells // 2 if free_cells else cells
     first = first if free_steps else min(first, limits.usual)
     mesh, first, short = done.chain_of_cells(fewest, first, chosen[1], rest, single=not free_cells)

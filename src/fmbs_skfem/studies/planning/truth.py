@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...core.errors import InputError, say
-from ...core.notices import notify
 from ...reduction.accuracy.comparison import Truth
 from ...scenes.accuracy import Accuracy, Bound
 from ...scenes.analyses.dynamic import AUTO
@@ -56,10 +55,6 @@ def find(scene: Scene, wanted: Sequence[float] = WANTED, allow_outside: bool = F
             )
         )
     found = {bound: planned.find(asking(bound), allow_outside) for bound in wanted}
-    if missed := [f"{bound:g}" for bound, plan in found.items() if not plan.met]:
-        notify(
-            f"no full model is known to meet an accuracy of {', '.join(missed)}: the picture shows none"
-        )
     cells = FINER * max(plan.cells or 0 for plan in found.values())
     most = max(
         analysis.duration / analysis.step,

@@ -12,7 +12,6 @@ from ...core.errors import InputError
 from ...scenes import build, where, yamlfile
 
 if TYPE_CHECKING:
-    from ...bodies.body import Body
     from ...core.values.problems import Problem
     from ...scenes import Scene
     from ...systems import System
@@ -52,15 +51,6 @@ def announce(job: Job, scene: Scene, raw: System, ranged: bool = False) -> None:
                 for subject in dict.fromkeys(subject for subject, _ in find(scene, raw, ranged))
             ],
         )
-
-
-def announce_part(job: Job, scene: Scene, part: Body) -> None:
-    """The same of a part, which has the law of its body, and no joints and loads of the scene."""
-    if extras.there("symbols") and part.cells is not None:
-        from ...exports import laws
-
-        wrong = laws.refuse(part.cells.law, part.dim) is not None
-        tell(job, [in_words(scene, f"body '{part.name}'")] if wrong else [])
 
 
 def tell(job: Job, found: list[str]) -> None:

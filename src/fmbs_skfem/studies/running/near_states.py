@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import FmbsError, InputError, say
+from ...core.notices import notify
 from ...core.values.display import DisplayUnits
 from ...core.values.units import add_unit
 from ...dynamics.near_state.shapes import say_shares, shares
 from ...results import mode_shapes, response_plots, series
 from ...results.plots import PANELS
+from ...scenes.yamlfile import where
 from .. import job as jobs
 from .. import kinds, reports
 from ..job import Job
@@ -50,6 +52,7 @@ def solve_states(
     ):
         with jobs.keep_results():
             found = analysis.find(scene, job.allow_outside)
+            notify(*(f"{where(scene, 'analysis')}: {text}" for text in found.doubts))
         error: FmbsError | None = jobs.refused(job)
         shapes = found.shapes
         if draw and shapes is None:

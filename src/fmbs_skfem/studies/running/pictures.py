@@ -152,7 +152,4 @@ def color(scene: Scene, system: System) -> str | None:
     if motion.usual_color(system) is None:
         return None
     wanted = scene.pictures.color if scene.pictures else "curvature"
-    if wanted == "error":
-        notify("pictures: the full model has no error; coloured by curvature")
-        return "curvature"
-    return wanted
+    return "curvature" if wanted == "error" else wanted

@@ -21,7 +21,7 @@ import numpy as np
 
 from ... import dynamics
 from ...core.errors import Contradiction, FmbsError, SolverError, Warned
-from ...core.notices import Notice, Progress
+from ...core.notices import Notice, Progress, notify
 from ...core.storage.records import dataclass
 from ...core.values.display import DisplayUnits
 from ...dynamics import GeneralizedAlpha, Trajectory
@@ -111,12 +111,11 @@ def finish(
         if isinstance(error, SolverError):
             departures.warn(beyond)  # what a run sees that ends early may be older
         strained = large_strains.find(trajectory)
-        large_strains.warn(strained)
         outputs = dynamics.outputs(trajectory)
         cost = trajectory.statistics
         judged = task.judge(trajectory)
         uncertain = stress_errors.of_outputs(trajectory, outputs)
-        stress_errors.warn(uncertain)
+        notify(*large_strains.summarise(strained), *stress_errors.summarise(uncertain))
     error = error or jobs.refused(job)
     checked: dict[str, Any] = {}
     if job.check and error is None and task.halved and task.scheme:

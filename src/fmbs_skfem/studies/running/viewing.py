@@ -140,24 +140,16 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
     """A saved model as it runs in a page; None, with a notice, where it has no C or there is no
     compiler.
     """
-    if not extras.there("symbols"):
-        notify(
-            f"the page shows the run alone: C is written of symbols, {extras.install('symbols')}"
-        )
-        return None
-    from ...exports import wasm
-    from .. import exporting
-
     try:
+        if not extras.there("symbols"):
+            raise InputError(f"C is written of symbols, {extras.install('symbols')}")
+        from ...exports import wasm
+        from .. import exporting
+
         made, *_ = exporting.written(job, "model")
         module = wasm.module(made)
     except (InputError, SolverError) as problem:
         notify(f"the page shows the run alone: {problem}")
-        return None
-    if module is None:
-        notify(
-            f"the page shows the run alone: the model itself runs in it with a compiler, {extras.install('fmu')}"
-        )
         return None
     parameters = tuple(PageParameter(name, *one) for name, one in made.parameters.items())
     inputs = tuple(PageParameter(name, *one) for name, one in exporting.input_ranges(made).items())

@@ -108,7 +108,11 @@ def angle_in_space(room: np.ndarray, last: float) -> float:
     w = complex(dot(u, p), dot(u, q))
     by = inverse(w)
     for i in range(3):  # derivatives of log w
-        s[i], s[3 + i], s[6 + i] = by * complex(p[i], q[i]), by * u[i], 1j * by * u[i]
+        s[i], s[3 + i], s[6 + i] = (
+            by * complex(p[i], q[i]),
+            by * u[i],
+            complex(0.0, 1.0) * by * u[i],
+        )
     for i in range(9):
         room[SLOPE, i] = s[i].imag
         for j in range(len(room) - SECOND):
@@ -271,17 +275,15 @@ def along(
             push(s, F, k, by, room)
         return 0
 
-    @routine
-    def accept(table: Any, record: Any) -> int:
-        s = evaluation(table).space
-        F = opened(record)
-        room = np.empty((SECOND, rows))
-        for k in range(len(F.rows)):
-            s.memory[F.memory + k] = coordinate(read(s, F, k, room), s.memory[F.memory + k])
-        return 0
-
     pairs = tuple((i, j) for i in range(rows) for j in range(rows))
-    remember, judge = impacts(at, rows, numbers) if judged else (accept if turns else None, None)
+    remember, judge = (
+        impacts(at, rows, numbers)
+        if judged
+        else (
+            keep_turns(coordinate, rows) if turns else None,
+            None,
+        )
+    )
     return ForceLaw(
         name=name,
         rows=rows,
@@ -297,6 +299,21 @@ def along(
         judge=judge,
         smooth=smooth,
     )
+
+
+def keep_turns(coordinate: Any, rows: int) -> Routine:
+    """What keeps the angles of accepted states, by which the next ones know their turns."""
+
+    @routine
+    def remember(table: Any, record: Any) -> int:
+        s = evaluation(table).space
+        F = opened(record)
+        room = np.empty((SECOND, rows))
+        for k in range(len(F.rows)):
+            s.memory[F.memory + k] = coordinate(read(s, F, k, room), s.memory[F.memory + k])
+        return 0
+
+    return remember
 
 
 def impacts(at: Any, rows: int, numbers: int) -> tuple[Routine, Routine]:

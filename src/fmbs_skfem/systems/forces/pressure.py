@@ -112,7 +112,8 @@ def at_load_factor(model: Compiled, factor: float) -> Compiled:
     terms = tuple(
         scaled(term, owner) for term, owner in zip(model.terms, model.owners, strict=True)
     )
-    return replace(model, terms=terms, arrays=model.arrays._replace(elastic=sum_of(terms)))
+    elastic = sum_of(terms, model.owners)
+    return replace(model, terms=terms, arrays=model.arrays._replace(elastic=elastic))
 
 
 def present(system: System) -> list[str]:

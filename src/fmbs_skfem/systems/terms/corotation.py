@@ -36,6 +36,7 @@ class CorotationalTangent(NamedTuple):
     table: IntegerMatrix  #: (t, 3) first unknown, number of unknowns, place of K_a, K_b, K_c in `numbers`
     rows: Cube  #: (t, 2, n) with offset (t, 2): multiples of c and s
     offset: Matrix
+    places: Cube  #: (t, n, 3) multiples of c, s and 1 of the unknowns in which a part is turned
     beta: Vector  #: (t,) stiffness-proportional damping times [s]
     numbers: Vector
 
@@ -47,6 +48,7 @@ def nothing(size: int) -> CorotationalTangent:
         np.zeros((0, 3), np.int64),
         np.zeros((0, 2, size)),
         np.zeros((0, 2)),
+        np.zeros((0, size, 3)),
         np.zeros(0),
         np.zeros(0),
     )

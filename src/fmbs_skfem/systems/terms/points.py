@@ -23,7 +23,7 @@ from ...core.storage.records import dataclass
 from ...core.storage.validation import Attributes, Indices, Range, Reals
 from ..affine import Affine, Matrix
 from ..evaluation import evaluation
-from ..kernels import add_combination, add_sums
+from ..kernels import add_combination, add_sums, clear
 from . import elastic as terms
 from .elastic import Lifts, Setting, Term
 
@@ -131,6 +131,35 @@ def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
         for j in range(modes):
             # rows and columns of the modes of this body alone
             W[P.first + i, P.first + j] += product[i, j]
+
+
+@jit
+def add_half_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
+    """The same without BLAS, for programs that are printed: the lower half, mode by mode, from the
+    rows that forces read.
+    """
+    modes, size = P.transposed.shape
+    points = P.section.shape[2]
+    rows = size // points
+    D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points))
+    found = np.empty(modes)
+    for r in range(modes):
+        mode = view(P.transposed[r], 0, (rows, points))
+        for i in range(rows):
+            target = stress[i]
+            modulus = D[i]
+            for p in range(points):
+                target[p] = modulus[0, p] * mode[0, p]
+            for j in range(1, rows):
+                for p in range(points):
+                    target[p] += modulus[j, p] * mode[j, p]
+        half = found[: r + 1]
+        clear(half)
+        add_sums(P.transposed[: r + 1], view(stress, 0, (size,)), half)
+        for s in range(r):
+            W[P.first + r, P.first + s] += half[s]
+            W[P.first + s, P.first + r] += half[s]
+        W[P.first + r, P.first + r] += half[r]
 
 
 @routine

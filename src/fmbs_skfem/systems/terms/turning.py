@@ -9,12 +9,15 @@ drop out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.algebra.linalg import as_dense, support
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import routine
+from ..evaluation import evaluation, part_tangent
 from ..prepared import prepare
 from ..system import System
 from .corotation import CorotationalTangent, nothing
@@ -38,8 +41,7 @@ class Turning(NamedTuple):
     table: np.ndarray  #: of `CorotationalTangent`, as are
     rows: np.ndarray
     offset: np.ndarray
-    #: by the angle [rad], the unknowns (n,) in which a body is turned by it
-    places: tuple[Callable[[float], np.ndarray], ...]
+    places: np.ndarray
 
 
 def turning_of(system: System) -> Turning | None:
@@ -81,7 +83,7 @@ def find_turning(system: System) -> Turning | None:
         places.append(place)
         first += 3 * count * count
     return Turning(
-        np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), tuple(places)
+        np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), np.array(places)
     )
 
 
@@ -94,47 +96,92 @@ def room(system: System, turning: Turning | None) -> CorotationalTangent:
         return nothing(system.size)
     # damping in proportion to the stiffness turns with it, by one factor
     beta = np.array([elastic.beta for elastic in system.elastic])
-    return CorotationalTangent(
-        *turning[:3], beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum()))
-    )
+    return CorotationalTangent(*turning, beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum())))
 
 
-def fill(
-    T: CorotationalTangent,
-    turning: Turning,
-    tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]],
-) -> bool:
-    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False
-    where one does not turn so.
+@routine
+def fill(table: Any, _: int = 0) -> int:
+    """Put K_a, K_b and K_c of all parts in; 0 where there is none, or one does not turn so, else 1.
 
-    K(theta) is compared with the tangent at a fifth angle `PROOF` [rad], from which it may differ
-    by `ALIKE` of its norm.
+    K(theta) is compared with the tangent at a fourth angle `PROOF` [rad], from which it may differ
+    by `ALIKE` of its norm. x and W of the space are overwritten.
     """
-    for number, ((first, count, at), place) in enumerate(zip(T.table, turning.places, strict=True)):
-        K = tangent(number)
-        on = slice(first, first + count)
+    T = evaluation(table).arrays.corotation
+    alike = len(T.table) > 0
+    for part in range(len(T.table)):
+        first, count, at = T.table[part]
+        # side by side, so that a tangent reads its three matrices in one sweep
+        Ka, Kb, Kc = (
+            view(T.numbers, at, (count, count)),
+            view(T.numbers, at + count * count, (count, count)),
+            view(T.numbers, at + 2 * count * count, (count, count)),
+        )
         # a quadratic form in c and s has three coefficients; the fourth angle is none of theirs,
         # and tries them
-        Ka, Kb, half, proof = (K(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
-        Kc = 2.0 * half - Ka - Kb
-        c = np.cos(PROOF)
-        s = np.sin(PROOF)
-        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(
-            proof
-        ):
-            return False
-        # side by side, so that a tangent reads its three matrices in one sweep
-        T.numbers[at : at + 3 * count * count] = np.concatenate(
-            [part[on, on].ravel() for part in (Ka, Kb, Kc)]
-        )
-    return True
+        turn(table, part, 0.0, first, Ka)
+        turn(table, part, 0.5 * np.pi, first, Kb)
+        turn(table, part, 0.25 * np.pi, first, Kc)
+        for i in range(count):
+            for j in range(count):
+                Kc[i, j] = 2.0 * Kc[i, j] - Ka[i, j] - Kb[i, j]
+        if not is_proved(table, part, first, Ka, Kb, Kc):
+            alike = False
+    return 1 if alike else 0
 
 
-def fit(
-    system: System, span: slice
-) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:
-    """Rows (2, n) and offset (2,) that show the turn of a body, the unknowns that turn it by an
-    angle, and what they miss of it.
+@jit
+def turn(table: Any, part: int, theta: float, first: int, K: np.ndarray) -> None:
+    """K (r, r) = the tangent of a part that is turned by an angle [rad], of its r unknowns from
+    `first` on.
+    """
+    place(table, part, theta)
+    W = evaluation(table).space.W
+    for i in range(K.shape[0]):
+        for j in range(K.shape[1]):
+            K[i, j] = W[first + i, first + j]
+
+
+@jit
+def place(table: Any, part: int, theta: float) -> None:
+    """W = the tangent of a part that is turned by an angle [rad]."""
+    E = evaluation(table)
+    x = E.space.x
+    places = E.arrays.corotation.places
+    c = np.cos(theta)
+    s = np.sin(theta)
+    for i in range(len(x)):
+        x[i] = places[part, i, 0] * c + places[part, i, 1] * s + places[part, i, 2]
+    # no damping: the rotated tangent takes it as a factor 1 + gh beta
+    E.space.gh[0] = 0.0
+    part_tangent(table, part)
+
+
+@jit
+def is_proved(
+    table: Any, part: int, first: int, Ka: np.ndarray, Kb: np.ndarray, Kc: np.ndarray
+) -> bool:
+    """Whether the tangent of a part at the angle `PROOF` is the one that follows from K_a, K_b and
+    K_c (r, r), those of its r unknowns from `first` on.
+    """
+    place(table, part, PROOF)
+    W = evaluation(table).space.W
+    c = np.cos(PROOF)
+    s = np.sin(PROOF)
+    off, whole = 0.0, 0.0
+    for i in range(Ka.shape[0]):
+        for j in range(Ka.shape[1]):
+            value = W[first + i, first + j]
+            d = c * c * Ka[i, j] + s * s * Kb[i, j] + c * s * Kc[i, j] - value
+            off += d * d
+            whole += value * value
+    return off <= ALIKE * ALIKE * whole
+
+
+def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Rows (2, n) and offset (2,) that show the turn of a body, the unknowns (n, 3) that turn it by
+    an angle, and what they miss of it.
+
+    These are multiples of the cosine of the angle, its sine, and 1.
     """
     V = np.asarray(system.lift.matrix[span])
     offset = system.lift.offset[span]
@@ -153,8 +200,4 @@ def fit(
     miss = float(np.linalg.norm(A @ found - shapes.T) / np.linalg.norm(shapes))
     images = found[: V.shape[1]]
     start = (inverse @ offset)[: V.shape[1]]
-
-    def place(theta: float) -> np.ndarray:
-        return np.asarray(images @ np.array([np.cos(theta), np.sin(theta)]) - start)
-
-    return shapes @ V, shapes @ offset, place, miss
+    return shapes @ V, shapes @ offset, np.column_stack([images, -start]), miss

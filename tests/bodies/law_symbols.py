@@ -12,10 +12,10 @@ from typing import Any
 
 import sympy
 
-from ..bodies.cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
-from ..bodies.laws import CABLE, Law
-from ..bodies.symbolic import LawSymbols, Vectors, quadratic_dissipation, rate
-from ..core.compiling.symbols import Expression
+from fmbs_skfem.bodies.cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
+from fmbs_skfem.bodies.laws import CABLE, Law
+from fmbs_skfem.bodies.symbolic import LawSymbols, Vectors, quadratic_dissipation, rate
+from fmbs_skfem.core.compiling.symbols import Expression
 
 
 def stretch(r: Vectors) -> Expression:
