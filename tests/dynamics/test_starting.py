@@ -17,9 +17,9 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.algebra import small
 from fmbs_skfem.core.compiling import jit, programs
 from fmbs_skfem.core.compiling.structs import Routine, address_of, packed
-from fmbs_skfem.core.printing.memory import Memory
-from fmbs_skfem.core.printing.printer import Printer
-from fmbs_skfem.core.printing.program import Program, region
+from fmbs_skfem.core.printing.memory import PackedMemory
+from fmbs_skfem.core.printing.printer import KernelPrinter
+from fmbs_skfem.core.printing.program import PrintedProgram, region
 from fmbs_skfem.core.printing.values import Const
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, initial, integration
@@ -296,10 +296,10 @@ class InC:
         }
         mutable = {"job_signals"}
         while True:
-            memory = Memory(mutable)
+            memory = PackedMemory(mutable)
             memory.add(Step, address)
             spelled = (programs.run, row_programs.act)
-            printer = Printer(memory, jit.BEHIND, small.STANDS, small.PRODUCTS, spelled)
+            printer = KernelPrinter(memory, jit.BEHIND, small.STANDS, small.PRODUCTS, spelled)
             names = {
                 name: printer.entry(one, [memory.pointer(address), Const(told)])
                 for name, (one, told) in calls.items()
@@ -314,7 +314,7 @@ class InC:
         )
         for name in (one for one in SHOWN if memory_has(memory, f"state_{one}")):
             own += f"double *of_{name}(NAME_memory *m) {{ return {region(f'state_{name}')}; }}\n"
-        program = Program(printer, own)
+        program = PrintedProgram(printer, own)
         constants, starts = program.starts()
         tail = program.own.replace("STARTS", starts)
         for name, one in names.items():
@@ -345,7 +345,7 @@ class InC:
         return int(getattr(self.library, name)(self.memory))
 
 
-def memory_has(memory: Memory, name: str) -> bool:
+def memory_has(memory: PackedMemory, name: str) -> bool:
     """Whether an array of a step has numbers."""
     return any(one.name == name for one in memory.regions)
 

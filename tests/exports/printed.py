@@ -12,9 +12,9 @@ import numpy as np
 from fmbs_skfem.core.algebra import small
 from fmbs_skfem.core.compiling import jit, programs
 from fmbs_skfem.core.compiling.structs import address_of
-from fmbs_skfem.core.printing.memory import Memory
-from fmbs_skfem.core.printing.printer import Printer
-from fmbs_skfem.core.printing.program import Program, region
+from fmbs_skfem.core.printing.memory import PackedMemory
+from fmbs_skfem.core.printing.printer import KernelPrinter
+from fmbs_skfem.core.printing.program import PrintedProgram, region
 from fmbs_skfem.core.printing.values import ZERO, Const, Scalar, Struct
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integration, scheme
 from fmbs_skfem.dynamics.compiled_step import stepping
@@ -113,14 +113,14 @@ class Calls:
             functions[lengths.levels.histories] = "signals"
             functions[lengths.levels.set_span] = "set_span"
             varying = [f"method_{name}" for name in (*scheme.OF_LENGTH, "allowed")]
-        memory = Memory(mutable, varying)
+        memory = PackedMemory(mutable, varying)
         memory.join([start, *(lengths.levels.tables.tolist() if lengths else ())])
         memory.add(Step, start)
         # copies are of numbers of eight bytes: what these are is said here
         for copy in (lengths.before, lengths.held) if lengths else ():
             memory.add(State, address_of(copy.packed), "copy")
         spelled = (programs.run, row_programs.act)
-        self.printer = Printer(memory, functions, small.STANDS, small.PRODUCTS, spelled)
+        self.printer = KernelPrinter(memory, functions, small.STANDS, small.PRODUCTS, spelled)
         step = memory.pointer(start)
         kernel = stepping.take_row if lengths else stepping.take
         take = self.printer.entry(kernel, [step, ZERO])
@@ -167,7 +167,7 @@ class Steps:
         own = OWN + LENGTHS if lengths else OWN
         for word, place in words.items():
             own = re.sub(rf"\b{word}\b", place, own)
-        program = Program(calls.printer, own)
+        program = PrintedProgram(calls.printer, own)
         constants, starts = program.starts()
         own = program.own.replace("STARTS", starts)
         text = "\n".join(

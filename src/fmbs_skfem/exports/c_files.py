@@ -24,9 +24,9 @@ from ..core.algebra.linalg import as_dense
 from ..core.compiling import jit, programs, structs
 from ..core.errors import InputError, say
 from ..core.notices import notify
-from ..core.printing.memory import Memory
-from ..core.printing.printer import Printer
-from ..core.printing.program import Program, region
+from ..core.printing.memory import PackedMemory
+from ..core.printing.printer import KernelPrinter
+from ..core.printing.program import PrintedProgram, region
 from ..core.printing.values import ZERO, Const, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
@@ -245,7 +245,7 @@ def check(given: Numbers, where: str) -> None:
 class Kernels(NamedTuple):
     """Printed kernels of a step, and how the program calls them."""
 
-    printer: Printer
+    printer: KernelPrinter
     calls: dict[str, str]  #: names in C
 
 
@@ -263,7 +263,7 @@ def print_kernels(
     callbacks = (one.address for one in base.lengths.doors)
     behind = jit.BEHIND | dict(zip(callbacks, ("fill_signals", "set_parts"), strict=True))
     while True:
-        memory = Memory(mutable, VARYING, changing, changed)
+        memory = PackedMemory(mutable, VARYING, changing, changed)
         memory.join(base.tables)
         memory.add(Step, base.tables[0])
         for name, copy in (("before", base.lengths.before), ("held", base.lengths.held)):
@@ -271,7 +271,7 @@ def print_kernels(
                 memory.add(State, structs.address_of(copy.packed), name)
         for name, numbers_of in base.own.items():
             memory.name(numbers_of, f"own_{name}")
-        printer = Printer(memory, behind, STANDS, small.PRODUCTS, SPELLED)
+        printer = KernelPrinter(memory, behind, STANDS, small.PRODUCTS, SPELLED)
         table = memory.pointer(base.tables[0])
         asked: dict[str, tuple[Any, Value]] = {
             "TAKE": (stepping.take_row, ZERO),
@@ -339,7 +339,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         replaced(template("inputs.c"), {"READ": "\n".join(f"    {line}" for line in timed.lines)})
     )
     behind = placed("\n".join([template("ports.c"), reading, setting, template("model.c")]))
-    program = Program(kernels.printer, f"{before}{APART}{behind}")
+    program = PrintedProgram(kernels.printer, f"{before}{APART}{behind}")
     before, behind = program.own.split(APART)
     starts, starting_lines = program.starts(FOUND)
     text = "\n".join(

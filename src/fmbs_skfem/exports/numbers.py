@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.compiling import structs
 from ..core.errors import InputError, say
-from ..core.printing.memory import Memory
+from ..core.printing.memory import PackedMemory
 from ..core.storage.records import dataclass
 from ..reduction import cases
 from ..reduction.affine import Order, ParametricCase, Varying, lagrange
@@ -70,24 +70,24 @@ def is_read(place: Place) -> bool:
     )
 
 
-class Change(NamedTuple):
+class LeafChange(NamedTuple):
     """How an array of a packed step follows one leaf of the case."""
 
     part: Varying
     values: np.ndarray  #: (q, n) what each of its values changes
 
 
-Changes: TypeAlias = dict[tuple[Any, ...], list[Change]]
+LeafChanges: TypeAlias = dict[tuple[Any, ...], list[LeafChange]]
 
 
 def changes_of(
     base: PackedCase, numbers: Numbers, repack: Callable[[Case], PackedCase], where: str
-) -> Changes:
+) -> LeafChanges:
     """What parameters change in the arrays of a packed step, which are linear in the leaves.
 
     InputError, after `where`, where they are not.
     """
-    found: Changes = {}
+    found: LeafChanges = {}
     for part in numbers.varying.values():
         leaf = cases.leaf_at(base.case, part.place)
         before = cases.numbers_of(leaf, leaf)[part.positions]
@@ -101,7 +101,7 @@ def changes_of(
                     continue
                 known = found.setdefault(place, [])
                 if not known or known[-1].part is not part:
-                    known.append(Change(part, np.zeros((len(part.values), difference.size))))
+                    known.append(LeafChange(part, np.zeros((len(part.values), difference.size))))
                 known[-1].values[k] = difference
     prove(base, numbers, found, repack, where)
     return found
@@ -135,7 +135,7 @@ def weights_of(model: ParametricCase, part: Varying, row: np.ndarray) -> np.ndar
 
 
 def start_of(
-    base: PackedCase, numbers: Numbers, place: tuple[Any, ...], changes: Sequence[Change]
+    base: PackedCase, numbers: Numbers, place: tuple[Any, ...], changes: Sequence[LeafChange]
 ) -> np.ndarray:
     """An array without all that parameters change (n,)."""
     assert numbers.model is not None
@@ -149,7 +149,7 @@ def start_of(
 def prove(
     base: PackedCase,
     numbers: Numbers,
-    changes: Changes,
+    changes: LeafChanges,
     repack: Callable[[Case], PackedCase],
     where: str,
 ) -> None:
@@ -179,7 +179,7 @@ def prove(
                 raise InputError(lost(part_of, where))
 
 
-def places_of(base: PackedCase, changes: Changes) -> tuple[dict[int, str], list[int]]:
+def places_of(base: PackedCase, changes: LeafChanges) -> tuple[dict[int, str], list[int]]:
     """Names of numbers in records that parameters change, by their addresses, and addresses of
     arrays.
     """
@@ -194,7 +194,9 @@ def places_of(base: PackedCase, changes: Changes) -> tuple[dict[int, str], list[
     return scalars, arrays
 
 
-def write(base: PackedCase, numbers: Numbers, changes: Changes, memory: Memory) -> tuple[str, str]:
+def write(
+    base: PackedCase, numbers: Numbers, changes: LeafChanges, memory: PackedMemory
+) -> tuple[str, str]:
     """Constants of C, and the function `set_numbers`."""
     text = []
     starts: list[str] = []

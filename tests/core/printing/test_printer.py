@@ -21,9 +21,9 @@ from fmbs_skfem.core.compiling.structs import (
     packed,
     routine,
 )
-from fmbs_skfem.core.printing.memory import Memory
-from fmbs_skfem.core.printing.printer import Printer
-from fmbs_skfem.core.printing.program import Program, region
+from fmbs_skfem.core.printing.memory import PackedMemory
+from fmbs_skfem.core.printing.printer import KernelPrinter
+from fmbs_skfem.core.printing.program import PrintedProgram, region
 from fmbs_skfem.core.printing.values import ZERO, Const, OutsideError
 from fmbs_skfem.exports.text import maths
 from tests.exports.c_library import COMPILER, STRICT, compiled
@@ -211,9 +211,9 @@ def in_c(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[int,
     """What a kernel returns in C, and all that it writes."""
     _, integers = given = packed_numbers()
     functions = {counted.address: counted}
-    memory = Memory({"out", "count", "A"})
+    memory = PackedMemory({"out", "count", "A"})
     memory.add(Numbers, address_of(integers))
-    printer = Printer(memory, functions, small.STANDS, small.PRODUCTS)
+    printer = KernelPrinter(memory, functions, small.STANDS, small.PRODUCTS)
     calls = []
     for name, one in KERNELS.items():
         more = Const(2) if name == "counted" else ZERO
@@ -221,7 +221,7 @@ def in_c(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[int,
         calls.append(f"long long call_{name}(NAME_memory *m) {{ return {found.name}(m); }}")
     own = f"double *outs(NAME_memory *m) {{ return {region('out')}; }}"
     own += f"double *of_A(NAME_memory *m) {{ return {region('A')}; }}"
-    program = Program(printer, own)
+    program = PrintedProgram(printer, own)
     constants, starts = program.starts()
     parts = (
         HEAD,
@@ -329,9 +329,9 @@ def counts(table: Any, more: Any) -> int:
 )
 def test_what_is_outside_of_the_subset_is_told_with_its_place(kernel: Any, why: str) -> None:
     found, integers = packed_numbers()
-    memory = Memory({"count"})
+    memory = PackedMemory({"count"})
     memory.add(Numbers, address_of(integers))
-    printer = Printer(memory, {}, small.STANDS, small.PRODUCTS)
+    printer = KernelPrinter(memory, {}, small.STANDS, small.PRODUCTS)
     with pytest.raises(OutsideError, match=rf"test_printer\.py:\d+: {why}"):
         printer.entry(kernel, [memory.pointer(address_of(integers)), ZERO])
     assert found

@@ -278,7 +278,7 @@ class Calls(Expressions):
         raise NotImplementedError
 
 
-class Shape:
+class Results:
     """Several numbers that a kernel returns."""
 
     def __init__(self, kinds: Sequence[str], shape: Any) -> None:

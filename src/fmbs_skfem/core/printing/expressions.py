@@ -361,7 +361,7 @@ class Expressions(Frame):
     def part(
         self, array: Array, places: Sequence[Any]
     ) -> tuple[list[Number], list[Number], Number]:
-        """Shape and strides of what indices leave of an array, and where it begins."""
+        """Results and strides of what indices leave of an array, and where it begins."""
         if len(places) > len(array.shape):
             raise OutsideError(f"{len(places)} indices of an array of {len(array.shape)}")
         offset: Number = ZERO

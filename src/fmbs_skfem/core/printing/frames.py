@@ -31,7 +31,7 @@ from .values import (
 )
 
 if TYPE_CHECKING:
-    from .printer import Printer
+    from .printer import KernelPrinter
 
 INDENT = "    "
 CALL = "\x03"  #: a mark in calls of kernels, see `printer`
@@ -138,7 +138,7 @@ class Frame:
 
     def __init__(
         self,
-        printer: Printer,
+        printer: KernelPrinter,
         function: Any,
         kinds: dict[str, str],
         caller: Frame | None = None,

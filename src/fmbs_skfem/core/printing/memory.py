@@ -55,7 +55,7 @@ class Region(Base):
         return np.ndarray((self.size,), self.dtype, memory).copy()
 
 
-class Memory:
+class PackedMemory:
     """All regions, by their addresses.
 
     `mutable` are names of regions that the program's own code writes, `varying` labels of numbers

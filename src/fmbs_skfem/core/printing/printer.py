@@ -1,6 +1,6 @@
 """Kernels as C99: what numba compiles, written for the numbers and the sizes of one packed model.
 
-    printer = Printer(memory, functions)      functions: what stands behind the addresses of routines and entries
+    printer = KernelPrinter(memory, functions)      functions: what stands behind the addresses of routines and entries
     found = printer.printed(kernel, values)   a kernel with all that it calls; `found.name` is its name in C
     printer.text()                            all of them
 
@@ -16,10 +16,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .calls import InlineError, Shape
+from .calls import InlineError, Results
 from .frames import CALL, INDENT, WiderError, assignments, source_of, tree_of
-from .memory import MARK, Memory
-from .statements import Body
+from .memory import MARK, PackedMemory
+from .statements import KernelBody
 from .values import (
     Array,
     Base,
@@ -43,7 +43,7 @@ class Printed:
 
     def __init__(self, name: str, result: Any, text: str) -> None:
         self.name, self.text = name, text
-        self.result = result  #: None, a known number, a kind, or a `Shape`
+        self.result = result  #: None, a known number, a kind, or a `Results`
         self.bases: list[Base] = []  #: of the arrays that it is given
         #: of every argument whether whole numbers are given though they are known; None of those
         #: that are none in C
@@ -55,7 +55,7 @@ class Printed:
         return not self.text
 
 
-class Printer:
+class KernelPrinter:
     """Prints kernels, each with all that it calls.
 
     `functions` are kernels by their addresses, or names of the program's own functions; `stands`
@@ -65,7 +65,7 @@ class Printer:
 
     def __init__(
         self,
-        memory: Memory,
+        memory: PackedMemory,
         functions: Mapping[int, Any],
         stands: Mapping[Any, Any],
         products: Sequence[Any],
@@ -219,9 +219,9 @@ class Printer:
 class Signature:
     """What a kernel is given in C, and its text."""
 
-    def __init__(self, printer: Printer, function: Any, kinds: Mapping[str, str]) -> None:
+    def __init__(self, printer: KernelPrinter, function: Any, kinds: Mapping[str, str]) -> None:
         self.printer, self.function = printer, function
-        self.body = Body(printer, function, dict(kinds))
+        self.body = KernelBody(printer, function, dict(kinds))
         self.heads: list[str] = []
         self.bases: list[Base] = []
 
@@ -306,7 +306,7 @@ class Signature:
         if isinstance(result, Const):
             kind = "double" if isinstance(result.value, float) else "whole"
         else:
-            kind = result.struct if isinstance(result, Shape) else result or "void"
+            kind = result.struct if isinstance(result, Results) else result or "void"
         static = "INLINED" if self.function in self.printer.inlined else "static"
         memory = self.printer.memory_mark(found.name, bool(self.heads), TAKEN)
         about = (ast.get_docstring(tree_of(self.function)) or "").partition("\n\n")[0]

@@ -1,6 +1,6 @@
 """What kernels that were printed need in C: constants, fields of the memory of a program, structs.
 
-    program = Program(printer, own)      own: the program's own functions, which name regions by `region`
+    program = PrintedProgram(printer, own)      own: the program's own functions, which name regions by `region`
 
 Arrays that kernels write, and those that the program itself writes, are fields of NAME_memory; their
 numbers at the start are those that are there now.
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .memory import MARK
-from .printer import Printer
+from .printer import KernelPrinter
 from .values import plain, written
 
 WIDTH = 130  #: of a line
@@ -27,10 +27,10 @@ def region(name: str) -> str:
     return f"{MARK}{name}{MARK}"
 
 
-class Program:
+class PrintedProgram:
     """Texts of C of all kernels, and of a program around them."""
 
-    def __init__(self, printer: Printer, own: str = "", wanted: Sequence[str] = ()) -> None:
+    def __init__(self, printer: KernelPrinter, own: str = "", wanted: Sequence[str] = ()) -> None:
         self.printer = printer
         printer.finish()
         code = printer.text()

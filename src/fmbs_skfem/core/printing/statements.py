@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .calls import Calls, InlineError, Shape, leaves_of, shape_of
+from .calls import Calls, InlineError, Results, leaves_of, shape_of
 from .expressions import SIGNS
 from .frames import WiderError, assignments, tree_of
 from .values import (
@@ -33,7 +33,7 @@ from .values import (
 )
 
 
-class Body(Calls):
+class KernelBody(Calls):
     """The statements of a kernel, and what it returns."""
 
     results: list[Any]
@@ -45,7 +45,7 @@ class Body(Calls):
         if not self.results:
             return None
         first = self.results[0]
-        if isinstance(first, Shape):
+        if isinstance(first, Results):
             return first
         known = {repr(one) for one in self.results if isinstance(one, Const)}
         if len(known) == 1 and all(isinstance(one, Const) for one in self.results):
@@ -107,7 +107,7 @@ class Body(Calls):
         if self.results:
             before = self.results[0].kinds
             kinds = [widest(*both) for both in zip(kinds, before, strict=True)]
-        shape = Shape(kinds, shape_of(found))
+        shape = Results(kinds, shape_of(found))
         self.results = [shape]
         self.printer.structs[shape.struct] = shape.kinds
         name = self.fresh("result")
@@ -393,7 +393,7 @@ class Body(Calls):
         return body.found
 
 
-class WrittenOut(Body):
+class WrittenOut(KernelBody):
     """A kernel that is written into its caller."""
 
     found: Value = NONE
