@@ -20,7 +20,7 @@ from fmbs_skfem.core.compiling import jit, structs
 from fmbs_skfem.core.compiling.kernels import MODULES
 from fmbs_skfem.core.printing import calls, expressions
 from fmbs_skfem.core.printing.frames import source_of
-from fmbs_skfem.core.printing.statements import Body
+from fmbs_skfem.core.printing.statements import KernelBody
 
 PACKAGE = Path(fmbs_skfem.__file__).parent
 COMPILERS = frozenset({"jit", "inlined", "summing", "regrouped", "routine", "entry"})
@@ -180,7 +180,7 @@ class Check:
     # statements
 
     def statement(self, one: ast.stmt, depth: int) -> None:
-        if not hasattr(Body, f"do_{type(one).__name__}"):
+        if not hasattr(KernelBody, f"do_{type(one).__name__}"):
             self.tell(one, type(one).__name__)
             return
         if getattr(one, "orelse", ()) and not isinstance(one, ast.If):
@@ -259,7 +259,9 @@ class Check:
         if isinstance(one, ast.Slice):
             if one.step is not None:
                 self.tell(one, "a slice with a step")
-        elif not isinstance(one, ast.Starred) and not hasattr(Body, f"of_{type(one).__name__}"):
+        elif not isinstance(one, ast.Starred) and not hasattr(
+            KernelBody, f"of_{type(one).__name__}"
+        ):
             self.tell(one, type(one).__name__)
             return
         check = getattr(self, f"check_{type(one).__name__}", None)
