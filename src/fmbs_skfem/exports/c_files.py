@@ -27,7 +27,7 @@ from ..core.notices import notify
 from ..core.printing.memory import PackedMemory
 from ..core.printing.printer import KernelPrinter
 from ..core.printing.program import PrintedProgram, region
-from ..core.printing.values import ZERO, Const, Scalar, Value
+from ..core.printing.values import ZERO, Const, OutsideError, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
@@ -326,7 +326,10 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     base = pack(case, admissible_velocities(case), memory, own_arrays(case, timed))
     changes = numbers.changes_of(base, given, packed, title)
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
-    kernels = print_kernels(base, *numbers.places_of(base, changes), turning)
+    try:
+        kernels = print_kernels(base, *numbers.places_of(base, changes), turning)
+    except OutsideError as error:
+        raise InputError(say(title, "a model whose kernels have C", str(error))) from error
     reading, columns, left_out = outputs.write_outputs(system)
     constants, setting = numbers.write(base, given, changes, kernels.printer.memory)
     counts = {

@@ -431,24 +431,3 @@ static void add_row(double f, const double *restrict a, double *restrict y, int 
         y[i] += f * a[i];
 }
 
-//: add_rows add_row
-/* y (n,) += sum_r x_r A_r, rows of n numbers behind each other; four at a time, so that y is read once for them. */
-static void add_rows(const double *restrict A, const double *restrict x, int rows, double *restrict y, int n)
-{
-    for (; rows >= 4; rows -= 4, A += 4 * n, x += 4) {
-        const double *restrict a = A, *restrict b = a + n, *restrict c = b + n, *restrict d = c + n;
-        const double p = x[0], q = x[1], s = x[2], t = x[3];
-        for (int i = 0; i < n; i++)
-            y[i] += a[i] * p + b[i] * q + c[i] * s + d[i] * t;
-    }
-    for (; rows > 0; rows--, A += n)
-        add_row(*x++, A, y, n);
-}
-
-//: add_sums dot
-/* y_r += A_r . x of rows of n numbers behind each other. */
-static void add_sums(const double *restrict A, const double *restrict x, int rows, double *restrict y, int n)
-{
-    for (int r = 0; r < rows; r++, A += n)
-        y[r] += dot(A, x, n);
-}
