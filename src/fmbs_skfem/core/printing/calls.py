@@ -36,7 +36,7 @@ from .values import (
 #: functions of numbers by their names in numpy and `math`, as those of the program
 MATHS = {
     name: f"math_{name}"
-    for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "tanh", "sinh", "cosh", "floor")
+    for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "tanh", "sinh", "cosh", "floor", "erf")
 } | {
     "asinh": "math_asinh", "acosh": "math_acosh", "atanh": "math_atanh", "arcsinh": "math_asinh", "arccosh": "math_acosh",
     "arctanh": "math_atanh", "arcsin": "math_asin", "arccos": "math_acos", "arctan": "math_atan", "arctan2": "math_atan2",

@@ -312,6 +312,20 @@ static double math_pow(double a, double b)
     return math_exp(b * math_log(a));
 }
 
+//: math_erf math_exp size_of
+/* 2 / sqrt(pi) exp(-x^2) sum_n 2^n x^(2n+1) / (1 3 ... (2n+1)), whose terms have one sign. */
+static double math_erf(double x)
+{
+    double term = x, sum = x;
+    if (!(size_of(x) < 6.0))
+        return x != x ? x : x > 0.0 ? 1.0 : -1.0;
+    for (int n = 1; size_of(term) > 1e-17 * size_of(sum); n++) {
+        term *= 2.0 * x * x / (2 * n + 1);
+        sum += term;
+    }
+    return 1.12837916709551257390e+00 * math_exp(-x * x) * sum;
+}
+
 //: math_sinh math_exp size_of
 static double math_sinh(double x)
 {
