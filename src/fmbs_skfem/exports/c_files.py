@@ -143,7 +143,8 @@ SPELLED = (programs.run, row_programs.act)
 #: kernels in place of others, which are for numba
 STANDS = {
     **small.STANDS,
-    kernel_sums.dot: small.dot,
+    kernel_sums.dot: "dot",
+    small.dot: "dot",
     kernel_sums.add_sums: small.add_sums,
     points.add_product: points.add_half_product,
 }

@@ -217,7 +217,10 @@ class Calls(Expressions):
         function = source_of(called)
         if isinstance(called, jit.InlinedFunction) and called.options.get("inline"):
             self.printer.inlined.add(function)
-        function = source_of(self.printer.stands.get(function, function))
+        stand = self.printer.stands.get(function, function)
+        if isinstance(stand, str):
+            return self.of_vectors(stand, arguments)
+        function = source_of(stand)
         tree = tree_of(function)
         names = [one.arg for one in tree.args.args]
         given: dict[str, Any] = dict(zip(names, arguments, strict=False)) | dict(named)
@@ -241,6 +244,13 @@ class Calls(Expressions):
             f"{found.name}({self.printer.memory_mark(found.name, bool(texts))}{', '.join(texts)})"
         )
         return self.result(found, text)
+
+    def of_vectors(self, name: str, vectors: Sequence[Any]) -> Value:
+        """A number that the program's own function finds of vectors of one length."""
+        if any(one.strides is not None for one in vectors):
+            raise OutsideError("vectors of numbers side by side")
+        texts = [bare(one.text) for one in vectors]
+        return Scalar(f"{name}({', '.join(texts)}, {bare(text_of(vectors[0].shape[0]))})", "double")
 
     def result(self, found: Any, text: str) -> Value:
         """What a call gives, under a name."""

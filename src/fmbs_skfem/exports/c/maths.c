@@ -420,7 +420,8 @@ static double lookup_third(double x, const double *T)
 }
 
 //: dot
-/* a . b by sixteen sums side by side, which become vector instructions that do not wait for each other. */
+/* a . b by sums side by side, which become vector instructions that do not wait for each other: the ways that compilers see it by. */
+#if defined(__clang__)
 static double dot(const double *restrict a, const double *restrict b, int n)
 {
     double sums[16] = {0.0};
@@ -431,11 +432,30 @@ static double dot(const double *restrict a, const double *restrict b, int n)
     for (int half = 8; half > 0; half /= 2)
         for (int l = 0; l < half; l++)
             sums[l] += sums[l + half];
-    double total = sums[0];
     for (; i < n; i++)
-        total += a[i] * b[i];
-    return total;
+        sums[0] += a[i] * b[i];
+    return sums[0];
 }
+#else
+static double dot(const double *restrict a, const double *restrict b, int n)
+{
+    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0, s4 = 0.0, s5 = 0.0, s6 = 0.0, s7 = 0.0;
+    int i = 0;
+    for (; i + 8 <= n; i += 8) {
+        s0 += a[i] * b[i];
+        s1 += a[i + 1] * b[i + 1];
+        s2 += a[i + 2] * b[i + 2];
+        s3 += a[i + 3] * b[i + 3];
+        s4 += a[i + 4] * b[i + 4];
+        s5 += a[i + 5] * b[i + 5];
+        s6 += a[i + 6] * b[i + 6];
+        s7 += a[i + 7] * b[i + 7];
+    }
+    for (; i < n; i++)
+        s0 += a[i] * b[i];
+    return ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7));
+}
+#endif
 
 //: add_row
 /* y += f a. */
