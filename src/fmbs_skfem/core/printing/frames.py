@@ -9,10 +9,10 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..compiling import jit, structs
-from .memory import MARK
+from .memory import MARK, PackedMemory
 from .values import (
     Array,
     Base,
@@ -29,9 +29,6 @@ from .values import (
     text_of,
     widest,
 )
-
-if TYPE_CHECKING:
-    from .printer import KernelPrinter
 
 INDENT = "    "
 CALL = "\x03"  #: a mark in calls of kernels, see `printer`
@@ -138,13 +135,14 @@ class Frame:
 
     def __init__(
         self,
-        printer: KernelPrinter,
+        printer: Any,  # the `KernelPrinter` that asks for it
         function: Any,
         kinds: dict[str, str],
         caller: Frame | None = None,
         prefix: str = "",
     ) -> None:
-        self.printer, self.memory = printer, printer.memory
+        self.printer = printer
+        self.memory: PackedMemory = printer.memory
         self.function, self.kinds = function, kinds
         self.enclosed, self.globals = enclosed_by(function), function.__globals__
         self.counts = assignments(tree_of(function))
