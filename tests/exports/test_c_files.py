@@ -109,6 +109,26 @@ def sliding() -> System:
     return touching("\n".join(floors), ", points: {a: [-0.1 m, 0], b: [0.1 m, 0]}")
 
 
+def chain(count: int = 10) -> System:
+    """Rigid bodies on hinges, a full model whose matrices are banded."""
+    bodies = [
+        f"  b{k}: {{type: rigid, mass: 1 kg, inertia: 2e-3 kg m^2, center: [{0.2 * k} m, 0], "
+        f"points: {{left: [{0.2 * k - 0.1} m, 0], right: [{0.2 * k + 0.1} m, 0]}}}}"
+        for k in range(count)
+    ]
+    hinges = [
+        f"  j{k}: {{type: revolute, at: b{k - 1}.right, to: b{k}.left}}" for k in range(1, count)
+    ]
+    lines = [
+        *("schema: 1", "dimension: 2", "bodies:", *bodies, "joints:"),
+        *("  wall: {type: revolute, at: b0.left}", *hinges, "loads:"),
+        "  weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}",
+        f"outputs: {{end: {{type: position, at: b{count - 1}.right}}}}",
+        "analysis: {type: dynamic, duration: 0.3 s, step: 1 ms}",
+    ]
+    return build.system(scenes.loads("\n".join(lines)))
+
+
 def caught() -> System:
     """A body that a rope catches."""
     return touching(
@@ -593,9 +613,16 @@ def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> Non
     )
 
 
+def test_a_full_model_of_few_unknowns_moves_in_c_as_in_python(tmp_path: Path) -> None:
+    """Its matrices become dense: Python itself repeats to 1e-9 with these."""
+    assert compare(case_of(chain(), tolerance=1e-15), tmp_path) < 5e-9
+
+
 def test_what_has_no_c_is_refused() -> None:
     with pytest.raises(InputError, match="a reduced model, got a full one"):
         c_files.write(case_of(models.spin_up(4)), "full", "a model")
+    with pytest.raises(InputError, match="300 unknowns at most, got 360 unknowns"):
+        c_files.write(case_of(chain(60)), "long", "a model")
     full = full_of(models.double_pendulum(4, all_multipliers=True), STEP, 0.1)
     made = reduced(full, reduction.body_level(full.raw), 1e-6).system
     python = replace(made, signals=(turning,), loads=replace(made.loads, forces=()))

@@ -36,8 +36,9 @@ from ..dynamics.compiled_step.step import LEAST, State, Step
 from ..reduction import cases
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
-from ..systems import compiled, row_programs
+from ..systems import change_coordinates, compiled, row_programs
 from ..systems import kernels as kernel_sums
+from ..systems.layouts import Storage
 from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
 from ..systems.terms import points
@@ -49,6 +50,7 @@ from .signals import Timed
 from .text import array, comment, maths, number, replaced, template
 
 HUGE = 1e300
+LARGEST = 300  #: unknowns of a full model, whose matrices become dense
 BESIDE = ("fmi2.c", "fmi3.c", "fmu.c", "windows.c")  #: files that a model may have beside its own
 #: of C and of POSIX, which a header of the same name would hide
 HEADERS = frozenset(
@@ -398,7 +400,7 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
     what forces keep there.
     """
     case = given.case
-    system = initial.startable(case.system, case.scheme)
+    system = in_dense_unknowns(initial.startable(case.system, case.scheme), where)
     if len(system.constraints.row) < len(case.system.constraints.row) and given.varies(
         ("system", "constraints")
     ):
@@ -413,6 +415,17 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
         return replace(case, system=system), None
     x, v, memory = rest.in_equilibrium(system, case.newton)
     return replace(case, system=replace(system, x0=x, v0=v)), memory
+
+
+def in_dense_unknowns(system: System, where: str) -> System:
+    """The system with dense matrices, as starts in C have them; InputError for a large one."""
+    if compiled.storage(system).storage is Storage.DENSE:
+        return system
+    n = system.size
+    if n > LARGEST:
+        expected = f"a reduced model, or one of {LARGEST} unknowns at most"
+        raise InputError(say(where, expected, f"{n} unknowns", "reduce it with fmbs reduce"))
+    return change_coordinates(system, np.eye(n), np.zeros(n))
 
 
 def own_arrays(case: Case, timed: Timed) -> dict[str, np.ndarray]:
