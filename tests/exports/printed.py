@@ -24,17 +24,11 @@ from fmbs_skfem.dynamics.histories import leading_signals
 from fmbs_skfem.dynamics.initial import begin_steps
 from fmbs_skfem.dynamics.observers import RunSetting
 from fmbs_skfem.dynamics.run import OpenRun
+from fmbs_skfem.exports.c_files import HEAD
 from fmbs_skfem.exports.text import maths
 from fmbs_skfem.systems import System, row_programs
 from tests.exports.c_library import compiled
 
-HEAD = """
-typedef long long whole;
-typedef struct { double real, imag; } pair;
-#define INLINED static inline __attribute__((always_inline))
-#define ENDLESS (1e308 * 10.0)
-#define NO_NUMBER (ENDLESS - ENDLESS)
-"""
 OWN = """
 void begin(NAME_memory *m) {
 STARTS

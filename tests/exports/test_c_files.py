@@ -613,6 +613,38 @@ def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> Non
     )
 
 
+def test_a_parameter_that_no_number_in_c_follows_is_refused(small: System) -> None:
+    """The step of a model is one: a family whose steps differ has no C."""
+
+    def steps(values: Mapping[str, float]) -> Case:
+        return Case(small, GeneralizedAlpha(values["h"]), 0.3)
+
+    family_of_steps = affine.fit(steps, (Parameter("h", 5e-4, 2e-3, value=1e-3, unit="s"),))
+    with pytest.raises(InputError, match=r"got scheme\.step; fix it with --set"):
+        c_files.write(family_of_steps, "steps", "a family")
+
+
+def test_velocities_that_joints_change_stay_beside_parameters(
+    small: System, tmp_path: Path
+) -> None:
+    """What they leave of the given ones is that of the nominal model."""
+    wrong = replace(small, v0=small.v0 + 1e-3)
+
+    def weighed(values: Mapping[str, float]) -> Case:
+        load = values["g"] / 9.81 * wrong.loads.constant
+        return Case(replace(wrong, loads=replace(wrong.loads, constant=load)), STEP, 0.3)
+
+    rom = affine.fit(weighed, (Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        model = c_files.write(rom, "family", "a family")
+        run = CRun(model, tmp_path)
+        run.set("parameter", 0, 7.0)
+        columns = dynamics.outputs(dynamics.integrate(rom({"g": 7.0}).system, STEP, 0.1))
+    exact = np.stack([columns[one.name] for one in model.columns], axis=1)
+    np.testing.assert_allclose(run.run(100, 1), exact, rtol=0, atol=1e-7)
+
+
 def test_a_full_model_of_few_unknowns_moves_in_c_as_in_python(tmp_path: Path) -> None:
     """Its matrices become dense: Python itself repeats to 1e-9 with these."""
     assert compare(case_of(chain(), tolerance=1e-15), tmp_path) < 5e-9

@@ -26,7 +26,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.printing.memory import PackedMemory
 from ..core.printing.printer import KernelPrinter
-from ..core.printing.program import PrintedProgram, region
+from ..core.printing.program import PrintedProgram, array, region
 from ..core.printing.values import ZERO, Const, OutsideError, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
@@ -47,7 +47,7 @@ from .numbers import Numbers
 from .outputs import Column
 from .packing import PackedCase, admissible_velocities, pack
 from .signals import Timed
-from .text import array, comment, maths, number, replaced, template
+from .text import comment, maths, number, replaced, template
 
 HUGE = 1e300
 LARGEST = 300  #: unknowns of a full model, whose matrices become dense
@@ -139,7 +139,6 @@ WRITTEN = frozenset(
 ) | frozenset(
     f"space_{name}" for name in ("x", "v", "acceleration", "multipliers", "signals", "c", "f")
 ) | {"job_signals", "job_counters", "job_done", "levels_found", "levels_spans", "work_kind"}  # fmt: skip
-READ = frozenset(["state_history", "space_energy", "job_left"])  #: those that it reads alone
 #: kernels whose loops over tables are written out: programs of expressions
 SPELLED = (programs.run, row_programs.act)
 #: kernels in place of others, which are for numba
@@ -279,7 +278,7 @@ def print_kernels(
         asked: dict[str, tuple[Any, Value]] = {
             "TAKE": (stepping.take_row, ZERO),
             "TAKE_FIXED": (stepping.take_fixed, Scalar("", "whole")),
-            "START": (starting.start, Const(start_of(base.case.system))),
+            "START": (starting.start, Const(flags_of_start(base.case.system))),
             "ENERGIES": (starting.energies, Scalar("", "whole")),
             "RESIDUAL": (behind[doors.residual], ZERO),
             "FACTORISE": (behind[doors.factorise], ZERO),
@@ -299,7 +298,7 @@ def print_kernels(
         return Kernels(printer, calls)
 
 
-def start_of(system: System) -> int:
+def flags_of_start(system: System) -> int:
     """What `starting.start` is told of a system."""
     return (
         starting.FILTERED * initial.is_filtered(system)
@@ -322,11 +321,15 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     system = case.system
     inputs = inputs_of(system)
     timed = signals.write_signals(system, {one: k for k, one in enumerate(inputs)}, given)
+    v = admissible_velocities(case)
+    given_as_they_are = v is system.v0
 
     def packed(one: Case) -> PackedCase:
-        return pack(one, one.system.v0, memory, own_arrays(one, timed))
+        # those that joints have changed follow no parameter
+        velocities = one.system.v0 if given_as_they_are else v
+        return pack(one, velocities, memory, own_arrays(one, timed))
 
-    base = pack(case, admissible_velocities(case), memory, own_arrays(case, timed))
+    base = packed(case)
     changes = numbers.changes_of(base, given, packed, title)
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
     try:
@@ -363,7 +366,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
             *(f"#define {key} {value}" for key, value in (STATUSES | counts).items()),
             tables_of(base, inputs, given),
             program.constants,
-            *(array(key, table.numbers) for key, table in timed.curves.items()),
+            *(array(key, "double", table.numbers) for key, table in timed.curves.items()),
             constants,
             starts,
             program.structs,
@@ -454,20 +457,16 @@ def controls(base: PackedCase) -> dict[str, float]:
 def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> str:
     """Tables of a model whose numbers no parameter changes."""
     driving = driving_inputs(base.case.system)
-    halvings = np.array([0, *base.lengths.levels.halvings])
+    ranges = [one.range or (-HUGE, HUGE) for one in inputs.values()]
+    halvings = [0, *base.lengths.levels.halvings.tolist()]
     return "\n".join(
         [
-            array("HALVINGS", halvings, "int"),
+            array("HALVINGS", "int", halvings),
             numbers.table_of(given),
-            array("INPUT_START", np.array([one.start for one in inputs.values()])),
-            array(
-                "INPUT_LEAST",
-                np.array([(one.range or (-HUGE, HUGE))[0] for one in inputs.values()]),
-            ),
-            array(
-                "INPUT_MOST", np.array([(one.range or (-HUGE, HUGE))[1] for one in inputs.values()])
-            ),
-            array("DRIVES", np.array([name in driving for name in inputs], int), "int"),
+            array("INPUT_START", "double", [one.start for one in inputs.values()]),
+            array("INPUT_LEAST", "double", [low for low, _ in ranges]),
+            array("INPUT_MOST", "double", [high for _, high in ranges]),
+            array("DRIVES", "int", [name in driving for name in inputs]),
         ]
     )
 

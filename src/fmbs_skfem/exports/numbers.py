@@ -13,12 +13,13 @@ import numpy as np
 from ..core.compiling import structs
 from ..core.errors import InputError, say
 from ..core.printing.memory import PackedMemory
+from ..core.printing.program import array
 from ..core.storage.records import dataclass
 from ..reduction import cases
 from ..reduction.affine import Order, ParametricCase, Varying, lagrange
 from ..reduction.cases import Case, Place
 from .packing import PackedCase
-from .text import array, number, replaced, template
+from .text import number, replaced, template
 
 SHARES = 0.35, 0.8  #: of the ranges of parameters, at which arrays are compared
 ROUND = 1e-9  #: of the largest number of an array, that is round-off
@@ -90,6 +91,7 @@ def changes_of(
     found: LeafChanges = {}
     for part in numbers.varying.values():
         leaf = cases.leaf_at(base.case, part.place)
+        followed = False
         before = cases.numbers_of(leaf, leaf)[part.positions]
         for k, values in enumerate(part.values):
             other = repack(
@@ -99,10 +101,13 @@ def changes_of(
                 difference = flat(other.numbers.get(place), one, part.place, where) - np.ravel(one)
                 if not difference.any():
                     continue
+                followed = True
                 known = found.setdefault(place, [])
                 if not known or known[-1].part is not part:
                     known.append(LeafChange(part, np.zeros((len(part.values), difference.size))))
                 known[-1].values[k] = difference
+        if not followed:
+            raise InputError(lost(part.place, where))
     prove(base, numbers, found, repack, where)
     return found
 
@@ -134,7 +139,7 @@ def weights_of(model: ParametricCase, part: Varying, row: np.ndarray) -> np.ndar
     return np.asarray(lagrange(model.nodes, part.order, row) @ part.mixture)
 
 
-def start_of(
+def unchanged_part(
     base: PackedCase, numbers: Numbers, place: tuple[Any, ...], changes: Sequence[LeafChange]
 ) -> np.ndarray:
     """An array without all that parameters change (n,)."""
@@ -169,7 +174,7 @@ def prove(
         other = repack(changed(base.case, leaves))
         for place, one in base.numbers.items():
             known = changes.get(place, [])
-            expected = start_of(base, numbers, place, known)
+            expected = unchanged_part(base, numbers, place, known)
             for change in known:
                 expected = expected + weights_of(model, change.part, row) @ change.values
             got = flat(other.numbers.get(place), one, next(iter(numbers.varying)), where)
@@ -211,15 +216,15 @@ def write(
             target = f"@{found[0].name}@ + {found[1]}"
         else:
             target = f"m->{'_'.join(map(str, place))}"
-        start = start_of(base, numbers, place, known)
-        text.append(array(f"BASE_{k}", start))
+        start = unchanged_part(base, numbers, place, known)
+        text.append(array(f"BASE_{k}", "double", start))
         starts.append(f"    EACH (i, {start.size})\n        ({target})[i] = BASE_{k}[i];")
         for n, change in enumerate(known):
             t, q = change.part.mixture.shape
             longest = max(longest, t)
             text += [
-                array(f"CHANGES_{k}_{n}", change.values),
-                array(f"MIXTURE_{k}_{n}", change.part.mixture),
+                array(f"CHANGES_{k}_{n}", "double", change.values),
+                array(f"MIXTURE_{k}_{n}", "double", change.part.mixture),
             ]
             mixed.setdefault(change.part.order, []).append(
                 f"    mix(weights, {t}, {q}, {start.size}, CHANGES_{k}_{n}, MIXTURE_{k}_{n}, {target});"
@@ -243,10 +248,10 @@ def tables(numbers: Numbers, orders: Sequence[Order]) -> list[str]:
     most = max(len(one) for one in nodes)
     degrees = [[*one.degrees, *map(int, one.logarithmic)] for one in orders]
     listed = ",\n    ".join("{" + ", ".join(map(str, row)) + "}" for row in degrees)
-    padded = np.array([[*one, *([0.0] * (most - len(one)))] for one in nodes])
+    padded = [[*one, *([0.0] * (most - len(one)))] for one in nodes]
     return [
         f"#define NODES {most}",
-        array("NODE", padded),
+        array("NODE", "double", padded),
         f"static const int ORDER[{len(orders)}][{2 * count}] = {{\n    {listed}}};",
     ]
 

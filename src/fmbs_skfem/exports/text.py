@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-import numpy as np
 from sympy.printing.c import C99CodePrinter
 
 from ..core.compiling.symbols import Expression, shared
@@ -81,33 +80,6 @@ def number(value: float) -> str:
     """A number that is read back to the bit, in as few letters as there are for it."""
     text = repr(float(value))
     return text.replace("inf", "1e300").replace("e-0", "e-")
-
-
-def entry(value: float) -> str:
-    """The same in an array, where whole numbers need no point; a zero below zero does."""
-    text = number(value)
-    return text if text == "-0.0" else text.removesuffix(".0")
-
-
-def whole(value: int) -> str:
-    return str(int(value))
-
-
-def array(name: str, values: np.ndarray, kind: str = "double") -> str:
-    """A constant array, row by row; of no numbers one that nothing reads."""
-    flat = np.asarray(values).ravel()
-    write = entry if kind == "double" else whole
-    numbers = ", ".join(map(write, flat if flat.size else np.zeros(1)))
-    head = f"static const {kind} {name}[{max(1, flat.size)}] = {{"
-    if len(head) + len(numbers) + 2 <= WIDTH:
-        return f"{head}{numbers}}};"
-    return "\n".join(
-        [
-            head,
-            *textwrap.wrap(numbers, WIDTH - 1, break_long_words=False, break_on_hyphens=False),
-            "};",
-        ]
-    )
 
 
 def statements(

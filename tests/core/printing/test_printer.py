@@ -25,18 +25,11 @@ from fmbs_skfem.core.printing.memory import PackedMemory
 from fmbs_skfem.core.printing.printer import KernelPrinter
 from fmbs_skfem.core.printing.program import PrintedProgram, region
 from fmbs_skfem.core.printing.values import ZERO, Const, OutsideError
+from fmbs_skfem.exports.c_files import HEAD
 from fmbs_skfem.exports.text import maths
 from tests.exports.c_library import COMPILER, STRICT, compiled
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
-
-HEAD = """
-typedef long long whole;
-typedef struct { double real, imag; } pair;
-#define INLINED static inline
-#define ENDLESS (1e308 * 10.0)
-#define NO_NUMBER (ENDLESS - ENDLESS)
-"""
 
 
 class Numbers(NamedTuple):

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import bisect
 import ctypes
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import functools
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,9 +51,9 @@ class Region(Base):
         return self.start + self.size * self.dtype.itemsize
 
     def numbers(self) -> np.ndarray:
-        """The numbers that are there now."""
+        """The numbers that are there now, no copy of them."""
         memory: Any = (ctypes.c_char * (self.end - self.start)).from_address(self.start)
-        return np.ndarray((self.size,), self.dtype, memory).copy()
+        return np.ndarray((self.size,), self.dtype, memory)
 
 
 class PackedMemory:
@@ -96,7 +97,7 @@ class PackedMemory:
 
     def add(self, kind: type, start: int, name: str = "") -> None:
         """Name all arrays of a struct, those of structs in it after these."""
-        for field, part, first in places(kind):
+        for field, (part, first) in places(kind).items():
             at = start + 8 * first
             if isinstance(part, structs.ArrayKind):
                 self.find(part, at, f"{name}_{field}" if name else field)
@@ -116,11 +117,15 @@ class PackedMemory:
 
     def at(self, start: int) -> tuple[Region, int] | None:
         """The region that has the number at an address, and its place; None where none has."""
-        before = bisect.bisect_right(self.regions, start, key=lambda one: one.start) - 1
+        before = self.before(start)
         if before < 0 or start >= self.regions[before].end:
             return None
         found = self.regions[before]
         return found, (start - found.start) // found.dtype.itemsize
+
+    def before(self, start: int) -> int:
+        """The number of the last region that begins up to an address; -1 where none does."""
+        return bisect.bisect_right(self.regions, start, key=lambda one: one.start) - 1
 
     def find(
         self, kind: structs.ArrayKind, at: int, name: str
@@ -136,7 +141,7 @@ class PackedMemory:
     def region(self, start: int, size: int, item: np.dtype, name: str) -> tuple[Region, int]:
         """The region of some numbers, which grows with them, and their place in it."""
         end = start + size * item.itemsize
-        before = bisect.bisect_right(self.regions, start, key=lambda one: one.start) - 1
+        before = self.before(start)
         if before >= 0 and start < self.regions[before].end:
             found = self.regions[before]
             if item.itemsize != found.dtype.itemsize:
@@ -153,7 +158,7 @@ class PackedMemory:
 
     def field(self, struct: Struct, name: str) -> Any:
         """A field of a struct."""
-        known = {field: (part, first) for field, part, first in places(struct.kind)}
+        known = places(struct.kind)
         if name not in known:
             raise OutsideError(f"{struct.kind.__name__} has no field '{name}'")
         part, first = known[name]
@@ -258,9 +263,7 @@ def integer(address: int) -> int:
     return ctypes.c_int64.from_address(address).value
 
 
-def places(kind: type) -> Iterator[tuple[str, Any, int]]:
+@functools.cache
+def places(kind: type) -> dict[str, tuple[Any, int]]:
     """Fields of a struct, and where their integers begin."""
-    first = 0
-    for name, part in structs.fields(kind):
-        yield name, part, first
-        first += structs.width(part)
+    return {name: (part, structs.place_of(kind, name)) for name, part in structs.fields(kind)}

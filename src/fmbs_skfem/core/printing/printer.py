@@ -60,8 +60,8 @@ class KernelPrinter:
 
     `functions` are kernels by their addresses, or names of the program's own functions; `stands`
     are kernels in place of others, which have no C, or names of the program's own functions of
-    vectors; `products` those of A B and A^T B; loops of
-    `spelled` ones over what is known are written out.
+    vectors; `products` those of A B and A^T B; loops of `spelled` ones over what is known are
+    written out.
     """
 
     def __init__(
@@ -82,14 +82,12 @@ class KernelPrinter:
         self.structs: dict[str, tuple[str, ...]] = {}
         self.inlined = set[Any]()  #: kernels that are part of their callers in compiled code
         self.apart = set[Any]()  #: those whose arrays do not overlap where one is written
-        self.marked: list[Base] = []
+        self.marked: dict[Base, int] = {}  #: memories by their marks
         self.links: list[tuple[Base, Base]] = []
 
     def mark_of(self, base: Base) -> str:
         """Where `const` stands if nobody writes to a memory."""
-        if base not in self.marked:
-            self.marked.append(base)
-        return f"{CONSTANT}{self.marked.index(base)}{CONSTANT}"
+        return f"{CONSTANT}{self.marked.setdefault(base, len(self.marked))}{CONSTANT}"
 
     def memory_mark(self, name: str, more: bool, mark: str = GIVEN) -> str:
         """Where the memory of the program stands if a kernel needs it."""
@@ -161,9 +159,10 @@ class KernelPrinter:
     def text(self) -> str:
         """All kernels, with marks of regions."""
         whole = "\n\n".join(one.text for one in self.called())
+        marked = list(self.marked)
         whole = re.sub(
             f"{CONSTANT}(\\d+){CONSTANT}",
-            lambda found: "" if self.marked[int(found[1])].written else "const ",
+            lambda found: "" if marked[int(found[1])].written else "const ",
             whole,
         )
         using = self.using_memory()

@@ -13,6 +13,7 @@ import textwrap
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .memory import MARK
 from .printer import KernelPrinter
@@ -30,11 +31,11 @@ def region(name: str) -> str:
 class PrintedProgram:
     """Texts of C of all kernels, and of a program around them."""
 
-    def __init__(self, printer: KernelPrinter, own: str = "", wanted: Sequence[str] = ()) -> None:
+    def __init__(self, printer: KernelPrinter, own: str = "") -> None:
         self.printer = printer
         printer.finish()
         code = printer.text()
-        names = set(re.findall(f"{MARK}(\\w+){MARK}", code + own)) | set(wanted)
+        names = set(re.findall(f"{MARK}(\\w+){MARK}", code + own))
         memory = printer.memory
         found = sorted(memory.regions, key=lambda one: one.number)
         known = [one for one in found if one.name in names]
@@ -49,7 +50,7 @@ class PrintedProgram:
             [
                 *(array(f"the_{one.name}", one.item, one.numbers()) for one in fixed),
                 *(
-                    array(name, kind, np.array(values))
+                    array(name, kind, values)
                     for name, (kind, values) in memory.tables.items()
                     if re.search(rf"\b{name}\b", code)
                 ),
@@ -102,17 +103,17 @@ class PrintedProgram:
 
 def text(value: object, item: str) -> str:
     """A number of an array in C, in as few letters as there are for it."""
-    found = written(plain(value), "double" if item == "double" else "whole")
-    found = found.removesuffix(".0")
-    return "-0.0" if found in ("-0", "(-0.0)") else found.strip("()")
+    found = written(plain(value), "double" if item == "double" else "whole").strip("()")
+    return found if found == "-0.0" else found.removesuffix(".0").replace("e-0", "e-")
 
 
-def array(name: str, item: str, numbers: np.ndarray) -> str:
-    """A constant array."""
+def array(name: str, item: str, values: ArrayLike) -> str:
+    """A constant array, row by row; of no numbers one that nothing reads."""
+    numbers = np.asarray(values).ravel()
     head = f"static const {item} {name}[{max(1, numbers.size)}] = {{"
     if not numbers.any() and not np.signbit(numbers).any():
         return f"{head}0}};"
-    inside = ", ".join(text(one, item) for one in numbers.ravel()) or "0"
+    inside = ", ".join(text(one, item) for one in numbers) or "0"
     if len(head) + len(inside) + 2 <= WIDTH:
         return f"{head}{inside}}};"
     lines = textwrap.wrap(inside, WIDTH - 1, break_long_words=False, break_on_hyphens=False)
