@@ -6,7 +6,6 @@ The cable is that of `bodies.cable_law`, whose docstring has its equations, the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -185,15 +184,4 @@ def symbols_of(law: Law, dim: int) -> LawSymbols | None:
         return LawSymbols(
             5, law.section[:-1], shell_energy, quadratic_dissipation(shell_strains, shell_stiffness)
         )
-    return None
-
-
-def held_strains(law: Law, dim: int) -> tuple[Callable[..., Any], Callable[..., Any]] | None:
-    """Strains whose stresses first tangents of a step take of the state before, of vectors, and
-    their stiffness, of a section.
-    """
-    if law.section == CABLE:
-        return lambda r: [stretch(r)], lambda EA, EI, kappa0: [[EA]]
-    if law is Law.SHELL:
-        return membrane_strains, lambda A, B, nu, *b0: hooke(A, nu)
     return None

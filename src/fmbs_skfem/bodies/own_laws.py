@@ -16,18 +16,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..core import extras, own_words
 from ..core.errors import InputError, say
 from . import laws
-from .laws import Law, find
+from .laws import Law
 
-if TYPE_CHECKING:
-    from .symbolic import LawSymbols
-
-#: energies and dissipations of the laws that were defined, by name
-ENERGIES: dict[str, tuple[Any, Any]] = {}
+MODULES: dict[str, str] = {}  #: modules of the energies of the laws that were defined, by name
 
 
 def define(
@@ -48,7 +44,8 @@ def define(
     for `vectors` below 1, for names of the section that are no texts, and for an energy that is no
     function.
     """
-    name = own_words.free(laws.KNOWN, name, getattr(energy, "__module__", ""), module_of)
+    module = getattr(energy, "__module__", "")
+    name = own_words.free(laws.KNOWN, name, module, module_of)
     if not name.isidentifier():
         raise InputError(
             say("own_laws.define: name", "a word of letters, digits and _", f"'{name}'")
@@ -75,20 +72,10 @@ def define(
     def entry(dim: int, kind: str) -> int:
         return int(getattr(loops(), f"own_{dim}_{kind}")())
 
-    ENERGIES[name] = energy, dissipation
+    MODULES[name] = module
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)
 
 
 def module_of(law: Law) -> str:
     """The module that has defined a law; nothing of one of the package."""
-    return str(ENERGIES[law.name][0].__module__) if law.name in ENERGIES else ""
-
-
-def symbols_of(name: str) -> LawSymbols | None:
-    """The law of one's own of this name in symbols; None where none was defined."""
-    from .symbolic import LawSymbols
-
-    if name not in ENERGIES:
-        return None
-    law = find(name)
-    return LawSymbols(law.vectors, law.section[:-1], *ENERGIES[name])
+    return MODULES.get(law.name, "")

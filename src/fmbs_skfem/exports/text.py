@@ -83,12 +83,12 @@ def number(value: float) -> str:
 
 
 def statements(
-    results: Sequence[Expression], places: Mapping[Any, str], factored: bool = False
+    results: Sequence[Expression], places: Mapping[Any, str]
 ) -> tuple[list[str], list[str]]:
     """Lines that read the symbols that are needed and compute what results share, and the results
     as texts.
     """
-    parts, reduced, needed = shared(results, factored)
+    parts, reduced, needed = shared(results, False)
     write = CPrinter().doprint
     lines = [
         f"const double {symbol} = {place};" for symbol, place in places.items() if symbol in needed

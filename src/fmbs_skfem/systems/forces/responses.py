@@ -323,13 +323,10 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     return written.law(name, law, law_of), used
 
 
-def symbols_of(name: str) -> ForceSymbols:
-    """The law of this name in symbols, of those rows alone that it reads or pushes."""
-    return written_as(name)[0]
-
-
 def written_as(name: str) -> tuple[ForceSymbols, tuple[int, ...]]:
-    """The same, and which (i,) of the rows that it is given these are."""
+    """The law of this name in symbols, of those rows alone that it reads or pushes, and which (i,)
+    of the rows that it is given these are.
+    """
     extras.need("symbols", "expression of the state")
     import sympy
 
