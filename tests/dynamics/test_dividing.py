@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -109,7 +106,7 @@ def test_a_step_that_fails_in_all_lengths_leaves_the_state_before_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("begin", "status", "filtered", "again"),
+    ("begin", "status", "held", "again"),
     [
         (0.0, stepping.DIVERGED, True, True),
         (-0.0, stepping.DIVERGED, True, True),
@@ -121,31 +118,38 @@ def test_a_step_that_fails_in_all_lengths_leaves_the_state_before_it() -> None:
     ],
 )
 def test_only_a_start_that_diverged_is_tried_again(
-    begin: float, status: int, filtered: bool, again: bool, monkeypatch: pytest.MonkeyPatch
+    begin: float, status: int, held: bool, again: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From filtered accelerations, where there are some: in all other cases the status stays, and
-    nothing is taken.
+    """From filtered accelerations, where something holds what begins to move: in all other cases
+    the status stays, and nothing is taken.
     """
-    taken, state = list[int](), [np.zeros(2)]
-    start = object() if filtered else None
+    taken = list[int]()
+    run = begun(
+        RunSetting(
+            models.mass_pendulum((0.6, -0.8)),
+            GeneralizedAlpha(0.01),
+            Newton(),
+            10,
+            models.mass_pendulum((0.6, -0.8)),
+        ),
+        kept_steps(1, 10),
+    )
+    state, shown = run.step.state, run.step.state.acceleration.copy()
 
     def divide(status: int) -> int:
         taken.append(status)
         return 99
 
-    monkeypatch.setattr(dividing, "filtered_start", lambda model, scheme: start)
-    monkeypatch.setattr(
-        dividing,
-        "first_state",
-        lambda model, one, c: [np.array([1.0, 2.0])] if one is start else [],
-    )
-    step = SimpleNamespace(state=state, method=SimpleNamespace(c=1.0))
-    run: Any = SimpleNamespace(
-        model=None, scheme=None, step=step, packed=SimpleNamespace(divide=divide)
-    )
+    def start(packed: object, scheme: object, at: object, *, filtered: bool) -> None:
+        assert filtered
+        state.history[0] = shown + held
+        state.acceleration[:] = shown
+
+    monkeypatch.setattr(dividing, "start_step", start)
+    run.packed.divide = divide  # type: ignore[method-assign]
     assert dividing.retry_filtered(run, status, begin) == (99 if again else status)
     assert taken == ([status] if again else [])
-    assert state[0].tolist() == ([1.0, 2.0] if again else [0.0, 0.0])
+    np.testing.assert_array_equal(state.acceleration, shown + again)
 
 
 def test_a_run_is_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,7 +166,8 @@ def test_a_run_is_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:
         observer = Divide(every, 2)
         motion(models.spin_up(4), 100, 1.0, observer)
     assert counts[0] == counts[1] > counts[2]
-    assert counts[2] <= 2
+    # the step, the signals of its start, and those of its steps
+    assert counts[2] <= 3
 
 
 def test_a_divided_step_ends_no_chunk() -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, initial, integrate, integration, outputs
+from fmbs_skfem.dynamics.compiled_step.packing import PackedStep
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import Rayleigh, System
-from fmbs_skfem.systems.compiled import Compiled
 
 from .. import models
 
@@ -66,14 +67,14 @@ def test_a_torque_that_starts_as_a_step(monkeypatch: pytest.MonkeyPatch) -> None
         )
         return outputs(motion)["x_C"]
 
-    def at_rest(
-        model: Compiled, scheme: GeneralizedAlpha, at: initial.Instant, filtered: bool | None
-    ) -> initial.Start:
-        found = initial.consistent_start(model, scheme, at, filtered)
-        return found._replace(a=0.0 * found.a)
+    def at_rest(packed: PackedStep, *more: Any) -> np.ndarray:
+        v = initial.start_step(packed, *more)
+        state = packed.step.state
+        state.history[0], state.a[:] = 0.0, 0.0
+        return v
 
     reference, found = place(2.5e-6), place(2e-5)
-    monkeypatch.setattr(integration, "consistent_start", at_rest)
+    monkeypatch.setattr(integration, "start_step", at_rest)
     error, without = (np.abs(x - reference).max() for x in (found, place(2e-5)))
     assert error < 1e-8
     assert without > 15 * error

@@ -16,8 +16,9 @@ from fmbs_skfem.bodies.body import cable
 from fmbs_skfem.bodies.sections import BeamSection
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.dynamics.compiled_step import beam_points, rotated
+from fmbs_skfem.dynamics.compiled_step.packing import PackedStep
 from fmbs_skfem.dynamics.compiled_step.step import Step
-from fmbs_skfem.dynamics.initial import Instant, consistent_start, first_step
+from fmbs_skfem.dynamics.initial import first_step, start_of, start_step
 from fmbs_skfem.dynamics.scheme import method_of
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, evaluation, joints, loads
 from fmbs_skfem.systems.compiled import Compiled, compile_system, signal_table
@@ -82,12 +83,10 @@ def turned(system: System, angles: list[float], axis: ArrayLike = (0.0, 0.6, 0.8
 def begun(system: System) -> tuple[Compiled, Step]:
     """A step at the start of a motion."""
     model = compile_system(system)
-    start = consistent_start(
-        model,
-        SCHEME,
-        Instant(0.0, system.x0, system.v0, np.zeros(model.constraints, bool), None, first=True),
-    )
-    return model, first_step(model, start, method_of(SCHEME, Newton(), SCHEME.step, model), 1)
+    method = method_of(SCHEME, Newton(), SCHEME.step, model)
+    step = first_step(model, system.x0, system.v0, method)
+    start_step(PackedStep(model, step, None), SCHEME, start_of(model))
+    return model, step
 
 
 def place(model: Compiled, step: Step, x: np.ndarray) -> None:

@@ -20,7 +20,7 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import of_time
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, histories, initial, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, histories, integrate
 from fmbs_skfem.dynamics.diagnoses import step_size
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.affine import ParametricCase
@@ -149,30 +149,6 @@ def test_histories_are_found_once_wherever_they_act(monkeypatch: pytest.MonkeyPa
     )
     assert same_bits(integrate(system, SCHEME, DURATION), integrate(moved, SCHEME, DURATION))
     assert [one.call_count for one in made] == [1, 1, 1]
-
-
-def test_factors_of_a_start_are_those_of_the_mass(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For other steps they are found once, for another mass anew."""
-    made, factored = list[System](), initial.factored
-
-    def counted(system: System, M: Any, *args: Any) -> Any:
-        if M is system.mass:  # steps begin with factors of their own
-            made.append(system)
-        return factored(system, M, *args)
-
-    monkeypatch.setattr(initial, "factored", counted)
-    system = driven()
-    heavy = alike(prepare(system), replace(system, mass=2.0 * system.mass))
-    for one, step, count in (
-        (system, 1e-3, 1),
-        (system, 2e-3, 1),
-        (heavy, 1e-3, 2),
-        (system, 1e-3, 3),
-    ):
-        found = integrate(one, GeneralizedAlpha(step), DURATION)
-        assert len(made) == count
-        assert same_bits(found, integrate(alone(one), GeneralizedAlpha(step), DURATION))
-        made.pop()
 
 
 def test_another_step_and_duration_find_their_own_histories(family: ParametricCase) -> None:

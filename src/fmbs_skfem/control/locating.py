@@ -34,14 +34,13 @@ from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, take_p
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.compiled_step.touching import TINY, restart
 from ..dynamics.dividing import put
-from ..dynamics.initial import Instant, consistent_start, first_state
+from ..dynamics.initial import Instant, start_step
 from ..dynamics.integration import failure
 from ..dynamics.loose_rows import follows
 from ..dynamics.measuring import Reader, balanced
 from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
-from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
 from . import dips
 from .crossings import Crossings, noise_of
@@ -353,15 +352,13 @@ class EventObserver(Observer):
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
-        start = consistent_start(model, run.scheme, at, None, before)
-        kept = compilation.accepted(model, x, start.v, state.memory, late)
         held = state.speed.copy(), state.parts.copy(), state.work.copy()
-        put(state, first_state(model, start, run.step.method.c, kept, late))
+        after = start_step(run.packed, run.scheme, at, before=before)
         restart(state, run.step.work)
         state.speed[:], state.parts[:], state.work[:] = held
         self.crossings.happen(due, self.jumps[due])
         self.lately |= set(due.tolist())
-        loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))
+        loss = 0.5 * float(v @ (system.mass @ v) - after @ (system.mass @ after))
         for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
             self.happened.append(
                 Happening(

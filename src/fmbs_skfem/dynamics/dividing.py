@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .compiled_step import stepping
-from .initial import filtered_start, first_state
+from .initial import begin_steps, is_filtered, start_of, start_step
 
 if TYPE_CHECKING:
     from .run import OpenRun
@@ -21,13 +21,16 @@ def retry_filtered(run: OpenRun, status: int, begin: float) -> int:
     M^-1 f of a force that begins at once is huge in waves that no step resolves, and no guess of
     the next q''. The last resort: filtered accelerations leave out what divided steps would follow.
     """
-    if (
-        begin != 0.0
-        or status != stepping.DIVERGED
-        or (start := filtered_start(run.model, run.scheme)) is None
-    ):
+    if begin != 0.0 or status != stepping.DIVERGED or is_filtered(run.model.system):
         return status
-    put(run.step.state, first_state(run.model, start, run.step.method.c))
+    state = run.step.state
+    before = [part.copy() for part in state]
+    start_step(run.packed, run.scheme, start_of(run.model), filtered=True)
+    # where nothing holds what begins to move it begins with what balances all forces
+    if np.array_equal(state.acceleration, state.history[0]):
+        put(state, before)
+        return status
+    begin_steps(state)
     return run.packed.divide(status)
 
 

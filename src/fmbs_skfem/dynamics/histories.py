@@ -19,6 +19,19 @@ from ..systems.system import System, driven_rows, driving
 from .names import owners
 
 Found = TypeVar("Found")
+# first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for
+# longer ways: accelerations of a heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE,
+# third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
+#: distance d of the five instants of the differences for first derivatives where motions start, and
+#: for second and third ones, in steps
+DRIFT, CURVATURE = (
+    1e-3,
+    0.25,
+)
+#: first derivative at the first instant, times 12 d
+RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
+BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
+JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 # six megabytes with their derivatives; a run of twice as many takes a second, beside which finding
 # them is nothing
 ROOM = 200_000  #: values of signals in a run, up to which they are found at once, and kept for other runs
@@ -60,6 +73,21 @@ def leading_signals(
     if not driven_rows(system.constraints).any():
         return table, broken
     return np.hstack([table, *derivatives(system, times[: len(table)], table, step)]), broken
+
+
+def signals_at_start(system: System, time: float, step: float) -> np.ndarray:
+    """Signals (1, k), or (1, 4 k) as `leading_signals`, where a motion starts or goes on at a time
+    [s] by steps [s]; SolverError where a value is not finite.
+
+    Derivatives are those of what comes: a history may bend there.
+    """
+    table = finite_signals(system, np.array([time]))
+    if not driven_rows(system.constraints).any():
+        return table
+    near, far = (d * step for d in (DRIFT, CURVATURE))
+    first, later = (signal_table(system, time + d * np.arange(5.0)) for d in (near, far))
+    rates = RATE @ first / (12 * near), BEND @ later / (12 * far**2), JERK @ later / (2 * far**3)
+    return np.hstack([table, *(part[None] for part in rates)])
 
 
 def signals_of_steps(

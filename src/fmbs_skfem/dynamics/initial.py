@@ -1,8 +1,7 @@
-r"""The start of a run: consistent velocities, accelerations and multipliers, and the space of the
-iteration.
+r"""The start of a run: velocities that joints admit, and the space of the iteration; accelerations
+and multipliers follow in `compiled_step.starting`.
 
-Phi_q v0 + Phi_t = 0,    [ M      Phi_q^T ] [ q''    ]     [ f                              ]
-                         [ Phi_q  0       ] [ lambda ] = - [ d2/dt2 Phi(q0 + t v0, t) at t = 0 ]
+    Phi(q0, 0) = 0,    Phi_q v0 + Phi_t = 0
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -45,37 +44,20 @@ from .compiled_step import (
     stepping,
     woodbury,
 )
+from .compiled_step.packing import UNSTORED, PackedStep
 from .compiled_step.step import Doors, Levels, Method, State, Step, StepJob, Workspace
-from .histories import finite_signals
+from .histories import CURVATURE, DRIFT, RATE, finite_signals, signals_at_start
 from .names import coordinate_names
-from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
+from .scheme import GeneralizedAlpha, Newton, Solver, has_dear_factors, method_of
 
-# first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for
-# longer ways: accelerations of a heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE,
-# third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
-#: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
-DRIFT, CURVATURE = (
-    1e-3,
-    0.25,
-)
-# the head of a clamped beam: 1e-6 to 1e-10 give the same seven digits of its acceleration
-SOFT = 1e-8  #: of the stiffness of the step, which holds what has no mass
-ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
-# factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice
-# as many, half and twice of both
-#: unknowns up to which a system keeps the factors of a start, for other numbers and steps
-SHARED = 2000
+ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none, see `least_rate`
 # double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave
 # 2.6e-10 without secants, 7 with half as many 1.1e-10, 6 with twice 1.5e-10
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
-#: first derivative at the first instant, times 12 d
-RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
-BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
-JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 
 
 Found = TypeVar("Found")
-Solver = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
+Inversion = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
 #: (M, J) -> b -> z
 Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]
 
@@ -96,20 +78,13 @@ DRIVEN = "drives begin with rates that their bodies do not have, an impulse: let
 
 
 class Start(NamedTuple):
-    """Consistent initial state that steps go on from, in the order of the system's unknowns."""
+    """What a motion starts with, in the order of the system's unknowns."""
 
     x: np.ndarray  #: (n,)
     v: np.ndarray
-    a: np.ndarray  #: q''
+    a: np.ndarray  #: q'' that balances all forces
     multipliers: np.ndarray  #: (m,) physical
-    shift: np.ndarray  #: (2, n) what the first step adds to v, by (4) of `stepping`, and to the algorithmic acceleration
-    #: q'' and multipliers that balance all forces, where they are others
-    balance: tuple[np.ndarray, np.ndarray] | None = None
-
-    @property
-    def shown(self) -> tuple[np.ndarray, np.ndarray]:
-        """q'' (n,) and multipliers (m,) of the instant, as outputs show them."""
-        return self.balance or (self.a, self.multipliers)
+    begin: np.ndarray  #: (n,) q'' that steps begin with
 
 
 def startable(system: System, scheme: GeneralizedAlpha) -> System:
@@ -139,7 +114,7 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
         return system.x0, system.v0
     J, gap = velocity_gaps(system, scheme)
     rigid = not system.loads.forces and not system.elastic
-    if rigid or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
+    if rigid or np.abs(gap).max(initial=0.0) <= least_rate(system.v0, scheme.step):
         try:
             solve = kkt_solver(system, system.mass, J)
             return system.x0, warned(
@@ -148,7 +123,9 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
         except SolverError:
             if rigid:
                 raise
-    return consistent_start(compilation.compile_system(system), scheme)[:2]
+    model = compilation.compile_system(system)
+    step = first_step(model, system.x0, system.v0, method_of(scheme, Newton(), scheme.step, model))
+    return system.x0, settle_velocities(PackedStep(model, step, None), scheme, start_of(model))
 
 
 def jacobian_at_start(system: System) -> csr_array:
@@ -201,6 +178,13 @@ def speed_of(v: np.ndarray) -> float:
     return max(1.0, float(np.abs(v).max(initial=0.0)))
 
 
+def least_rate(v: np.ndarray, h: float) -> float:
+    """Gaps in velocities v (n,) up to this one are none: round-off, also of the differences that
+    rates of histories come from, at steps h [s].
+    """
+    return (ROUND_OFF + float(np.finfo(float).eps) / (DRIFT * h)) * speed_of(v)
+
+
 def closed(system: System, phi: np.ndarray, J: Array) -> None:
     """Refuse an initial state that the joints do not hold in: phi (m,) over what large changes make
     of it, by J (m, n).
@@ -227,177 +211,147 @@ def start_of(model: Compiled) -> Instant:
     )
 
 
-def begins_by_jump(model: Compiled) -> bool:
-    """Whether a step finds by itself what steps begin with, see `pieces.release`: where joints ask
-    for no accelerations.
-
-    It takes 0.1 ms of a beam of 100 cells, where matrices of SciPy take 1.9 ms; runs of 100 steps
-    take 3 ms. Forces that depend on the motion are left to those: factors of bands and blocks are
-    of the symmetric part of W alone.
-    """
-    dead = not compilation.reads_slopes(model) and not any(force.reacts for force in model.forces)
-    free = not model.pattern and has_steady_joints(model) and dead
-    return free and is_filtered(model.system) and not has_massless_directors(model.system)
-
-
 def consistent_start(
     model: Compiled,
     scheme: GeneralizedAlpha,
     at: Instant | None = None,
-    filtered: bool | None = None,
+    alone: bool = False,
     before: np.ndarray | None = None,
 ) -> Start:
-    """State, accelerations and multipliers at the start, of the rows that hold.
+    """Velocities, accelerations and multipliers of an instant, see `start_step`, of a step of its
+    own.
+    """
+    at = at or start_of(model)
+    method = method_of(scheme, Newton(), scheme.step, model)
+    step = first_step(model, at.x, at.v, method)
+    v = start_step(PackedStep(model, step, large_of(model)), scheme, at, alone, before)
+    back = np.argsort(model.order)
+    state = step.state
+    found = state.acceleration[back], state.multipliers / method.c, state.history[0][back]
+    return Start(at.x, v, *found)
+
+
+def large_of(model: Compiled, solver: Solver = "own") -> large.Large | None:
+    """The factors of a large model; None of others, which have them in their space."""
+    return large.Large(model, solver) if model.pattern else None
+
+
+def start_step(
+    packed: PackedStep,
+    scheme: GeneralizedAlpha,
+    at: Instant,
+    alone: bool = False,
+    before: np.ndarray | None = None,
+    filtered: bool | None = None,
+) -> np.ndarray:
+    """Put a step to an instant: its state shows what balances all forces, and has what steps begin
+    with, see `begin_steps` and `starting`. The velocities (n,) that joints admit.
 
         Phi_q v + Phi_t = 0,    M q'' + Phi_q^T lambda = -f,    Phi'' = 0
 
-    Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts
-    as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry
-    them on. So does whatever is `filtered`; what is said not to be is found by M alone, but of beams
-    whose M is singular. Of a motion that goes on, accelerations `before` (n,) are kept, and what has
-    changed is filtered. What that leaves out is of second order in h. What is shown, and read
-    within steps, balances all forces by M, also where what touches holds the first step. Where nothing holds what begins
-    to move, q'' K q'' < 0, steps begin with M. An impulse, of drives that begin with a rate or of
-    joints that lock, changes velocities by `jump`. By M alone a drive would turn one node of a
-    beam, with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began
-    with 0.16 J in place of 6e-7 J.
+    of the rows that hold. Of a motion that goes on, accelerations `before` (n,) are kept, and what
+    has changed is `filtered`, as elastic bodies are; what stands `alone` is found by M, but of
+    beams whose M is singular. An impulse, of drives that begin with a rate or of joints that lock,
+    changes velocities by `jump`. By M alone a drive would turn one node of a beam, with rates of
+    strain that no step resolves: a damped beam driven at 1 mrad/s then began with 0.16 J in place
+    of 6e-7 J.
     """
-    at = at or start_of(model)
+    model, step = packed.model, packed.step
     system = model.system
-    h = scheme.step
-    on = ~at.off
-    x = at.x
-    v = at.v
-    phi, J = (
-        part[on]
-        for part in of_joints(model, at, "gap", (), lambda: compilation.gap(model, x, at.time))
-    )
-    closed(held(system, on), phi, J)
-    invert = partial(augmented, model) if model.pattern else None
-    still = np.zeros(len(x))
-    k = np.arange(5.0)[:, None]
+    state = step.state
+    state.x[:], state.v[:] = at.x[model.order], at.v[model.order]
+    state.memory[:] = model.memory if at.memory is None else at.memory
+    J = closed_rows(model, at)
+    v = settle_velocities(packed, scheme, at, J)
+    state.v[:] = v[model.order]
+    state.a[:] = 0.0 if before is None else before[model.order]
+    on = np.flatnonzero(~at.off)
+    rows = on[independent(held(system, ~at.off), J[on], at.first)]
+    step.space.off[:] = 1.0
+    step.space.off[rows] = 0.0
+    told = flags_of(model, filtered, alone) + starting.KNOWN * (before is not None)
+    if packed.call(starting.start, told) != 0:
+        raise weightless(system, system.mass)
+    if len(rows) < len(on):
+        for part in (state.multipliers, state.past[0]):
+            part[on] = ranks.least(J[on].T, J[rows].T @ part[rows], len(rows))
+    step.space.off[:] = at.off
+    return v
 
-    def along(d: float, *rates: np.ndarray) -> np.ndarray:
-        """Phi (5, m) at the instants 0, d, ..., 4 d on the path with the given derivatives at its
-        start.
-        """
-        path = x + sum(
-            (k * d) ** (order + 1) * rate / (order + 1) for order, rate in enumerate(rates)
-        )
-        return compilation.gaps(model, path, at.time + k.ravel() * d)[:, on]
 
-    # joints that neither turn nor move have no curvature: two evaluations of paths are left out
-    steady = (
-        is_linear(system.constraints) | ~on
-    ).all()  # straight paths stay on what is linear and independent of time
-    d = DRIFT * h
-    drift = (
-        np.zeros(len(phi))
-        if steady
-        else of_joints(
-            model, at, "drift", (d, on.tobytes()), lambda: RATE @ along(d, still) / (12 * d)
-        )
-    )
-    leap = partial(jump, model, held(system, on), x, J, h=h, invert=invert)
-    v = (
-        projected(held(system, on), v, J, drift, leap, invert)
-        if at.first
-        else v + leap(J @ v + drift)
-    )
-    f = compilation.forces(model, x, v, at.time, at.memory)
-    d = CURVATURE * h
-    bend = np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d)
-    known = still if before is None else before
-    am, af, _, beta = scheme.coefficients
-    late = am - af  # a is q'' at t + (am - af) h
-
-    def start_by(M: Array) -> Start:
-        """The start with a matrix (n, n) in place of the mass."""
-        kkt = kkt_solver(held(system, on), M, J, at.first, invert)
-
-        def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            change, multipliers = kkt(f - system.mass @ known, g - J @ known)
-            return known + change, multipliers
-
-        a, multipliers = solve(-f, bend)
-        for _ in range(starting.REACTIONS if any(force.reacts for force in model.forces) else 0):
-            pushed = (
-                compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0]
-                - J.T @ multipliers
-            )
-            a, multipliers = solve(-pushed, bend)
-        change = still if steady else kkt(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
-        return Start(
-            x,
-            v,
-            a,
-            spread(multipliers, on),
-            np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]),
-        )
-
+def flags_of(model: Compiled, filtered: bool | None = None, alone: bool = False) -> int:
+    """What `starting.start` is told of a model."""
+    system = model.system
     massless = has_massless_directors(system)
-    touches = len(model.arrays.forces.judged) > 0
-    M = system.mass
-    alone = filtered is False
-    filtered = massless or (is_filtered(system) if filtered is None else filtered)
-    if not filtered and (alone or not touches):
-        return start_by(M)
-    method = method_of(scheme, Newton(), h, model)
-    state = model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v
-    if touches:  # what touches at the start is held by it
-        M = M + compilation.probe_tangent(*state) / method.bh
-    if not filtered:
-        return start_by(M)._replace(balance=start_by(system.mass).shown)
-    # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with
-    # the step's own matrix
-    K = compilation.tangent(*state)
-    start = start_by(system.mass + K / method.bh)
-    if massless:
-        return (
-            start
-            if system.components
-            else start._replace(balance=massive(system, start, start_by, K / method.bh))
-        )
-    if float(start.a @ (K @ start.a)) < 0.0:
-        return start_by(M)
-    return start._replace(balance=start_by(system.mass).shown)
+    filtered = massless or (not alone and (is_filtered(system) if filtered is None else filtered))
+    return (
+        starting.FILTERED * filtered
+        + starting.MASSLESS * massless
+        + starting.SOFTENED * (not system.components)
+        + starting.REACTS * any(force.reacts for force in model.forces)
+        + starting.TOUCHES * (not alone and len(model.arrays.forces.judged) > 0)
+    )
 
 
-def massive(
-    system: System, start: Start, start_by: Callable[[Array], Start], K: Array
-) -> tuple[np.ndarray, np.ndarray]:
-    """q'' (n,) and multipliers (m,) that balance all forces where directors have no mass, which
-    follow at once: those of M and SOFT of the stiffness K that filters the `start`.
+def closed_rows(model: Compiled, at: Instant) -> np.ndarray:
+    """Phi_x (m, n) of an instant; Contradiction where rows that hold are not closed there."""
+    make = partial(compilation.gap, model, at.x, at.time)
+    phi, J = of_joints(model, at, "gap", make)
+    on = ~at.off
+    closed(held(model.system, on), phi[on], J[on])
+    return J
 
-    The accelerations of what has no mass have no bound there, and are those of the start.
+
+def settle_velocities(
+    packed: PackedStep, scheme: GeneralizedAlpha, at: Instant, J: np.ndarray | None = None
+) -> np.ndarray:
+    """Velocities (n,) that joints with rows J (m, n) admit at an instant of the state of a step."""
+    model, space = packed.model, packed.step.space
+    J = closed_rows(model, at) if J is None else J
+    on = ~at.off
+    space.off[:] = at.off
+    packed.give(signals_at_start(model.system, at.time, scheme.step), UNSTORED)
+    packed.call(starting.find_rates)
+    packed.check()
+    rates = space.rhs[0, len(at.x) :][on].copy()
+    J = J[on]
+    invert = partial(augmented, model) if model.pattern else None
+    system = held(model.system, on)
+    leap = partial(jump, model, system, at.x, J, h=scheme.step, invert=invert)
+    if at.first:
+        least = least_rate(at.v, scheme.step)
+        return projected(system, at.v, J, rates - J @ at.v, leap, least, invert)
+    return at.v + leap(rates)
+
+
+def independent(system: System, J: np.ndarray, first: bool) -> np.ndarray:
+    """Numbers of rows of J (m, n), those that a system holds, on which the others depend: in a
+    singular position, where they do for an instant, these determine accelerations.
+
+    Contradiction where they do beyond the `first` instant.
     """
-    found = start_by(system.mass + SOFT * K)
-    mass = system.mass.diagonal()
-    return np.where(mass > 1e-12 * mass.max(initial=0.0), found.a, start.a), found.multipliers
+
+    def find() -> np.ndarray:
+        rows = ranks.independent_rows(J, units=scale_of(system))
+        if len(rows) < len(J) and first and not singular_start(system):
+            raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
+        return rows
+
+    if not first:
+        return find()
+    parts = system.constraints, system.probes, system.lift, system.x0, J.tobytes()
+    return prepare(system).find("independent rows", parts, find)
 
 
-def of_joints(
-    model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]
-) -> Found:
+def of_joints(model: Compiled, at: Instant, name: str, make: Callable[[], Found]) -> Found:
     """What follows from joints and their histories at an instant; where motions start it is found
     once for all numbers.
     """
     system = model.system
     if not at.first or (system.signals and not repeatable(system)):
         return make()
-    return prepare(system).find(
-        name, (system.constraints, system.probes, system.signals, at.x, at.time, *parts), make
-    )
-
-
-def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
-    """The start of rigid bodies without the waves that its step does not resolve; None where
-    nothing holds what begins to move.
-
-    None for elastic bodies, too, which start so anyway.
-    """
-    start = None if is_filtered(model.system) else consistent_start(model, scheme, filtered=True)
-    return start._replace(balance=None) if start and start.balance else None
+    parts = system.constraints, system.probes, system.signals, at.x, at.time
+    return prepare(system).find(name, parts, make)
 
 
 def jump(
@@ -432,7 +386,7 @@ def jump(
     return 2.0 * once - change_of(solve, M @ once, gap)
 
 
-def change_of(solve: Solver, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
+def change_of(solve: Inversion, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
     """What a push f (n,) and a gap g (m,) make of velocities, (n,).
 
         [[M, J^T], [J, 0]] (dv, l) = (f, - g)
@@ -448,10 +402,11 @@ def projected(
     J: np.ndarray,
     drift: np.ndarray,
     leap: Callable[[np.ndarray], np.ndarray],
+    least: float,
     invert: Inverter | None,
 ) -> np.ndarray:
     """v (n,) at the first instant, and what closes the rates of the joints (m,), of which `drift`
-    is the part of time; a warning says so, and round-off stays.
+    is the part of time; a warning says so, and rates up to the `least` one stay.
 
         Phi_x v + Phi_t = 0
 
@@ -460,7 +415,6 @@ def projected(
     """
     given = v
     fixed = is_linear(system.constraints)
-    least = ROUND_OFF * speed_of(v)
     if np.abs(J[fixed] @ v).max(initial=0.0) > least:
         solve = kkt_solver(
             keep_constraints(system, np.flatnonzero(fixed)),
@@ -499,27 +453,16 @@ def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
 
 def kkt_solver(
     system: System, M: Array, J: np.ndarray, first: bool = True, invert: Inverter | None = None
-) -> Solver:
-    """What solves for accelerations with J (m, n) of the rows that a system holds; redundant ones
-    are named in the error.
+) -> Inversion:
+    """What solves for changes of velocities with J (m, n) of the rows that a system holds; redundant
+    ones are named in the error.
 
         [[M, J^T], [J, 0]] (a, l) = (f, g)
 
     `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position,
     where rows depend on each other for an instant, independent ones determine a, and l has least
-    norm; behind the `first` instant of a motion no position is looked at any further. Factors of
-    the mass of a system that is not large are found once.
+    norm; behind the `first` instant of a motion no position is looked at any further.
     """
-    if M is not system.mass or invert or system.size > SHARED:
-        return factored(system, M, J, first, invert)
-    parts = M, system.constraints, system.probes, system.lift, system.x0, first, J.tobytes()
-    return prepare(system).find("start", parts, lambda: factored(system, M, J, first))
-
-
-def factored(
-    system: System, M: Array, J: np.ndarray, first: bool, invert: Inverter | None = None
-) -> Solver:
-    """`kkt_solver`, found anew."""
     size = float(abs(M).max()) or 1.0
     rows = ranks.independent_rows(J, units=scale_of(system))
     if len(rows) < len(J) and first and not singular_start(system):
@@ -559,11 +502,14 @@ def dependent(system: System, rows: np.ndarray) -> Contradiction:
 
 
 def weightless(system: System, M: Array) -> SolverError:
-    """The error of a start whose accelerations are not determined: unknowns without mass that no
-    joint holds.
+    """The error of a start whose accelerations are not determined, as of unknowns without mass that
+    no joint holds.
     """
     m = M.diagonal()
     names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
+    if not names:
+        text = f"no motion starts from this state: {Reason.SINGULAR_TANGENT.value}"
+        return SolverError(text, Reason.SINGULAR_TANGENT, 0.0)
     listed = ", ".join(names[:5])
     remedy = "give the body a density or a mass, or hold it by joints (a rim along a straight edge turns freely about it)"
     text = f"neither joints nor a mass determine the motion of {listed}; {remedy}"
@@ -595,46 +541,6 @@ def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray]
     return solve
 
 
-def first_state(
-    model: Compiled, start: Start, c: float, memory: np.ndarray | None = None, time: float = 0.0
-) -> State:
-    """The state as outputs show it, with what the first step begins with for `begin_steps`, in the
-    order of the model.
-
-    `memory` as of `compiled.place`.
-    """
-    moved = (start.v + start.shift[0], start.a + start.shift[1])
-    (shown, multipliers) = start.shown
-    xc, vc, ac, early, now = (
-        np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a, shown)
-    )
-    history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
-    history[0], past[0] = early, start.multipliers * c
-    memory = compilation.accepted(model, start.x, start.v) if memory is None else memory
-    push, gradients = compilation.working(model, start.x, start.v, time, memory, start.multipliers)
-    return State(
-        x=xc,
-        v=vc,
-        a=ac,
-        acceleration=now,
-        multipliers=multipliers * c,
-        history=history,
-        past=past,
-        known=np.array([1]),
-        order=np.array([0]),
-        memory=memory,
-        speed=np.array([compilation.size(model, start.v)]),
-        parts=np.array([0]),
-        change=np.array([np.inf]),
-        work=np.zeros(2),
-        push=push,
-        gradients=gradients,
-        signals=signal_table(model.system, np.array([time]))[0]
-        if histories_work(model.system)
-        else np.zeros(0),
-    )
-
-
 def begin_steps(state: State) -> None:
     """Put a state whose motion starts, which shows what balances all forces, to what steps begin
     with; `state` is changed in place.
@@ -654,9 +560,9 @@ def histories_work(system: System) -> bool:
 
 
 def first_step(
-    model: Compiled, start: Start, method: Method, stored: int, memory: np.ndarray | None = None
+    model: Compiled, x: np.ndarray, v: np.ndarray, method: Method, stored: int = 1
 ) -> Step:
-    """A step with its space and room for so many states; `memory` as in `first_state`."""
+    """A step with its space at x and v (n,), before its start, and room for so many states."""
     n = model.system.size
     m = model.constraints
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
@@ -681,10 +587,27 @@ def first_step(
     )
     none = np.zeros(0, np.int64)
     space = compilation.space(model)
-    state = first_state(model, start, method.c, memory)
-    space.gradients[evaluation.ACCEPTED] = state.gradients
-    # one memory, so that a step copies them once
-    state = state._replace(gradients=space.gradients[evaluation.ACCEPTED])
+    histories = len(model.system.signals) if histories_work(model.system) else 0
+    state = State(
+        x=x[model.order],
+        v=v[model.order],
+        a=np.zeros(n),
+        acceleration=np.zeros(n),
+        multipliers=np.zeros(m),
+        history=np.zeros((stepping.HISTORY, n)),
+        past=np.zeros((stepping.HISTORY, m)),
+        known=np.ones(1, np.int64),
+        order=np.zeros(1, np.int64),
+        memory=model.memory.copy(),
+        speed=np.zeros(1),
+        parts=np.zeros(1, np.int64),
+        change=np.full(1, np.inf),
+        work=np.zeros(2),
+        push=np.zeros(n),
+        # one memory, so that a step copies them once
+        gradients=space.gradients[evaluation.ACCEPTED],
+        signals=np.zeros(histories),
+    )
     return Step(
         space,
         model.arrays,

@@ -15,14 +15,13 @@ from ..core import machine_memory
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress
 from ..core.values.arguments import checked
-from ..systems.compiled import accepted, compile_system
+from ..systems.compiled import compile_system
 from ..systems.system import System, loose_rows
 from . import rest
 from .checkpoint import Record, Resumed
 from .compiled_step import stepping
 from .compiled_step.jumps import jumps_of_loads
-from .compiled_step.large import Large
-from .compiled_step.pieces import Unreached, release, take_piece
+from .compiled_step.pieces import Unreached, take_piece
 from .compiled_step.single_steps import SingleSteps
 from .compiled_step.step import STEPS
 from .compiled_step.touching import HALVINGS
@@ -30,11 +29,10 @@ from .dividing import retry_filtered
 from .histories import leading_values, signals_of_steps
 from .initial import (
     Instant,
-    Start,
     begin_steps,
-    begins_by_jump,
-    consistent_start,
     first_step,
+    large_of,
+    start_step,
     startable,
 )
 from .loose_rows import open_at_start
@@ -198,31 +196,14 @@ def begun(
     if source:
         system = source.system
         model = replace(model, system=source.system)
-    n = system.size
-    m = model.constraints
-    none = np.zeros(n)
     first = Instant(0.0, x, v, open_at_start(model, x), memory, first=True)
-    by_jump = begins_by_jump(model)
-    start = (
-        consistent_start(model, scheme, first, False if by_jump else None)
-        if resume is None
-        else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
-    )
     # a place a step, so that compiled steps store without a search
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
-    kept_by_forces = None if memory is None else accepted(model, x, start.v, memory)
     few = keeps_few(model.system, observers, len(kept), states, resume)
     tracer, room = tracer_of(model, scheme, steps, len(kept), few) if few else (None, len(kept))
-    step = first_step(
-        model, start, method_of(scheme, newton, scheme.step, model), room, kept_by_forces
-    )
+    step = first_step(model, x, v, method_of(scheme, newton, scheme.step, model), room)
     step.space.off[:] = first.off
-    a, multipliers = start.shown
-    step.job.out[0, 0, model.order], step.job.out[1:, 0] = step.state.x, (start.v, a)
-    step.job.multipliers[0], step.job.memory[0] = multipliers, step.state.memory
-    # factors of sparse models live here, outside of the packed step
-    large = Large(model, newton.solver) if model.pattern else None
     run = OpenRun(
         model=model,
         scheme=scheme,
@@ -231,7 +212,8 @@ def begun(
         times=scheme.step * kept,
         rows=rows,
         step=step,
-        large=large,
+        # factors of sparse models live here, outside of the packed step
+        large=large_of(model, newton.solver),
         cpu=clock.process_time(),
         wall=clock.perf_counter(),
         observers=observers,
@@ -239,8 +221,12 @@ def begun(
         tracer=tracer,
         jumps=jumps_of_loads(setting.system, scheme.step, steps),
     )
-    if by_jump and resume is None:
-        release(run)
+    if resume is None:
+        v = start_step(run.packed, scheme, first)
+        step.job.out[0, 0, model.order], step.job.out[1, 0] = step.state.x, v
+        step.job.out[2, 0, model.order] = step.state.acceleration
+        step.job.multipliers[0] = step.state.multipliers / step.method.c
+        step.job.memory[0] = step.state.memory
     for one in observers:
         one.begin(run)
     if resume is not None:

@@ -286,5 +286,5 @@ def balanced(run: OpenRun, time: float) -> Trajectory:
     now = motion_of(run, time)
     off = run.step.space.off > 0.0
     at = Instant(time, now.x[0], now.v[0], off, run.step.state.memory)
-    a, multipliers = consistent_start(run.model, run.scheme, at, False, now.a[0]).shown
-    return replace(now, a=a[None], multipliers=multipliers[None])
+    found = consistent_start(run.model, run.scheme, at, True, now.a[0])
+    return replace(now, a=found.a[None], multipliers=found.multipliers[None])

@@ -278,7 +278,7 @@ def print_kernels(
         asked: dict[str, tuple[Any, Value]] = {
             "TAKE": (stepping.take_row, ZERO),
             "TAKE_FIXED": (stepping.take_fixed, Scalar("", "whole")),
-            "START": (starting.start, Const(flags_of_start(base.case.system))),
+            "START": (starting.start, Const(initial.flags_of(base.packed.model))),
             "ENERGIES": (starting.energies, Scalar("", "whole")),
             "RESIDUAL": (behind[doors.residual], ZERO),
             "FACTORISE": (behind[doors.factorise], ZERO),
@@ -296,15 +296,6 @@ def print_kernels(
             mutable = mutable | wrong
             continue
         return Kernels(printer, calls)
-
-
-def flags_of_start(system: System) -> int:
-    """What `starting.start` is told of a system."""
-    return (
-        starting.FILTERED * initial.is_filtered(system)
-        + starting.MASSLESS * initial.has_massless_directors(system)
-        + starting.REACTS * any(force.reacts for force in compiled.compile_system(system).forces)
-    )
 
 
 def write(case: Case | ParametricCase, name: str, title: str, description: str = "") -> CModel:

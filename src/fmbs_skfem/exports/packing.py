@@ -15,7 +15,6 @@ from ..core.storage.records import dataclass
 from ..dynamics import initial, scheme
 from ..dynamics.compiled_step.packing import Lengths, PackedStep
 from ..dynamics.compiled_step.step import Step
-from ..dynamics.initial import Start
 from ..reduction.cases import Case
 from ..systems import compiled
 
@@ -73,7 +72,7 @@ def admissible_velocities(case: Case) -> np.ndarray:
     """v0, or where joints are against it what they leave of it."""
     system = case.system
     _, gap = initial.velocity_gaps(system, case.scheme)
-    if np.abs(gap).max(initial=0.0) <= initial.ROUND_OFF * initial.speed_of(system.v0):
+    if np.abs(gap).max(initial=0.0) <= initial.least_rate(system.v0, case.scheme.step):
         return system.v0
     return initial.admissible(system, case.scheme)[1]
 
@@ -86,10 +85,10 @@ def pack(
     """
     system = case.system
     model = compiled.compile_system(system)
-    n = system.size
-    start = Start(system.x0, v, np.zeros(n), np.zeros(model.constraints), np.zeros((2, n)))
     method = scheme.method_of(case.scheme, case.newton, case.scheme.step, model)
-    step = initial.first_step(model, start, method, 0, memory)
+    step = initial.first_step(model, system.x0, v, method, 0)
+    if memory is not None:
+        step.state.memory[:] = memory
     packed = PackedStep(model, step, None)
     packed.lengths = lengths = Lengths(packed)
     packed.give(lengths.signals[:1], np.array([-1]))

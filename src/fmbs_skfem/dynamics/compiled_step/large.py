@@ -94,6 +94,8 @@ class Large:
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
         self.motions = rigid_motions(model)
         self.inverse: Inverse | None = None
+        self.which = factors.EXACT  #: what W is made of
+        self.start: csr_array | None = None  #: W of a start
         self.now = Standing([])
 
     def doors(self, step: Step) -> tuple[Callback, Callback, Callback]:
@@ -117,13 +119,14 @@ class Large:
         method = step.method
         space = step.space
         work = step.work
-        W = (
-            method.bh * csr_array(system.mass)
-            + method.gh * csr_array(system.damping)
-            + csr_array(system.stiffness)
-        )
+        W = method.bh * csr_array(system.mass)
         # bodies alone: joints and loads of a step would make every factor one of its own
-        W = csr_array(method.c * (W + compiled.elastic_tangent(self.model, space.x, method.gh)))
+        self.which = int(work.kind[1])
+        if self.which not in (factors.MASS, factors.TOUCHING):
+            K = method.gh * csr_array(system.damping) + csr_array(system.stiffness)
+            K = K + compiled.elastic_tangent(self.model, space.x, method.gh)
+            W = W + (factors.SOFTNESS * K if self.which == factors.SOFT else K)
+        W = csr_array(method.c * W)
         diagonal = W.diagonal()
         # frames without mass and stiffness have zero pivots; H takes the same shift back, so that
         # the solution has none of it
@@ -142,8 +145,9 @@ class Large:
         spread = refined(W, self.inverse, columns)
         self.flexible = np.ascontiguousarray(spread[:, self.interface])
         # half of the memory, for what enters corrections only: a correction leaves 1e-7 of itself
-        # to the next one
-        self.spread = spread.astype(np.float32)
+        # to the next one; starts are solved to the last digit
+        self.start = W if self.which >= factors.STIFF else None
+        self.spread = spread if self.start is not None else spread.astype(np.float32)
         work.kind[0] = work.kind[2] = factors.BAND_CHOLESKY
 
     def solve(self, step: Step, table: int) -> None:
@@ -154,7 +158,10 @@ class Large:
         # run, where those that stand still diverge at 1 rad
         rotate(self, r, [R.T for R in now.turns])
         assert self.inverse is not None
-        self.close(step.space, now, self.inverse.solve(r[None, :])[0])
+        W = self.start
+        rows = r[None, :]
+        found = self.inverse.solve(rows) if W is None else refined(W, self.inverse, rows)
+        self.close(step.space, now, found[0])
 
     def settle(self, step: Step, table: int) -> None:
         """As `settling.settle`, with the interface of the last correction."""
@@ -207,7 +214,7 @@ class Large:
                 np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]),
             )[0]
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
-            r -= (now.small.T @ push).astype(np.float32) @ self.spread[now.at]
+            r -= (now.small.T @ push).astype(self.spread.dtype) @ self.spread[now.at]
             space.rhs[0, n:] = found[nb:]
         rotate(self, r, now.turns)
         space.f[:] = r
@@ -218,7 +225,10 @@ class Large:
         """
         space = step.space
         space.gh[0] = step.method.gh
-        evaluation.probe_slopes(table)
+        if self.which in (factors.MASS, factors.SOFT):
+            space.H[:], space.low.used[0] = 0.0, 0
+        else:
+            evaluation.probe_slopes(table)
         pairs, H = compiled.row_slopes(self.model, space)
         rows, places = np.unique(pairs[H != 0.0], return_inverse=True)
         y = np.zeros((len(rows), len(rows)))

@@ -46,6 +46,7 @@ BEHIND = (
     "settle",
 )
 NONE = np.zeros(0, np.int64)
+UNSTORED = np.array([-1])  #: rows of a step whose state is not stored
 
 
 class PackedStep:

@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dividing import put, retry_filtered
+from ..dividing import retry_filtered
 from ..histories import leading_signals
 from ..initial import begin_steps
 from . import stepping
-from .step import State
+from .packing import UNSTORED
 from .touching import TINY, restart
 
 if TYPE_CHECKING:
     from ..run import OpenRun
 
 EXACT = 1e-12  #: of a step, to which places in it are found
-UNSTORED = np.array([-1])  #: rows of a step whose state is not stored
 
 
 class Unreached(Exception):
@@ -68,37 +67,6 @@ def jump_over(run: OpenRun, behind: float) -> int:
         run.model.check()
     restart(run.step.state, run.step.work)
     return status
-
-
-def release(run: OpenRun) -> None:
-    """Give a motion that starts from the present state what its steps begin with, see
-    `initial.begin_steps`.
-
-    All forces jump onto rest:
-
-        (M + (gh C + K) / bh) q'' + Phi_q^T lambda = -f
-
-    What the state shows, M p + Phi_q^T mu = -f, stays, and is what steps begin with where nothing
-    holds what begins to move:
-
-        q'' (gh C + K) q'' = bh q'' M (p - q'') < 0
-    """
-    state = run.step.state
-    counters = run.step.job.counters.copy()
-    shown = State(*(part.copy() for part in state))
-    for part in (state.a, state.acceleration, state.multipliers, state.history, state.past):
-        part[:] = 0.0
-    status = jump_over(run, 0.0)
-    a = state.acceleration.copy()
-    multipliers = state.multipliers.copy()
-    back = np.argsort(run.model.order)
-    put(state, shown)
-    run.step.job.counters[:] = counters
-    if (
-        status == stepping.DONE
-        and a[back] @ (run.model.system.mass @ (shown.acceleration - a)[back]) >= 0.0
-    ):
-        state.a[:], state.history[0], state.past[0] = a, a, multipliers
 
 
 def go_on(run: OpenRun, begin: float, span: float) -> None:

@@ -1,14 +1,16 @@
-r"""The start of a motion in compiled code, as `initial` finds it: for dense models, and for the
-programs that are printed of them.
+r"""The start of a motion, or of what is left of it at an event, in compiled code: for all models, and
+for the programs that are printed of them.
 
-    [ M      Phi_q^T ] [ q''    ]     [ f                                          ]
-    [ Phi_q  0       ] [ lambda ] = - [ D2 = d2Phi/dt2 - Phi_q d2q/dt2             ]
+    [ W      Phi_q^T ] [ q''    ]     [ f                                          ]
+    [ Phi_q  0       ] [ lambda ] = - [ D2 = d2Phi/dt2 - Phi_q d2q/dt2             ],    W = M
 
-and with D3 in place of D2 and no forces what of dq''/dt the joints determine. Steps begin with
-M + (gh C + K) / bh in place of M where bodies are elastic. Here all matrices and forces are c bh
-times as large, as W of a step is.
-
-Derivatives by time are exact, those of `initial` differences over parts of a step.
+and with D3 in place of D2 and no forces what of dq''/dt the joints determine. Steps of elastic
+bodies begin with W = M + (gh C + K) / bh: under a load that starts as a step M^-1 f is huge in the
+waves that the step h does not resolve, and the run would carry them on. What that leaves out is of
+second order in h. What is shown, and read within steps, balances all forces by M, also where what
+touches holds the first step. Where nothing holds what begins to move, q'' K q'' < 0, steps begin
+with M. Of a motion that goes on, accelerations that are known stay, and what has changed is found
+so. Here all matrices and forces are c bh times as large, as W of a step is.
 """
 
 from __future__ import annotations
@@ -21,21 +23,46 @@ from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
 from ...systems.terms import turning
-from . import factors, stepping
-from .factors import ALL
+from . import stepping
+from .factors import MASS, SOFT, STIFF, TOUCHING
 from .step import opened
 
-#: what `start` is told of a model, added up: whether it begins without waves that no step resolves,
-#: whether M alone determines no accelerations, whether forces read those of joints (`initial`)
-FILTERED, MASSLESS, REACTS = 1, 2, 4
-#: matrices in place of M: M itself, with what touches in the state, or with all tangents
-MASS, TOUCHING, STIFF = range(3)
+#: what `start` is told of a model, added up: whether it begins without waves that no step resolves;
+#: whether M alone determines no accelerations, and whether a little stiffness shall; whether forces
+#: read those of joints; whether something may touch that holds the first step; whether the
+#: accelerations in `a` of the state are known
+FILTERED, MASSLESS, SOFTENED, REACTS, TOUCHES, KNOWN = (2**k for k in range(6))
 KINETIC, STRAIN = range(2)  #: energies
 # each leaves the friction coefficient squared or less of what is left, where mass and curvature are
 # ordinary
 REACTIONS = 4  #: corrections of what depends on the forces of joints, such as friction in them
 # forces of inertia have it in them; where bodies move without strains nothing else is left
-ROUND_OFF = 1e-12  #: of the power of inertia, up to which something is held
+ROUND_OFF = (
+    1e-12  #: of the power of inertia, up to which something is held; of inertia that is none
+)
+MIXED = 17  #: a prime number that no mesh repeats itself with
+
+
+@jit
+def has(more: int, flag: int) -> bool:
+    """Whether a flag is one of those added up in `more`."""
+    return more // flag % 2 == 1
+
+
+@routine
+def find_rates(table: Any, _: Any) -> int:
+    """What velocities of the state break, behind the forces in rhs, with the signals of the first
+    row of the job; 0, or 1 where the state has no forces.
+
+        Phi_q v + Phi_t
+
+    0 in rows that are off.
+    """
+    if find_forces(table) != 0:
+        return 1
+    place_paths(table)
+    add_drift(table, 0.0, 0.0)
+    return 0
 
 
 @routine
@@ -44,14 +71,18 @@ def start(table: Any, more: Any) -> int:
     motion; 0, or 1 where a matrix is singular.
 
     Signals are those of the first row of the job, with their derivatives where joints read them.
-    `more` is a sum of FILTERED, MASSLESS and REACTS.
+    `more` is a sum of the flags above; accelerations that are known are in `a` of the state, which
+    is overwritten.
     """
     S = opened(table)
     kind = S.work.kind
     turns = kind[1]
+    # factors of a storage itself: those that rotate are for what comes
+    if S.doors.whole != 0:
+        S.rotations.on[0] = 0
     failed = find_accelerations(table, more)
     # new factors in the first step, of tangents that are turned or not as before
-    kind[0] = kind[3] = 0
+    kind[0] = kind[2] = kind[3] = 0
     kind[1] = turns
     if failed == 0:
         begin_state(table)
@@ -101,30 +132,59 @@ def find_accelerations(table: Any, more: int) -> int:
 
     What changes with time of the accelerations is in the second row of history.
     """
-    S = opened(table)
-    filtered, massless = more % 2 == 1, more // 2 % 2 == 1
-    touches = len(S.arrays.forces.judged) > 0
-    find_forces(table)
+    filtered, touches = has(more, FILTERED), has(more, TOUCHES)
+    if find_forces(table) != 0:
+        return 1
     held = False
     if filtered or touches:
-        # under a load that starts as a step M^-1 f is huge in waves that the step does not resolve
-        if balance(table, STIFF if filtered else TOUCHING, more) != 0:
-            return 1
-        begin_with_these(table)
-        held = massless or not filtered or is_held(table)
-    if not massless:
-        # where nothing holds what begins to move steps begin with M, too
-        if balance(table, TOUCHING if touches and not held else MASS, more) != 0:
-            return 1
-        if not held:
+        # what W makes singular, as in an unstable state, is held by nothing
+        held = balance(table, STIFF if filtered else TOUCHING, more) == 0
+        if held:
             begin_with_these(table)
+            held = has(more, MASSLESS) or not filtered or is_held(table, more)
+        elif has(more, MASSLESS):
+            return 1
+    if has(more, MASSLESS):
+        return balance_softly(table, more) if has(more, SOFTENED) else 0
+    # where nothing holds what begins to move steps begin with M, too
+    if balance(table, TOUCHING if touches and not held else MASS, more) != 0:
+        return 1
+    if not held:
+        begin_with_these(table)
     return 0
 
 
 @jit
-def find_forces(table: Any) -> None:
-    """Forces f (n,) [N] of the state without inertia and joints, in `moved`; rows that joints read,
-    and Phi_y, become current.
+def balance_softly(table: Any, more: int) -> int:
+    """Accelerations and multipliers by M and little of the stiffness, where directors have no mass,
+    which follow at once; 0, or 1.
+
+    The accelerations of what has no mass have no bound there, and are those that steps begin with.
+    """
+    S = opened(table)
+    s = S.state
+    any_motion, inertia = S.space.acceleration, S.space.way
+    if balance(table, SOFT, more) != 0:
+        return 1
+    # unequal numbers, so that nothing cancels: zero is left of what has no mass alone
+    for i in range(len(inertia)):
+        any_motion[i] = 1.0 / (i % MIXED + 1)
+    kernels.clear(inertia)
+    kernels.add_operator(S.arrays.mass, any_motion, inertia)
+    kernels.clear(any_motion)
+    largest = 0.0
+    for i in range(len(inertia)):
+        largest = max(largest, abs(inertia[i]))
+    for i in range(len(inertia)):
+        if abs(inertia[i]) <= ROUND_OFF * largest:
+            s.acceleration[i] = s.history[0, i]
+    return 0
+
+
+@jit
+def find_forces(table: Any) -> int:
+    """Forces f (n,) [N] of the state without inertia and joints, in `moved`, 0, or the number of
+    forces that failed; rows that joints read, and Phi_y, become current.
     """
     S = opened(table)
     s = S.state
@@ -135,12 +195,13 @@ def find_forces(table: Any) -> None:
     kernels.copy(s.memory, t.memory)
     kernels.clear(t.acceleration)
     kernels.clear(t.multipliers)
-    # forces in newtons and physical multipliers, as in `initial`
+    # forces in newtons and physical multipliers
     t.c[0] = 1.0
-    invoke(S.doors.residual, table, 0)
+    failed = invoke(S.doors.residual, table, 0)
     kernels.copy(t.f, S.work.moved)
     # of the derivatives of joints below the third one multiplies it
     kernels.clear(s.acceleration)
+    return failed
 
 
 @jit
@@ -148,57 +209,69 @@ def balance(table: Any, which: int, more: int) -> int:
     """Accelerations and multipliers of the state that balance its forces by a matrix; 0, or 1 where
     that is singular.
 
-        W q'' + Phi_q^T mu = -c bh f,    Phi_q q'' = -D2,    mu = c bh lambda
+        W (q'' - a) + Phi_q^T mu = - c bh (f + M a),    Phi_q q'' = -D2,    mu = c bh lambda
+
+    of accelerations a that are known, or 0.
     """
     S = opened(table)
     s = S.state
     t = S.space
     n = len(S.state.x)
     scale = S.method.c * S.method.bh
-    if factor(table, which) != 0:
+    # the space is in the state, whose multipliers are zero
+    S.work.kind[1] = which
+    t.c[0], t.gh[0] = S.method.c, S.method.gh
+    if invoke(S.doors.whole if S.doors.whole != 0 else S.doors.factorise, table, 0) != 0:
         return 1
-    for k in range(1 + REACTIONS if more // 4 % 2 == 1 else 1):
+    for k in range(1 + REACTIONS if has(more, REACTS) else 1):
         if k > 0:
             add_reactions(table)
         find_curvature(table, 1.0, 0.0)
+        kernels.copy(S.work.moved, t.way)
+        if has(more, KNOWN):
+            kernels.add_operator(S.arrays.mass, s.a, t.way)
+            subtract_known(table)
         for i in range(n):
-            t.f[i] = -scale * S.work.moved[i]
-        invoke(S.doors.solve, table, 0)
+            t.f[i] = -scale * t.way[i]
+        if solve(table) != 0:
+            return 1
         kernels.copy(t.f, s.acceleration)
         for m in range(len(s.multipliers)):
             s.multipliers[m] = t.rhs[0, n + m] / S.method.bh
+        if has(more, KNOWN):
+            for i in range(n):
+                s.acceleration[i] += s.a[i]
     return 0
 
 
 @jit
-def factor(table: Any, which: int) -> int:
-    """Factors of a matrix in the state of the space, whose multipliers are zero; 0, or 1 where it
-    is singular.
+def solve(table: Any) -> int:
+    """rhs <- KKT^-1 rhs; 0, or 1 where that is no solution."""
+    return invoke(opened(table).doors.solve, table, 0)
 
-        W = c bh M,    c bh M + H of what touches,    c (bh M + gh C + K) + H
-    """
+
+@jit
+def subtract_known(table: Any) -> None:
+    """Curvatures of the joints behind the forces in rhs less those that known accelerations have."""
     S = opened(table)
-    A = S.arrays
     t = S.space
-    t.c[0], t.gh[0] = S.method.c, S.method.gh
-    if which == STIFF:
-        # exact tangents: those of a reference shape that is turned are for the iteration
-        S.work.kind[1] = 0
-        if invoke(S.doors.assemble, table, ALL) != 0:
-            return 1
-    else:
-        factors.gather_joints(table)
-        scale = S.method.c * S.method.bh
-        for i in range(t.W.shape[0]):
-            for j in range(t.W.shape[1]):
-                t.W[i, j] = scale * A.mass.store[i, j]
-        if which == TOUCHING:
-            evaluation.slopes(table)
-            factors.add_joints(table)
-    # a moment makes W unsymmetric by less than what Cholesky's factors may leave out in a step: of
-    # beams with directors, at 850 m/s2, those were off by 3e-6
-    S.work.kind[0] = S.work.kind[2] = factors.DENSE_LU
-    return 0 if factors.factor_dense(table) == 0 else 1
+    n = len(S.state.x)
+    y = t.paths[0]
+    kernels.clear(y)
+    kernels.add_product(S.arrays.shown, 1.0, S.state.a, y)
+    for m in range(len(S.state.multipliers)):
+        if t.off[m] == 0.0:
+            t.rhs[0, n + m] -= kernels.dot(t.Jy[m], y)
+
+
+@jit
+def add_joint_forces(table: Any, multipliers: np.ndarray, f: np.ndarray) -> None:
+    """f (n,) += Phi_q^T of multipliers (m,), with current Phi_y."""
+    S = opened(table)
+    t = S.space
+    kernels.clear(t.g)
+    kernels.add_combination(t.Jy, multipliers, t.g)
+    kernels.add_transposed(S.arrays.shown, 1.0, t.g, f)
 
 
 @jit
@@ -210,11 +283,12 @@ def add_reactions(table: Any) -> None:
     t.c[0] = 1.0
     for m in range(len(s.multipliers)):
         t.multipliers[m] = s.multipliers[m] / S.method.c
+    kernels.clear(t.acceleration)
     invoke(S.doors.residual, table, 0)
     # without the forces of the joints themselves, which the matrix holds
     for m in range(len(s.multipliers)):
         t.multipliers[m] = -t.multipliers[m]
-    kernels.add_combination(S.work.J, t.multipliers, t.f)
+    add_joint_forces(table, t.multipliers, t.f)
     kernels.copy(t.f, S.work.moved)
     kernels.clear(t.multipliers)
 
@@ -228,24 +302,37 @@ def find_curvature(table: Any, second: float, third: float) -> None:
     of the state; 0 of joints that neither turn nor move.
     """
     S = opened(table)
-    s = S.state
     t = S.space
-    A = S.arrays
     n = len(S.state.x)
-    whole = s.past[1]
+    whole = S.state.past[1]
     kernels.clear(t.rhs[0, n:])
     if S.doors.settle == 0:
         return
-    kernels.probe_paths(A.shown, A.probes_offset, s.x, s.v, s.v, s.acceleration, t.paths)
-    t.leads[0], t.leads[1] = second, third
-    evaluation.find_drift(table)
+    place_paths(table)
+    add_drift(table, second, third)
     kernels.copy(t.rhs[0, n:], whole)
     # first derivatives, which are in that sum: zero but for round-off, as v is on the joints
-    t.leads[0], t.leads[1] = 0.0, 0.0
-    evaluation.find_drift(table)
+    add_drift(table, 0.0, 0.0)
     for m in range(len(whole)):
         t.rhs[0, n + m] -= whole[m]
         whole[m] = 0.0
+
+
+@jit
+def place_paths(table: Any) -> None:
+    """Probe rows of the accepted state and their rates."""
+    S = opened(table)
+    s = S.state
+    A = S.arrays
+    kernels.probe_paths(A.shown, A.probes_offset, s.x, s.v, s.v, s.acceleration, S.space.paths)
+
+
+@jit
+def add_drift(table: Any, second: float, third: float) -> None:
+    """Rates of the joints on these, D1 + second D2 + third D3 behind the forces in rhs."""
+    t = opened(table).space
+    t.leads[0], t.leads[1] = second, third
+    evaluation.find_drift(table)
 
 
 @jit
@@ -261,17 +348,17 @@ def begin_with_these(table: Any) -> None:
     if S.doors.settle != 0:
         find_curvature(table, 0.0, 1.0)
         kernels.clear(S.space.f)
-        invoke(S.doors.solve, table, 0)
+        solve(table)
         kernels.copy(S.space.f, s.history[1])
 
 
 @jit
-def is_held(table: Any) -> bool:
+def is_held(table: Any, more: int) -> bool:
     """Whether something holds what begins to move.
 
-        q'' (gh C + K) q'' >= - ROUND_OFF bh q'' M q''
+        d (gh C + K) d >= - ROUND_OFF bh d M d
 
-    of the accelerations that were found with M + (gh C + K) / bh.
+    d of the accelerations that were found with M + (gh C + K) / bh, less those known.
     """
     S = opened(table)
     s = S.state
@@ -280,11 +367,14 @@ def is_held(table: Any) -> bool:
     kernels.copy(s.multipliers, t.multipliers)
     t.c[0] = S.method.c
     invoke(S.doors.residual, table, 0)
+    # what is left of M q'' + Phi_q^T lambda + f is - (gh C + K) d / bh
+    for i in range(len(s.x)):
+        known = s.a[i] if has(more, KNOWN) else 0.0
+        t.acceleration[i] = s.acceleration[i] - known
     kernels.clear(t.way)
-    kernels.add_operator(S.arrays.mass, s.acceleration, t.way)
-    # what is left of M q'' + Phi_q^T lambda + f is - (gh C + K) q'' / bh
-    least = ROUND_OFF * S.method.c * kernels.dot(s.acceleration, t.way)
-    held = kernels.dot(s.acceleration, t.f) <= least
+    kernels.add_operator(S.arrays.mass, t.acceleration, t.way)
+    least = ROUND_OFF * S.method.c * kernels.dot(t.acceleration, t.way)
+    held = kernels.dot(t.acceleration, t.f) <= least
     kernels.clear(t.acceleration)
     kernels.clear(t.multipliers)
     return held
@@ -292,7 +382,12 @@ def is_held(table: Any) -> bool:
 
 @jit
 def begin_state(table: Any) -> None:
-    """All else of the state, and v and a onto the path of the joints, see `initial.Start`."""
+    """All else of the state; v and a onto the path of the joints.
+
+        v <- v + h^2 (1/6 - beta - (am - af) / 2) dq''/dt,    a = q'' + (am - af) h dq''/dt
+
+    with (4) of `settling`, and a at t + (am - af) h.
+    """
     S = opened(table)
     s = S.state
     t = S.space

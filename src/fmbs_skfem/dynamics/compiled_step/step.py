@@ -112,7 +112,9 @@ class Workspace(NamedTuple):
     moved: Vector  #: (n,) displacement of the last correction
     pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
     rate: Vector  #: (1,) contraction, the largest of late measurements
-    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 if the next tangents are turned; kind of those there are; their age
+    #: (4,) kind of the factors, 0: anew; what the next W is made of, see `factors`; kind of those there
+    #: are; their age
+    kind: Integers
 
 
 # by address, so that a model compiles the routines of its own storage alone, and large ones may

@@ -27,7 +27,7 @@ from ...core.storage.records import dataclass
 from ...dynamics.compiled_step import factors
 from ...dynamics.compiled_step.large import Large
 from ...dynamics.compiled_step.step import Step
-from ...dynamics.initial import Start, first_step
+from ...dynamics.initial import first_step
 from ...dynamics.scheme import GeneralizedAlpha, Newton, method_of
 from ...dynamics.trajectory import Trajectory
 from ...systems import evaluation
@@ -269,11 +269,8 @@ def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha) -> tuple[float, fl
 def prepare_step(model: Compiled, scheme: GeneralizedAlpha) -> Step:
     """A step at x0 with a current residual, and the signals at t = 0."""
     system = model.system
-    none = np.zeros(model.system.size)
-    start = Start(
-        system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, system.size))
-    )
-    step = first_step(model, start, method_of(scheme, Newton(), scheme.step, model), 1)
+    method = method_of(scheme, Newton(), scheme.step, model)
+    step = first_step(model, system.x0, np.zeros(system.size), method)
     step.space.x[:], step.space.c[0] = system.x0[model.order], step.method.c
     step.space.signals[: len(system.signals)] = signal_table(system, np.zeros(1))[0]
     evaluation.evaluate(step)
