@@ -37,11 +37,9 @@ from ..reduction import cases
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from ..systems import change_coordinates, compiled, row_programs
-from ..systems import kernels as kernel_sums
 from ..systems.layouts import Storage
 from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
-from ..systems.terms import points
 from . import numbers, outputs, refusals, signals
 from .numbers import Numbers
 from .outputs import Column
@@ -144,10 +142,6 @@ SPELLED = (programs.run, row_programs.act)
 #: kernels in place of others, which are for numba
 STANDS = {
     **small.STANDS,
-    kernel_sums.dot: "dot",
-    small.dot: "dot",
-    kernel_sums.add_sums: small.add_sums,
-    points.add_product: points.add_half_product,
 }
 STATUSES = {name: getattr(stepping, name) for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOO_FEW")}
 FOUND = "before_", "held_", "space_gradients"  #: what the begin of a division and the start fill

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling.jit import jit, summing
+from ..core.compiling.jit import deferred, jit
 from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Vector
 
 
@@ -95,15 +95,8 @@ def copy(x: np.ndarray, y: np.ndarray) -> None:
         y[i] = x[i]
 
 
-@summing
-def dot(x: np.ndarray, y: np.ndarray) -> float:
-    """x^T y of x and y (n,)."""
-    # by `summing`: lanes add apart, which strict order forbids; BLAS costs more than the sum at
-    # these lengths
-    total = 0.0
-    for i in range(len(x)):
-        total += x[i] * y[i]
-    return total
+dot = deferred("fmbs_skfem.core.compiling.intrinsics", "dot")
+dot_four = deferred("fmbs_skfem.core.compiling.intrinsics", "dot_four")
 
 
 @jit
@@ -113,7 +106,7 @@ def unbroken(A: Csr, start: int, stop: int) -> bool:
     return stop - start > 3 and A.indices[stop - 1] - A.indices[start] == stop - start - 1
 
 
-@summing
+@jit
 def row_value(A: Csr, i: int, x: np.ndarray) -> float:
     """(A x)_i of a sparse A (m, n) and x (n,), of one row here and there.
 
@@ -124,10 +117,8 @@ def row_value(A: Csr, i: int, x: np.ndarray) -> float:
     stop = A.indptr[i + 1]
     # rows of dense bases are unbroken: no index is read
     if unbroken(A, start, stop):
-        row = A.data[start:stop]
-        part = x[A.indices[start] :]
-        for k in range(len(row)):
-            total += row[k] * part[k]
+        first = A.indices[start]
+        total = dot(A.data[start:stop], x[first : first + stop - start])
     else:
         for k in range(start, stop):
             total += A.data[k] * x[A.indices[k]]
@@ -155,7 +146,7 @@ def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, 
     return np.sqrt(squares), np.sqrt(sums)
 
 
-@summing
+@jit
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
     """Add a product with a sparse matrix.
 
@@ -172,10 +163,8 @@ def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
         if start == stop:
             continue  # as most probe rows of contacts
         if unbroken(A, start, stop):
-            row = A.data[start:stop]
-            part = x[A.indices[start] :]
-            for k in range(len(row)):
-                total += row[k] * part[k]
+            first = A.indices[start]
+            total = dot(A.data[start:stop], x[first : first + stop - start])
         else:
             for k in range(start, stop):
                 total += A.data[k] * x[A.indices[k]]
@@ -298,7 +287,7 @@ def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
     add_product(A, 1.0, x, y)
 
 
-@summing
+@jit
 def distances(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     """Differences of two vectors, no numbers where one of x or y is none.
 
@@ -336,34 +325,25 @@ def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> Non
             y[i] += row_a[i] * a
 
 
-@summing
+@jit
 def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """Add products with rows, four at a time.
+    """Add products with rows.
 
         y_r += sum_i rows_ri x_i
 
     x (i,), y (r,).
     """
-    # x is read once for four sums
+    # x is read once for four sums, which do not wait for each other: 0.55 us for 0.76 us (23 rows
+    # of 324 numbers)
     full = len(y) // 4 * 4
     for r in range(0, full, 4):
-        row_a, row_b, row_c, row_d = rows[r], rows[r + 1], rows[r + 2], rows[r + 3]
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for i in range(len(x)):
-            a += row_a[i] * x[i]
-            b += row_b[i] * x[i]
-            c += row_c[i] * x[i]
-            d += row_d[i] * x[i]
+        a, b, c, d = dot_four(rows[r], rows[r + 1], rows[r + 2], rows[r + 3], x)
         y[r] += a
         y[r + 1] += b
         y[r + 2] += c
         y[r + 3] += d
     for r in range(full, len(y)):
-        row_a = rows[r]
-        a = 0.0
-        for i in range(len(x)):
-            a += row_a[i] * x[i]
-        y[r] += a
+        y[r] += dot(rows[r], x)
 
 
 @jit
@@ -486,7 +466,7 @@ def drift(
             )
 
 
-@summing
+@jit
 def probe_paths(
     A: Csr,
     offset: np.ndarray,

@@ -23,7 +23,7 @@ from fmbs_skfem.core.printing.frames import source_of
 from fmbs_skfem.core.printing.statements import KernelBody
 
 PACKAGE = Path(fmbs_skfem.__file__).parent
-COMPILERS = frozenset({"jit", "inlined", "summing", "regrouped", "routine", "entry"})
+COMPILERS = frozenset({"jit", "inlined", "regrouped", "routine", "entry"})
 OPERATIONS = {*expressions.SIGNS, *expressions.WHOLE, ast.Pow}
 RELATIONS = {*expressions.RELATIONS, ast.In, ast.NotIn}
 METHODS = frozenset({"reshape", "copy", "conjugate"})

@@ -5,6 +5,7 @@ LAPACK, products in any order.
     call, view          entries by their address, arrays inside of arrays: `entries`
     call_lapack         LAPACK: `lapack`
     add_product         a sum that may be taken in any order: `direct`
+    dot                 a sum of eight ones side by side: `kernels`
 
 This module loads numba: the names there stand for these functions, which are made when the first
 one is compiled.
@@ -275,3 +276,72 @@ def add_product(typing: Any, total: Any, a: Any, b: Any) -> Any:
     return (
         (total(total, a, b), code) if isinstance(total, types.Float) and total == a == b else None
     )
+
+
+LANES = 8  #: sums side by side of a dot product, whatever vectors a processor has
+
+
+def add_products(
+    context: Any, builder: Any, kinds: Sequence[Any], values: Sequence[Any]
+) -> list[Any]:
+    """Code of dot products of vectors of float64 of one length with the last one of them, which is
+    read once for all.
+
+        s_l = sum_k a_(8 k + l) b_(8 k + l),    ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7)) + rest
+    """
+    integer = ir.IntType(64)
+    vector = ir.VectorType(ir.DoubleType(), LANES)
+    arrays = [
+        context.make_array(kind)(context, builder, value)
+        for kind, value in zip(kinds, values, strict=True)
+    ]
+    count = cgutils.unpack_tuple(builder, arrays[-1].shape)[0]
+    full = builder.and_(count, ir.Constant(integer, -LANES))
+
+    def add(totals: Sequence[Any], first: Any, last: Any, by: int, kind: Any) -> None:
+        step = ir.Constant(integer, by)
+        with cgutils.for_range_slice(builder, first, last, step, inc=True) as (k, _):
+            places = (builder.gep(one.data, [k]) for one in arrays)
+            numbers = [
+                builder.load(builder.bitcast(place, kind.as_pointer()), align=8) for place in places
+            ]
+            for total, number in zip(totals, numbers[:-1], strict=True):
+                product = builder.fmul(number, numbers[-1])
+                builder.store(builder.fadd(builder.load(total), product), total)
+
+    def fold(total: Any) -> Any:
+        found = builder.load(total)
+        s = [builder.extract_element(found, ir.Constant(ir.IntType(32), k)) for k in range(LANES)]
+        halves = [builder.fadd(s[k], s[k + 4]) for k in range(4)]
+        pairs = [builder.fadd(halves[k], halves[k + 1]) for k in (0, 2)]
+        return cgutils.alloca_once_value(builder, builder.fadd(*pairs))
+
+    none = ir.Constant(vector, [0.0] * LANES)
+    sums = [cgutils.alloca_once_value(builder, none) for _ in arrays[:-1]]
+    add(sums, ir.Constant(integer, 0), full, LANES, vector)
+    totals = [fold(one) for one in sums]
+    add(totals, full, count, 1, ir.DoubleType())
+    return [builder.load(one) for one in totals]
+
+
+@intrinsic
+def dot(typing: Any, a: Any, b: Any) -> Any:
+    """a . b of two vectors of float64 side by side in memory, of one length, to the bit the same on
+    every processor.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return add_products(context, builder, signature.args, values)[0]
+
+    return types.float64(a, b), code
+
+
+@intrinsic
+def dot_four(typing: Any, a: Any, b: Any, c: Any, d: Any, x: Any) -> Any:
+    """a . x, b . x, c . x and d . x, each as `dot`, of which x is read once."""
+
+    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        found = add_products(context, builder, signature.args, values)
+        return context.make_tuple(builder, signature.return_type, found)
+
+    return types.UniTuple(types.float64, 4)(a, b, c, d, x), code

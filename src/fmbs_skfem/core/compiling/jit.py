@@ -244,13 +244,6 @@ def inlined(function: F) -> F:
     return decorated(function, inline="always")
 
 
-def summing(function: F) -> F:
-    """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and
-    infinity survive.
-    """
-    return decorated(function, fastmath={"reassoc", "nsz", "contract"})
-
-
 def regrouped(function: F) -> Any:
     """As `jit`, compiled by itself and not with its callers: for dot products, whose sums may be
     regrouped to use all lanes.

@@ -74,6 +74,25 @@ def opener(kind: type) -> Callable[[Any], OpenedStruct]:
     return lambda table: OpenedStruct(kind, int(table))
 
 
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """a . b by eight sums side by side."""
+    full = len(a) // 8 * 8
+    s = [0.0] * 8
+    for k in range(full):
+        s[k % 8] += a[k] * b[k]
+    total = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))
+    for k in range(full, len(a)):
+        total += a[k] * b[k]
+    return total
+
+
+def dot_four(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, x: np.ndarray
+) -> tuple[float, ...]:
+    """Four dot products with x."""
+    return dot(a, x), dot(b, x), dot(c, x), dot(d, x)
+
+
 def invoke(address: int, table: int, more: int) -> int:
     """Call the routine at an address; what it returns."""
     table, more = int(table), int(more)  # those read from arrays are numbers of numpy

@@ -212,15 +212,21 @@ class Calls(Expressions):
     def call_add_product(self, total: Value, a: Value, b: Value) -> Value:
         return self.operation(ast.Add, total, self.operation(ast.Mult, a, b))
 
+    def call_dot(self, a: Array, b: Array) -> Value:
+        if a.strides is not None or b.strides is not None:
+            raise OutsideError("vectors of numbers side by side")
+        count = bare(text_of(a.shape[0]))
+        return Scalar(f"dot({bare(a.text)}, {bare(b.text)}, {count})", "double")
+
+    def call_dot_four(self, *rows: Array) -> Value:
+        return Several(tuple(self.call_dot(row, rows[-1]) for row in rows[:-1]))
+
     def kernel(self, called: Any, arguments: Sequence[Value], named: Mapping[str, Value]) -> Value:
         """A call of another kernel."""
         function = source_of(called)
         if isinstance(called, jit.InlinedFunction) and called.options.get("inline"):
             self.printer.inlined.add(function)
-        stand = self.printer.stands.get(function, function)
-        if isinstance(stand, str):
-            return self.of_vectors(stand, arguments)
-        function = source_of(stand)
+        function = source_of(self.printer.stands.get(function, function))
         tree = tree_of(function)
         names = [one.arg for one in tree.args.args]
         given: dict[str, Any] = dict(zip(names, arguments, strict=False)) | dict(named)
@@ -244,13 +250,6 @@ class Calls(Expressions):
             f"{found.name}({self.printer.memory_mark(found.name, bool(texts))}{', '.join(texts)})"
         )
         return self.result(found, text)
-
-    def of_vectors(self, name: str, vectors: Sequence[Any]) -> Value:
-        """A number that the program's own function finds of vectors of one length."""
-        if any(one.strides is not None for one in vectors):
-            raise OutsideError("vectors of numbers side by side")
-        texts = [bare(one.text) for one in vectors]
-        return Scalar(f"{name}({', '.join(texts)}, {bare(text_of(vectors[0].shape[0]))})", "double")
 
     def result(self, found: Any, text: str) -> Value:
         """What a call gives, under a name."""

@@ -59,8 +59,7 @@ class KernelPrinter:
     """Prints kernels, each with all that it calls.
 
     `functions` are kernels by their addresses, or names of the program's own functions; `stands`
-    are kernels in place of others, which have no C, or names of the program's own functions of
-    vectors; `products` those of A B and A^T B; loops of `spelled` ones over what is known are
+    are kernels in place of others, which have no C; `products` those of A B and A^T B; loops of `spelled` ones over what is known are
     written out.
     """
 

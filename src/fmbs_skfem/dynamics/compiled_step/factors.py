@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.algebra import direct
+from ...core.algebra import direct, small
 from ...core.compiling import lapack
 from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
@@ -315,7 +315,10 @@ def end_of_block(W: np.ndarray, first: int) -> int:
 def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
     """Cholesky's factor of a dense block in place, its diagonal inverted; 0, or LAPACK's info."""
     # a substitution of one's own below: calls for one vector cost more than the work in them
-    info = lapack.potrf(w.addresses, band)
+    if len(band) <= small.LARGEST:
+        info = small.potrf(w.addresses, band)
+    else:
+        info = lapack.potrf(w.addresses, band)
     invert_pivots(band)
     return info
 
@@ -339,11 +342,19 @@ def invert_pivots(band: np.ndarray) -> None:
 def factor_lu(w: Workspace, at: int, first: int, last: int) -> int:
     """Factors of a block at a place of `kkt`, the diagonal of U inverted; 0, or LAPACK's info."""
     K = view(w.kkt, at, (last - first, last - first))
-    info = lapack.getrf(w.addresses, K, w.pivots[first:last])
+    info = factor_general(w, K, w.pivots[first:last])
     for i in range(len(K)):
         # as above: divisions once, products in every solution
         K[i, i] = 1.0 / K[i, i]
     return info
+
+
+@jit
+def factor_general(w: Workspace, K: np.ndarray, pivots: np.ndarray) -> int:
+    """Factors of a dense matrix by columns in place; 0, or LAPACK's info."""
+    if len(K) <= small.LARGEST:
+        return small.getrf(w.addresses, K, pivots)
+    return lapack.getrf(w.addresses, K, pivots)
 
 
 @routine
@@ -560,7 +571,7 @@ def factor_joints(w: Workspace, off: np.ndarray) -> int:
             w.schur[k, l] = kernels.dot(w.spread[k], w.J[l])
         # rows that are off become lambda = 0: an event changes no sizes and compiles nothing
         w.schur[k, k] -= off[k]
-    info = lapack.getrf(w.addresses, w.schur, w.schur_pivots)
+    info = factor_general(w, w.schur, w.schur_pivots)
     for k in range(m):
         w.schur[k, k] = 1.0 / w.schur[k, k]
     return info

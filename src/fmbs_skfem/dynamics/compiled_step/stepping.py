@@ -47,7 +47,7 @@ from typing import Any
 import numpy as np
 
 from ...bodies.vectors import AXIAL
-from ...core.compiling.jit import jit, summing
+from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
 from . import settling
@@ -169,7 +169,7 @@ def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
             guess[i] = 3.0 * (latest[i] - before[i]) + first[i]
 
 
-@summing
+@jit
 def best_order(
     norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarray
 ) -> tuple[int, float]:

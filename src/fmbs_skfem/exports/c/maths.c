@@ -420,21 +420,27 @@ static double lookup_third(double x, const double *T)
 }
 
 //: dot
-/* a . b by sums side by side, which become vector instructions that do not wait for each other: the ways that compilers see it by. */
+/* a . b by eight sums side by side, which become vector instructions that do not wait for each other, in the ways that compilers
+   see it by; to the bit the same. */
 #if defined(__clang__)
+#if defined(__AVX__)
+typedef double lanes __attribute__((vector_size(32), aligned(8)));
+#else
+typedef double lanes __attribute__((vector_size(16), aligned(8)));
+#endif
+enum { WIDE = sizeof(lanes) / sizeof(double) };
 static double dot(const double *restrict a, const double *restrict b, int n)
 {
-    double sums[16] = {0.0};
+    lanes sums[8 / WIDE] = {{0.0}};
+    const double *const s = (const double *)sums;
     int i = 0;
-    for (; i + 16 <= n; i += 16)
-        for (int l = 0; l < 16; l++)
-            sums[l] += a[i + l] * b[i + l];
-    for (int half = 8; half > 0; half /= 2)
-        for (int l = 0; l < half; l++)
-            sums[l] += sums[l + half];
+    for (; i + 8 <= n; i += 8)
+        for (int l = 0; l < 8 / WIDE; l++)
+            sums[l] += *(const lanes *)(a + i + WIDE * l) * *(const lanes *)(b + i + WIDE * l);
+    double total = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
     for (; i < n; i++)
-        sums[0] += a[i] * b[i];
-    return sums[0];
+        total += a[i] * b[i];
+    return total;
 }
 #else
 static double dot(const double *restrict a, const double *restrict b, int n)
@@ -451,9 +457,10 @@ static double dot(const double *restrict a, const double *restrict b, int n)
         s6 += a[i + 6] * b[i + 6];
         s7 += a[i + 7] * b[i + 7];
     }
+    double total = ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7));
     for (; i < n; i++)
-        s0 += a[i] * b[i];
-    return ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7));
+        total += a[i] * b[i];
+    return total;
 }
 #endif
 
