@@ -106,8 +106,8 @@ ENTERED = {
     ),
     *("parts.divide", "parts.join"),
     *(
-        "cable_law.stress",
-        "membrane_law.stress_at",
+        "law_loops.curved_3_stress",
+        "law_loops.membrane_stress",
         "quartic.add_tangent",
         "points.add_product",
         "lapack.pbtrf",

@@ -5,8 +5,8 @@ derivatives of the position.
 
     law                            vectors                    section rows
     QUADRATIC, MATERIAL, EXACT     r' r''                     EA, EI, kappa0, weight                       `cable_law`
-    MEMBRANE                       r,1 r,2                    A, nu, weight                                `membrane_law`
-    SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `shell_law`
+    MEMBRANE                       r,1 r,2                    A, nu, weight                                `law_symbols`
+    SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `law_symbols`
     BEAM                           r d_i r' d_i'              C_ij (i <= j), E, e0_k, weight               `strain_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
@@ -36,10 +36,9 @@ KINDS = (
     "stress",
     "modulus",
     "damped_stress",
-    "viscosity",
     "dissipation",
 )
-ENERGY, STRESS, MODULUS, VISCOSITY, DISSIPATION, OPTION, DIM = range(7)  #: columns of `addresses`
+ENERGY, STRESS, MODULUS, DISSIPATION, OPTION, DIM = range(6)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 
 
@@ -120,18 +119,12 @@ def find(name: str) -> Law:
 
 
 def compiled(module: str, name: str = "") -> Callable[[int, str], int]:
-    """Addresses of the FUNCTIONS of a module, `name` and kind (one for both stresses); the modulus
-    has the viscosity in it.
-    """
+    """Addresses of the FUNCTIONS of a module, by `name` and kind (perhaps one for both stresses)."""
 
     def entry(dim: int, kind: str) -> int:
         functions = import_module(module, __package__).FUNCTIONS
         name_of = f"{name}{kind}".format(dim)
-        return (
-            0
-            if kind == "viscosity"
-            else int((functions.get(name_of) or functions[name_of.replace("damped_", "")])())
-        )
+        return int((functions.get(name_of) or functions[name_of.replace("damped_", "")])())
 
     return entry
 
@@ -139,24 +132,24 @@ def compiled(module: str, name: str = "") -> Callable[[int, str], int]:
 CABLE = ("EA", "EI", "kappa0", "weight")
 PRESSED = ("p", "v0", "weight")
 Law.QUADRATIC = Law(
-    "QUADRATIC", 2, CABLE, (2, 3), compiled(".cable_law", "quadratic_{}_"), holds=True
+    "QUADRATIC", 2, CABLE, (2, 3), compiled(".law_loops", "quadratic_{}_"), holds=True
 )
 Law.MATERIAL = Law(
-    "MATERIAL", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=2, holds=True
+    "MATERIAL", 2, CABLE, (2, 3), compiled(".law_loops", "curved_{}_"), option=2, holds=True
 )
 Law.EXACT = Law(
-    "EXACT", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=3, holds=True
+    "EXACT", 2, CABLE, (2, 3), compiled(".law_loops", "curved_{}_"), option=3, holds=True
 )
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
 Law.MEMBRANE = Law(
-    "MEMBRANE", 2, ("A", "nu", "weight"), (2,), compiled(".membrane_law"), holds=True
+    "MEMBRANE", 2, ("A", "nu", "weight"), (2,), compiled(".law_loops", "membrane_"), holds=True
 )
 Law.SHELL = Law(
     "SHELL",
     5,
     ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"),
     (3,),
-    compiled(".shell_law"),
+    compiled(".law_loops", "shell_"),
     holds=True,
 )
 Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), compiled(".pressure_law"), follows=True)
@@ -197,26 +190,26 @@ ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[
 
 
 def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
-    """Where the functions of a law in `dim` components are, as one row of integers (7,): see the
+    """Where the functions of a law in `dim` components are, as one row of integers (6,): see the
     columns ENERGY to DIM.
 
-        energy, stress, modulus, viscosity, dissipation, option, dim
+        energy, stress, modulus, dissipation, option, dim
 
-    With `damped` the stress takes any damping time; without, none alone, and there is no viscosity
-    and dissipation (0).
+    With `damped` the stress takes any damping time; without, none alone, and there is no
+    dissipation (0).
     """
     kinds = (
-        ("energy", "damped_stress", "modulus", "viscosity", "dissipation")
+        ("energy", "damped_stress", "modulus", "dissipation")
         if damped
         else ("energy", "stress", "modulus")
     )
-    found = [*(law.entry(dim, kind) for kind in kinds), 0, 0][:OPTION]
+    found = [*(law.entry(dim, kind) for kind in kinds), 0][:OPTION]
     return np.array([*found, law.option, dim], dtype=np.int64)
 
 
 @jit
 def components(calls: np.ndarray) -> int:
-    """The number of components c of the `addresses` (7,) of a law, in compiled code."""
+    """The number of components c of the `addresses` (6,) of a law, in compiled code."""
     return calls[DIM]
 
 
@@ -287,7 +280,7 @@ def call_modulus(
 ) -> None:
     """Modulus of a law in compiled code, as `modulus`, with the `addresses` of the law.
 
-        D = weight d2W/du2 (+ viscosity)
+        D = weight (d2W/du2 + beta d2R/dv2)
 
     Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether
     AXIAL forces (and those of shells), those of strains that are LINEAR from there to u,
@@ -298,8 +291,6 @@ def call_modulus(
     [-]. D is overwritten.
     """
     call(calls[MODULUS], (u, held, section, D), (way, u.shape[1], u.shape[2], calls[OPTION]), beta)
-    if calls[VISCOSITY] != 0 and beta > 0.0:
-        call(calls[VISCOSITY], (u, u, section, D), (0, u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:

@@ -67,10 +67,13 @@ def define(
         from . import symbolic
 
         law = symbolic.LawSymbols(vectors, tuple(section), energy, dissipation)
-        return symbols.import_text(symbolic.source(law, dims, f"The law '{name}'."))
+        parts = dict[str, str]()
+        for dim in dims:
+            parts |= symbolic.loops(law, dim, f"own_{dim}_")
+        return symbols.import_text(symbolic.source(f"The law '{name}'.", parts))
 
     def entry(dim: int, kind: str) -> int:
-        return int(getattr(loops(), f"own_{dim}_{kind}")())
+        return int(loops().FUNCTIONS[f"own_{dim}_{kind}"]())
 
     MODULES[name] = module
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)

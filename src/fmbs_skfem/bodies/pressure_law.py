@@ -27,8 +27,7 @@ from typing import Any
 
 from ..core.compiling.entries import entry
 from ..core.compiling.jit import carray
-from .shell_law import vector
-from .vectors import cross, dot
+from .vectors import cross, dot, vector
 
 LINES = 3  #: rows of a section
 ROWS, EDGE_ROWS = 9, 4  #: of gradients

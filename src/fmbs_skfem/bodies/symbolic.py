@@ -3,75 +3,50 @@ loops.
 
     S = w (dW/du + beta dR/dv),     D = w (d2W/du2 + b d2R/dv2),     v = du/dt,     b = gh beta
 
-with an energy W(u) of the gradients u and, for damping of Kelvin-Voigt type, a dissipation R(u, v),
-half the power that a damping time beta of 1 s turns into heat. A law that is given by its strains
-e(u) and a section stiffness C has
+with an energy W of the gradients u and, for damping of Kelvin-Voigt type, a dissipation R, half the
+power that a damping time beta of 1 s turns into heat. A law may say them of its strains e(u) and of
+their rates, and name steps on the way there (`Chain.keep`). Of all quantities q_n that are named
+so, of q_a before them and the derivatives g_n = dq_n/du,
 
-    W = (e - e0)^T C (e - e0) / 2,     R = (de/du v)^T C (de/du v) / 2  (`quadratic_dissipation`)
+    f_n = dW/dq_n + beta dR/dq'_n + sum_m f_m dq_m/dq_n                         S = sum_n f_n dq_n/du
+    K_ab = d2W/dq_a dq_b + b d2R/dq'_a dq'_b + sum_n f_n d2q_n/dq_a dq_b        D = sum_ab g_a K_ab g_b^T
 
-Derivatives are taken by SymPy, common subexpressions once, and the loop runs over all points, so
-that it becomes vector instructions.
+each once, the former from the last quantity to the first one. SymPy takes derivatives by what stands
+before alone, and finds common subexpressions; the loop runs over all points, so that it becomes
+vector instructions.
+
+Source (D): R. Gower and M. Mello, Optim. Methods Softw. 27 (2012) 251-269, doi
+10.1080/10556788.2011.580098.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import sympy
 
 from ..core.compiling.symbols import Expression, module, scalar, statements
 from ..core.storage.records import dataclass
 from .laws import KINDS
+from .vectors import ALL, AXIAL, LINEAR
 
 Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
-#: W of vectors and of the numbers of a section but the weight
+#: W of strains, or of vectors, and of the numbers of a section but the weight
 Energy: TypeAlias = Callable[..., Expression]
-Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
+Dissipation: TypeAlias = Callable[..., Expression]  #: R of those, their rates and those numbers
+Named: TypeAlias = list[tuple[Any, Expression]]  #: symbols and their values, in this order
+Row: TypeAlias = dict[Any, Expression]  #: what is not zero of a row, by its columns
 
-HEAD = "(u: Any, v: Any, s: Any, out: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:"
-FRAMES = {  # of a loop over all points, with where the results of a point go
-    "energy": (
-        """    {views}
-    total = 0.0
-    for q in range(count):
-        {point}
-    carray(out, 1)[0] = total""",
-        "total +=",
-    ),
-    "dissipation": (
-        """    {views}
-    W = carray(out, count)
-    for q in range(count):
-        {point}""",
-        "W[q] =",
-    ),
-    "stress": (
-        """    {views}
-    S = carray(out, ({rows}, count))
-    for q in range(count):
-        {point}""",
-        "S[{0}, q] =",
-    ),
-    "modulus": (
-        """    {views}
-    D, T = carray(out, ({rows}, {rows}, count)), np.empty(({size}, LANES))
-    for first in range(0, count, LANES):
-        for k in range(min(LANES, count - first)):
-            q = first + k
-            {point}
-        unfold(T, first, D, {onto})""",
-        "T[{0}, k] =",
-    ),
-    "small modulus": (
-        """    {views}
-    D = carray(out, ({rows}, {rows}, count))
-    for q in range(count):
-        {point}""",
-        "D[{1}, {2}, q] = D[{2}, {1}, q] =",
-    ),
-}
+HEAD = "(u, v, s, out, way, points, cells, n, beta):"
+#: arrays that are others under a name of their own
+SOURCES = {"h": "v", "m": "v"}
 SMALL = 12  #: results of a loop that need no room of their own to become vector instructions
+
+
+def gradients(keep: Callable[[Expression], Any], r: Vectors, *section: Expression) -> Vectors:
+    """The strains of a law whose energy is one of its vectors."""
+    return r
 
 
 @dataclass(frozen=True)
@@ -79,137 +54,307 @@ class LawSymbols:
     """An energy [J/m or J/m2] of `vectors` derivatives of r, with the `section` numbers but the
     weight, and its dissipation.
 
-    `energy(r, *section)` and `dissipation(r, rates, *section)` take and give symbols; r and rates
-    are k matrices (c,).
+    `energy(e, *section)` and `dissipation(e, rates, *section)` take and give symbols, of strains
+    e that `strains(keep, r, *section)` gives: r itself, k matrices (c,), or what it has kept.
     """
 
     vectors: int
     section: tuple[str, ...]
     energy: Energy
     dissipation: Dissipation | None = None
+    strains: Callable[..., Sequence[Any]] = gradients
+    held: int = 0  #: first strains whose stresses a modulus takes from other gradients
+    plane: bool = False  #: whether it does so but for AXIAL forces, see `laws.call_modulus`
+    #: strains whose stresses it takes from there where it takes ALL, behind the `held` ones
+    bending: LawSymbols | None = None
 
 
-def quadratic_dissipation(
-    strains: Callable[..., Sequence[Expression]],
-    stiffness: Callable[..., Sequence[Sequence[Expression]]],
-) -> Dissipation:
-    """Dissipation of strains e of vectors and a section, with the section stiffness C, in symbols.
+class linear_part(sympy.Function):
+    """What a modulus adds to a strain of the gradients held where it takes what is LINEAR."""
 
-        R = (de/dt)^T C (de/dt) / 2
+    def _pythoncode(self, printer: Any) -> str:
+        # a branch that is the same for all points, of which the compiler makes two loops: by a
+        # factor 1 or 0 a modulus of a membrane takes 1.3 times as long
+        return f"({printer.doprint(self.args[0])} if way == {LINEAR} else 0.0)"
 
-    `strains(r, *section)` gives e (i,), `stiffness(*section)` gives C (i, i).
+
+class Chain:
+    """A law at one point in `dim` components, from its gradients to its energy."""
+
+    def __init__(self, law: LawSymbols, dim: int) -> None:
+        count = law.vectors * dim
+        self.law = law
+        self.dim = dim
+        self.u, self.v, self.before, self.bent = (
+            sympy.symbols(f"{name}:{count}", real=True) for name in ("u", "v", "h", "m")
+        )
+        # names of a user could be those of other variables
+        *self.section, self.weight = sympy.symbols(f"s:{len(law.section) + 1}", real=True)
+        self.beta = sympy.Symbol("beta", real=True)
+        self.steps: dict[Any, Expression] = {}  #: q_n by their symbols
+        self.rate = dict(zip(self.u, self.v, strict=True))  #: symbols of q'_n
+        r = [sympy.Matrix(self.u[k * dim : (k + 1) * dim]) for k in range(law.vectors)]
+        self.strains = law.strains(self.keep, r, *self.section)
+        rates = [sympy.sympify(one).subs(self.rate, simultaneous=True) for one in self.strains]
+        self.W = scalar("energy of a law", law.energy(self.strains, *self.section))
+        self.R = scalar(
+            "dissipation of a law",
+            law.dissipation(self.strains, rates, *self.section) if law.dissipation else 0,
+        )
+        self.all = [*self.u, *self.steps]
+
+    def keep(self, value: Expression) -> Any:
+        """The symbol of a quantity, by which derivatives are taken in steps; those of several."""
+        if isinstance(value, Sequence | sympy.MatrixBase):
+            return [self.keep(one) for one in value]
+        symbol = sympy.Symbol(f"e{len(self.steps)}", real=True)
+        self.steps[symbol] = sympy.sympify(value)
+        self.rate[symbol] = sympy.Symbol(f"d{len(self.rate)}", real=True)
+        return symbol
+
+    def slopes(self, symbol: Any) -> Row:
+        """dq_n/dq_a of all q_a that it is made of."""
+        value = self.steps[symbol]
+        return {one: sympy.diff(value, one) for one in self.all if value.has(one)}
+
+    def rates(self) -> Named:
+        """q'_n."""
+        zero = sympy.Integer(0)
+        return [
+            (self.rate[one], sum((by * self.rate[a] for a, by in self.slopes(one).items()), zero))
+            for one in self.steps
+        ]
+
+    def energy_slope(self, one: Any, damped: bool) -> Expression:
+        """w (dW/dq + beta dR/dq')."""
+        own = sympy.diff(self.W, one)
+        pull = self.beta * sympy.diff(self.R, self.rate[one]) if damped else 0
+        return self.weight * (own + pull)
+
+    def pulls(self, direct: Callable[[Any], Expression], named: Named) -> Row:
+        """f_n of all quantities, of their slopes of the energy alone; those that are no symbols go
+        to `named`.
+        """
+        found = {one: direct(one) for one in self.all}
+        for symbol in reversed(self.steps):
+            found[symbol] = name(found[symbol], f"f{symbol}", named)
+            for one, by in self.slopes(symbol).items():
+                found[one] += found[symbol] * by
+        return found
+
+    def stress(self, damped: bool) -> tuple[Named, list[Expression]]:
+        """S of all gradients."""
+        named = [*self.steps.items(), *(self.rates() if damped else [])]
+        found = self.pulls(lambda one: self.energy_slope(one, damped), named)
+        return named, [found[one] for one in self.u]
+
+    def at_held(self, strain: Any) -> Expression:
+        """A strain of the gradients `before`, or what is linear from there to u."""
+        value = strain
+        for symbol, step in reversed(self.steps.items()):
+            value = value.subs(symbol, step)
+        held = value.subs(dict(zip(self.u, self.before, strict=True)), simultaneous=True)
+        change = sum(
+            sympy.diff(held, a) * (one - a) for one, a in zip(self.u, self.before, strict=True)
+        )
+        return held + linear_part(change)
+
+    def modulus(self) -> tuple[Named, list[Expression]]:
+        """D, its lower triangle, with the stresses of strains from gradients that are held."""
+        named = list(self.steps.items())
+        there: Row = {}
+        if self.law.held and not self.law.bending:
+            there = self.elsewhere(self.bent, "m", named)
+        for one in self.strains[: self.law.held]:
+            there[one] = name(self.at_held(one), f"a{one}", named)
+        found = self.pulls(lambda one: self.energy_slope(one, False).subs(there), named)
+        return named, self.second(found, self.energy_curvature, named)
+
+    def elsewhere(self, gradients: Sequence[Any], letter: str, named: Named) -> Row:
+        """Symbols of all quantities at other gradients, by their own."""
+        found = dict(zip(self.u, gradients, strict=True))
+        for one, value in self.steps.items():
+            found[one] = name(value.subs(found, simultaneous=True), f"{letter}{one}", named)
+        return found
+
+    def energy_curvature(self, a: Any, b: Any) -> Expression:
+        """w (d2W/dq_a dq_b + b d2R/dq'_a dq'_b)."""
+        damping = sympy.diff(self.R, self.rate[a], self.rate[b])
+        return self.weight * (sympy.diff(self.W, a, b) + self.beta * damping)
+
+    def held_bending(self) -> tuple[Named, list[Expression]]:
+        """What the stresses of strains behind the first ones add to D, where those of the gradients
+        `before` stand for their own.
+        """
+        named = list(self.steps.items())
+        there = self.elsewhere(self.before, "h", named)
+        changes = {}
+        for one in self.strains[self.law.held :]:
+            own = self.energy_slope(one, False)
+            changes[one] = own.subs(there, simultaneous=True) - own
+        found = self.pulls(lambda one: changes.get(one, sympy.Integer(0)), named)
+        return named, self.second(found, lambda a, b: sympy.Integer(0), named)
+
+    def second(
+        self, pulls: Row, curvature: Callable[[Any, Any], Expression], named: Named
+    ) -> list[Expression]:
+        """sum_ab g_a K_ab g_b^T, its lower triangle, of f_n and of the second derivatives of the
+        energy alone.
+        """
+        g: dict[Any, Row] = {one: {one: sympy.Integer(1)} for one in self.u}
+        for symbol in self.steps:
+            slopes = self.slopes(symbol)
+            g[symbol] = {}
+            for i in self.u:
+                value = sum(by * g[one].get(i, 0) for one, by in slopes.items())
+                if value != 0:
+                    g[symbol][i] = name(value, f"g{symbol}{i}", named)
+        K: dict[Any, Row] = {one: {} for one in self.all}
+        for place, a in enumerate(self.all):
+            for b in self.all[: place + 1]:
+                own = (
+                    f * sympy.diff(self.steps[one], a, b)
+                    for one, f in pulls.items()
+                    if one in self.steps
+                )
+                value = sum(own, curvature(a, b))
+                if value != 0:
+                    K[a][b] = K[b][a] = name(value, f"k{a}{b}", named)
+        products: dict[Any, Row] = {}
+        for a, row in K.items():
+            products[a] = {}
+            for i in self.u:
+                value = sum(by * g[b].get(i, 0) for b, by in row.items())
+                if value != 0:
+                    products[a][i] = name(value, f"p{a}{i}", named) if len(row) > 1 else value
+        return [
+            sum((g[a].get(i, 0) * products[a].get(j, 0) for a in self.all), sympy.Integer(0))
+            for place, i in enumerate(self.u)
+            for j in self.u[: place + 1]
+        ]
+
+
+def name(value: Expression, word: str, named: Named) -> Expression:
+    """A symbol for a value that `named` gets behind the others; a symbol, with a factor or not,
+    stands for itself.
     """
-
-    def dissipation(r: Vectors, v: Vectors, *section: Expression) -> Expression:
-        rates = sympy.Matrix([rate(e, r, v) for e in strains(r, *section)])
-        return (rates.T * sympy.Matrix(stiffness(*section)) * rates)[0] / 2
-
-    return dissipation
-
-
-def rate(value: Expression, r: Vectors, v: Vectors) -> Expression:
-    """Time derivative of a function of the gradients.
-
-        sum_kc d value / dr_kc v_kc
-
-    `r` and `v` are k vectors (c,) in symbols and their rates.
-    """
-    return sum(
-        sympy.diff(value, x) * y
-        for one, other in zip(r, v, strict=True)
-        for x, y in zip(one, other, strict=True)
-    )
+    value = sympy.sympify(value)
+    _, rest = value.as_coeff_Mul()
+    if rest.is_Atom:
+        return value
+    symbol = sympy.Symbol(word, real=True)
+    named.append((symbol, value))
+    return symbol
 
 
-def results(law: LawSymbols, dim: int, kind: str) -> tuple[list[Expression], list[Expression]]:
-    """Results of one kind for one point, of a symmetric matrix the lower triangle, and the symbols
-    u, v, section, w and beta.
+def point(
+    chain: Chain, found: tuple[Named, list[Expression]], target: str
+) -> tuple[list[str], list[str]]:
+    """Views of the arrays that one point reads, and lines that write its results to `target`."""
+    count = len(chain.u)
+    numbers = len(chain.section) + 1
+    sizes = {"u": count, "v": count, "h": count, "m": count, "s": numbers}
+    symbols = (*chain.u, *chain.v, *chain.before, *chain.bent, *chain.section, chain.weight)
+    places = [f"{array}[{i}, q]" for array, size in sizes.items() for i in range(size)]
+    lines, texts = statements(*found, dict(zip(symbols, places, strict=True)))
+    used = [array for array in sizes if lines and f" {array}[" in lines[0]]
+    views = [
+        f"{array} = carray({SOURCES.get(array, array)}, ({sizes[array]}, count))" for array in used
+    ]
+    views += [f"h = u if way == {AXIAL} else h"] if chain.law.plane and "h" in used else []
+    views += [f"m = m if way == {ALL} else u"] if "m" in used else []
+    pairs = [(i, j) for i in range(count) for j in range(i + 1)]
+    return views, lines + [
+        f"{target.format(k, *pair)} {text}"
+        for k, (text, pair) in enumerate(zip(texts, pairs, strict=False))
+    ]
 
-    `kind` is one of `laws.KINDS`. With k c gradients there are 1 (energy, dissipation), k c
-    (stress) or k c (k c + 1) / 2 (modulus, viscosity) results, times the weight w; u and v have k c
-    symbols each.
-    """
-    count = law.vectors * dim
-    u, v = sympy.symbols(f"u:{count}", real=True), sympy.symbols(f"v:{count}", real=True)
-    # names of a user could be those of other variables
-    *section, w = sympy.symbols(f"s:{len(law.section) + 1}", real=True)
-    beta = sympy.Symbol("beta")
-    r, rates = (
-        [sympy.Matrix(one[k * dim : (k + 1) * dim]) for k in range(law.vectors)] for one in (u, v)
-    )
-    W = scalar("energy of a law", law.energy(r, *section))
-    symbols = [*u, *v, *section, w, beta]
+
+def loop(chain: Chain, kind: str, word: str) -> str:
+    """Source of the entry `word` for one kind but the modulus."""
+    steps = list(chain.steps.items())
+    end: list[str] = []
     if kind == "energy":
-        return [w * W], symbols
-    S = [sympy.diff(W, x) for x in u]
-    damped = kind in ("damped_stress", "viscosity", "dissipation")
-    R = scalar(
-        "dissipation of a law",
-        law.dissipation(r, rates, *section) if damped and law.dissipation else 0,
+        views, lines = point(chain, (steps, [chain.weight * chain.W]), "total +=")
+        begin, end = ["total = 0.0"], ["carray(out, 1)[0] = total"]
+    elif kind == "dissipation":
+        heat = 2 * chain.weight * chain.R
+        views, lines = point(chain, (steps + chain.rates(), [heat]), "W[q] =")
+        begin = ["W = carray(out, count)"]
+    else:
+        views, lines = point(chain, chain.stress(kind.startswith("damped")), "S[{0}, q] =")
+        begin = [f"S = carray(out, ({len(chain.u)}, count))"]
+    body = ["count = points * cells", *views, *begin, *over_points("count", lines), *end]
+    return entry(word, body)
+
+
+def modulus_loops(chain: Chain, word: str) -> str:
+    """Source of the entry `word` of a modulus: all points, and those of held bending once more."""
+    rows = len(chain.u)
+    size = rows * (rows + 1) // 2
+    small = size <= SMALL
+    views, lines = point(
+        chain, chain.modulus(), "D[{1}, {2}, q] = D[{2}, {1}, q] =" if small else "T[{0}, k] ="
     )
-    if kind == "dissipation":
-        return [2 * w * R], symbols
-    pull = [sympy.diff(R, y) for y in v]
-    if kind.endswith("stress"):
-        return [w * (a + beta * b) for a, b in zip(S, pull, strict=True)], symbols
-    pairs = [(i, j) for i in range(count) for j in range(i + 1)]
+    begin = [f"D = carray(out, ({rows}, {rows}, count))"]
+    begin += [] if small else [f"T = np.empty(({size}, LANES))"]
+    body = over_points("count", lines) if small else over_lanes("count", lines, False)
+    if chain.law.bending:
+        bending = Chain(chain.law.bending, chain.dim)
+        more, lines = point(
+            bending,
+            bending.held_bending(),
+            "D[{1}, {2}, q] = D[{2}, {1}, q] = D[{1}, {2}, q] +" if small else "T[{0}, k] =",
+        )
+        views += [one for one in more if one not in views]
+        where = f"count if way == {ALL} else 0"
+        body += over_points(where, lines) if small else over_lanes(where, lines, True)
+    return entry(word, ["count = points * cells", *views, *begin, *body])
+
+
+def over_points(count: str, lines: Sequence[str]) -> list[str]:
+    """A loop over points q."""
+    return [f"for q in range({count}):", *(f"    {line}" for line in lines)]
+
+
+def over_lanes(count: str, lines: Sequence[str], onto: bool) -> list[str]:
+    """The same, LANES points at a time by way of T, see `unfold`."""
     return [
-        w * (sympy.diff(S[i], u[j]) if kind == "modulus" else beta * sympy.diff(pull[i], v[j]))
-        for i, j in pairs
-    ], symbols
-
-
-def loop(law: LawSymbols, dim: int, kind: str, name: str) -> str:
-    """Source of the entry `name` for one kind."""
-    wanted, symbols = results(law, dim, kind)
-    count = law.vectors * dim
-    numbers = len(law.section) + 1
-    places = [
-        f"{array}[{i}, q]"
-        for array, size in (("u", count), ("v", count), ("s", numbers))
-        for i in range(size)
+        f"for first in range(0, {count}, LANES):",
+        "    for k in range(min(LANES, count - first)):",
+        "        q = first + k",
+        *(f"        {line}" for line in lines),
+        f"    unfold(T, first, D, {onto})",
     ]
-    lines, found = statements(wanted, dict(zip(symbols, places, strict=False)))
-    matrix = kind in ("modulus", "viscosity")
-    onto = kind == "viscosity"  # which is added to the modulus
-    frame, target = FRAMES[
-        "small modulus"
-        if matrix and len(found) <= SMALL
-        else "modulus"
-        if matrix
-        else kind.removeprefix("damped_")
-    ]
-    target += " D[{1}, {2}, q] +" if onto and target[0] == "D" else ""
-    pairs = [(i, j) for i in range(count) for j in range(i + 1)]
-    point = lines + [
-        f"{target.format(k, *pair)} {value}"
-        for k, (value, pair) in enumerate(zip(found, pairs, strict=False))
-    ]
-    views = [f"u = carray(u, ({count}, count))", f"s = carray(s, ({numbers}, count))"]
-    views += [f"v = carray(v, ({count}, count))"] if lines and "v[" in lines[0] else []
-    indent = " " * (12 if target[0] == "T" else 8)
-    text = frame.format(
-        views="\n    ".join(views),
-        point=f"\n{indent}".join(point),
-        size=len(found),
-        onto=onto,
-        rows=count,
-    )
-    return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
 
 
-def source(law: LawSymbols, dims: Sequence[int], about: str) -> str:
-    """Source of a module with the entries `own_DIM_KIND` of a law, for every number of components
-    in `dims` and every kind.
+def entry(word: str, body: Sequence[str]) -> str:
+    """Source of an entry of these lines."""
+    return "\n".join([f"@entry\ndef {word}{HEAD}", *(f"    {line}" for line in body)])
 
-    `about` is its docstring. Without a dissipation the damped kinds are those without damping, and
-    the viscosity is zero.
+
+def loops(law: LawSymbols, dim: int, word: str) -> dict[str, str]:
+    """Sources of the entries of a law in `dim` components, by their names, `word` and a kind of
+    `laws.KINDS`.
     """
-    needed = [
+    chain = Chain(law, dim)
+    return {
+        f"{word}{kind}": modulus_loops(chain, f"{word}{kind}")
+        if kind == "modulus"
+        else loop(chain, kind, f"{word}{kind}")
+        for kind in KINDS
+    }
+
+
+def source(about: str, parts: Mapping[str, str], needed: Sequence[str] = ()) -> str:
+    """Source of a module with entries, and FUNCTIONS by their names, with what they need beside
+    what all do; `about` is its docstring.
+    """
+    imports = [
         "import numpy as np",
         "from fmbs_skfem.core.compiling.entries import LANES, entry, unfold",
         "from fmbs_skfem.core.compiling.jit import carray",
+        *needed,
     ]
-    return module(
-        about, needed, [loop(law, dim, kind, f"own_{dim}_{kind}") for dim in dims for kind in KINDS]
-    )
+    names = ", ".join(f'"{word}": {word}' for word in parts)
+    return module(about, imports, [*parts.values(), f"FUNCTIONS = {{{names}}}"])

@@ -44,6 +44,11 @@ class Printer(PythonCodePrinter):
         text = " * ".join([base] * whole + [f"math.sqrt({self._print(power.base)})"] * half)
         return f"(1.0 / ({text}))" if twice < 0 else f"({text})"
 
+    def parenthesize(self, item: Expression, level: int, strict: bool = False) -> str:
+        if item.is_Rational and not item.is_negative:
+            return str(self._print(item))
+        return str(super().parenthesize(item, level, strict))
+
     def _print_Rational(self, number: Expression) -> str:
         return repr(float(number))
 
@@ -267,12 +272,23 @@ class Drawing:
 
 
 def statements(
-    results: Sequence[Expression], places: Mapping[Any, str]
+    named: Sequence[tuple[Any, Expression]],
+    results: Sequence[Expression],
+    places: Mapping[Any, str],
 ) -> tuple[list[str], list[str]]:
     """Lines that read the symbols that are needed from their places and compute what results share,
     and the results as texts.
+
+    `named` are symbols that results may have, with their values, which may have those before; of
+    them what is needed is computed.
     """
-    parts, reduced, needed = shared(results, True)
+    parts, reduced, _ = shared([*(value for _, value in named), *results], True)
+    values = dict(parts) | {
+        symbol: value for (symbol, _), value in zip(named, reduced, strict=False)
+    }
+    results = reduced[len(named) :]
+    order = in_order(values, results)
+    needed = set().union(*(one.free_symbols for one in (*results, *map(values.get, order))))
     read = [(str(symbol), place) for symbol, place in places.items() if symbol in needed]
     write = Printer().doprint
     lines = (
@@ -280,9 +296,26 @@ def statements(
         if read
         else []
     )
-    return lines + [f"{symbol} = {write(value)}" for symbol, value in parts], [
-        write(value) for value in reduced
+    return lines + [f"{symbol} = {write(values[symbol])}" for symbol in order], [
+        write(value) for value in results
     ]
+
+
+def in_order(values: Mapping[Any, Expression], results: Sequence[Expression]) -> list[Any]:
+    """Symbols that results are made of, each behind those of its own value."""
+
+    def symbols(value: Expression) -> list[Any]:
+        return sorted(value.free_symbols & values.keys(), key=str, reverse=True)
+
+    found: dict[Any, None] = {}
+    # each as late as it may be: compilers keep fewer numbers at a time
+    pending = [one for value in reversed(results) for one in symbols(value)]
+    while pending:
+        missing = [one for one in symbols(values[pending[-1]]) if one not in found]
+        pending.extend(missing)
+        if not missing:
+            found[pending.pop()] = None
+    return list(found)
 
 
 def shared(
