@@ -26,6 +26,7 @@ double time_of(const NAME_memory *m) { return m->time; }
 double left_of(const NAME_memory *m) { return m->left; }
 int enough_of(const NAME_memory *m) { return m->enough; }
 int divided_of(const NAME_memory *m) { return (int)m->divided; }
+const double *state_of(const NAME_memory *m) { return m->state_x; }
 """
 
 
@@ -92,6 +93,12 @@ class CRun:
     def divided(self) -> int:
         """Trials of steps that failed as a whole."""
         return int(self.library.divided_of(self.memory))
+
+    def state(self, unknowns: int) -> np.ndarray:
+        """Unknowns x (n,) in the order of the step."""
+        call = self.library.state_of
+        call.restype = ctypes.POINTER(ctypes.c_double)
+        return np.ctypeslib.as_array(call(self.memory), (unknowns,)).copy()
 
     @property
     def outputs(self) -> np.ndarray:
