@@ -28,13 +28,18 @@ from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System
-from tests.exports.c_library import COMPILER, CRun
+from tests.exports.c_library import COMPILER, CRun, compiled
 from tests.reduction.conftest import full_of, reduced
 from tests.systems import test_controllers
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 
 STEP = GeneralizedAlpha(1e-3)
+COUNTS = """
+#include "NAME.h"
+int corrections(const NAME_memory *m) { return (int)m->corrections; }
+int factorisations(const NAME_memory *m) { return (int)m->factorisations; }
+"""
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TAIL = "analysis: {type: dynamic, duration: 0.3 s, step: 1 ms}\n"
 SERVOS = {
@@ -339,6 +344,52 @@ def test_steps_in_parts_by_their_error_are_those_of_python(tmp_path: Path) -> No
     require_alike(model, got, exact(model, system, scheme, 60))
     whole = dynamics.integrate(system, replace(scheme, local_error=0.0), 0.3)
     assert motion.statistics.iterations > 1.5 * whole.statistics.iterations
+
+
+@pytest.mark.parametrize("fixed", [0, 3])
+def test_a_loop_that_diverges_ends_in_a_status(fixed: int, tmp_path: Path) -> None:
+    """As long as a step says that all is well its numbers are some; the last good ones stay."""
+    gains = "type: state_feedback, states: [hinge.angle - 0.1, hinge.rate], gains: [-9e4 N m, -9e3 N m s]"
+    run = CRun(written(rod(tmp_path, gains), tolerance=1e-10), tmp_path)
+    assert run.call("start") == 0
+    run.library.set_fixed(run.memory, fixed)
+    status, steps = 0, 0
+    while status == 0 and steps < 5000:
+        before, time = run.outputs, run.time
+        assert np.isfinite(before).all()
+        status = run.step(1e-3)
+        steps += 1
+    assert status != 0
+    assert run.time == time
+    np.testing.assert_array_equal(run.outputs[:3], before[:3])
+
+
+def test_the_work_of_a_step_by_fixed_corrections_is_bounded(tmp_path: Path) -> None:
+    """One factorisation and so many corrections, and one factorisation more where a controller gives
+    another value: counted in the memory of the program.
+    """
+    model = written(rod(tmp_path, SERVOS["pid"]), tolerance=1e-10)
+    run = CRun(model, tmp_path)
+    assert run.call("start") == 0
+    run.library.set_fixed(run.memory, 3)
+    count = compiled(tmp_path, [COUNTS.replace("NAME", model.name)], "counts")
+    for k in range(40):
+        before = count.corrections(run.memory), count.factorisations(run.memory)
+        assert run.step(1e-3) == 0
+        assert count.corrections(run.memory) == before[0] + 3
+        assert count.factorisations(run.memory) == before[1] + (2 if k % 4 == 0 else 1)
+
+
+def test_a_start_without_numbers_is_a_status(tmp_path: Path) -> None:
+    """A torque that is infinite there."""
+    text = (tmp_path / "scene.yaml").write_text
+    rod(tmp_path, SERVOS["pid"])
+    given = (tmp_path / "scene.yaml").read_text()
+    text(given.replace("servo - 0.01 N m s * hinge.rate", "servo + 1 N m / hinge.angle"))
+    system = build.system(scenes.read(tmp_path / "scene.yaml"))
+    with np.errstate(all="ignore"):
+        run = CRun(written(system), tmp_path)
+    assert b"no finite numbers" in run.message(run.call("start"))
 
 
 @storable

@@ -66,7 +66,11 @@ FIELDS
 void NAME_init(NAME_memory *m);
 /* The start of the motion at these parameters, t = 0. */
 NAME_status NAME_start(NAME_memory *m);
-/* Go on by a span of time [s], in steps of the model, or shorter ones where the span is no multiple of these. */
+/* Go on by a span of time [s], in steps of the model, or shorter ones where the span is no multiple of these.
+ *
+ * With `fixed` corrections the work is bounded. A step evaluates and solves `fixed` times, and once more for velocities of joints that
+ * move; it makes one factorisation. Where a controller gives another value, and where loads jump, it evaluates, factorises and solves
+ * once more, and each jump of loads inside of a step makes two steps of it. */
 NAME_status NAME_step(NAME_memory *m, double span);
 /* All outputs of the present state, NAME_OUTPUTS of them. */
 void NAME_outputs(NAME_memory *m, double out[]);

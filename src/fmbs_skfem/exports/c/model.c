@@ -360,6 +360,9 @@ NAME_status NAME_start(NAME_memory *m)
 #endif
     if (CALL_START(m, 0) != 0)
         return NAME_SINGULAR;
+    EACH (i, UNKNOWNS)
+        if (!is_finite(@state_v@[i]) || !is_finite(@state_acceleration@[i]))
+            return NAME_NOT_FINITE;
     @work_kind@[0] = 0;
     EACH (k, 4)
         @job_counters@[k] = 0;
@@ -428,7 +431,7 @@ const char *NAME_message(NAME_status status)
         "an input is not finite",
         "the span of a step is not positive",
         "the iteration of a step did not converge: the state is that of the last good one",
-        "a step found no finite numbers: the state is that of the last good one",
+        "a step, or the start, found no finite numbers: the state is that of the last good one",
         "the matrix of a step is singular: the state is that of the last good one",
         "there is no such input",
         "a parameter is outside of the range that the model was trained for",
