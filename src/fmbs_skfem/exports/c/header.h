@@ -68,9 +68,9 @@ void NAME_init(NAME_memory *m);
 NAME_status NAME_start(NAME_memory *m);
 /* Go on by a span of time [s], in steps of the model, or shorter ones where the span is no multiple of these.
  *
- * With `fixed` corrections the work is bounded. A step evaluates and solves `fixed` times, and once more for velocities of joints that
- * move; it makes one factorisation. Where a controller gives another value, and where loads jump, it evaluates, factorises and solves
- * once more, and each jump of loads inside of a step makes two steps of it. */
+ * With `fixed` corrections the work is bounded: a step makes one factorisation, evaluates forces and solves `fixed` times, and solves
+ * twice more for velocities of joints that move. Where a controller gives another value, and where loads jump, forces are evaluated,
+ * factorised and solved once more; each jump of loads inside of a step makes two steps of it. */
 NAME_status NAME_step(NAME_memory *m, double span);
 /* All outputs of the present state, NAME_OUTPUTS of them. */
 void NAME_outputs(NAME_memory *m, double out[]);
