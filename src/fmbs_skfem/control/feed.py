@@ -219,7 +219,8 @@ class Feed(SingleSteps):
 
     def jump(self, run: OpenRun) -> None:
         """Accelerations and reactions of the present state with the inputs as they are now."""
-        if self.columns is None or not run.done:
+        # a step from jump to jump of loads fills no row: the last one has loads as they were before
+        if self.columns is None or not run.done or run.done - 1 in run.jumps:
             self.row[0] = one_row(self.system, self.scheme, run.done + LATE)
         else:
             self.write()

@@ -219,7 +219,11 @@ static NAME_status go_on(NAME_memory *m, double span, int changed)
 #if CONTROLLED > 0
     if (changed) {
         @work_kind@[0] = @work_kind@[1] = 0; /* factors of another state, and turned tangents, miss a part of it */
+#if JUMPS > 0 /* behind loads that jump at this instant */
+        jump(m, m->jump > 0 ? most(m->time, JUMP[2 * m->jump - 1]) : m->time);
+#else
         jump(m, m->time);
+#endif
     }
 #else
     (void)changed;
