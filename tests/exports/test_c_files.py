@@ -39,6 +39,7 @@ from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.cli.calls import fmbs
 from tests.exports.c_library import COMPILER, STRICT, CRun
+from tests.exports.test_c_control import SERVOS, rod
 from tests.reduction.conftest import full_of, hyper_reduced, projected, reduced
 from verification.plates import rectangle
 
@@ -318,15 +319,19 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
     assert compare(case_of(pendulum(law=law), tolerance=1e-15), tmp_path) < 1e-10
 
 
-@pytest.mark.parametrize("kind", ["as it is", "with divided steps", "with a driven joint"])
+@pytest.mark.parametrize(
+    "kind",
+    ["as it is", "with divided steps", "with a driven joint", "with a controller and a kick"],
+)
 def test_the_source_is_clean_and_its_memory_sound(kind: str, small: System, tmp_path: Path) -> None:
     """No warning, and no access outside of an array or undefined operation in some steps, as a
     program of its own.
     """
     step = GeneralizedAlpha(2e-2) if kind == "with divided steps" else STEP
-    model = c_files.write(
-        case_of(servo(False) if kind == "with a driven joint" else small, step), "clean", "a model"
-    )
+    if kind == "with a controller and a kick":
+        small = rod(tmp_path, SERVOS["measurement"], kick="where(t < 0.0105, 0, 1)")
+    small = servo(False) if kind == "with a driven joint" else small
+    model = c_files.write(case_of(small, step), "clean", "a model")
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
     main = """
