@@ -15,6 +15,7 @@ import pytest
 
 from fmbs_skfem import dynamics, reduction, scenes
 from fmbs_skfem.control.controllers import Controlled, Program
+from fmbs_skfem.control.laws import NumberLaw
 from fmbs_skfem.control.monitors import Monitor
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
@@ -217,6 +218,36 @@ def test_gains_follow_parameters(tmp_path: Path) -> None:
         wanted = exact(model, rom({"kp": kp}).system, STEP, 100)
         known = ~np.isnan(wanted).any(axis=0)
         assert np.abs(got - wanted)[:, known].max() < 1e-6
+
+
+def alternate(numbers: np.ndarray, values: np.ndarray, memory: np.ndarray) -> float:
+    """A push towards zero, of the other half at every second sample."""
+    memory[0] = 1.0 - memory[0]
+    return -numbers[0] * math.tanh(values[0] - 0.4) * (0.5 + memory[0])
+
+
+@storable
+@dataclass(frozen=True)
+class Alternating(NumberLaw):
+    """A law of one's own with a memory."""
+
+    push: float
+    memory: tuple[float, ...] = (0.0,)
+    kernel = alternate
+
+    def listed(self) -> tuple[float, ...]:
+        return (self.push,)
+
+
+def test_a_law_of_ones_own_has_c(tmp_path: Path) -> None:
+    system = rod(tmp_path, "type: measurement, of: hinge.angle * 1 N m")
+    law = Alternating(9.0)
+    changed = (
+        replace(one, law=law) if isinstance(one, Controlled) else one for one in system.signals
+    )
+    system = replace(system, signals=tuple(changed))
+    model = written(system)
+    require_alike(model, CRun(model, tmp_path).run(100), exact(model, system, STEP, 100))
 
 
 def test_what_has_no_c_of_controllers_is_refused(tmp_path: Path) -> None:

@@ -130,7 +130,7 @@ class Controller(Declared, ABC):
     @abstractmethod
     def law(self) -> Any:
         """What it does: a storable struct with `memory`, numbers at the start, and a call of t,
-        values read, and the memory.
+        values read, and the memory; a `laws.NumberLaw` where models in C are to have it.
         """
 
     def products(self) -> Iterator[tuple[str, OfState]]:

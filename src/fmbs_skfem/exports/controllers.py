@@ -46,15 +46,22 @@ def refuse(system: System, one: Controlled) -> Problem | None:
     reads.
     """
     if not isinstance(one.law, NumberLaw):
-        return Problem("a controller with a law in numbers", f"'{one.name}', a function of Python")
+        got = f"'{one.name}', a function of Python"
+        remedy = "write it as a `laws.NumberLaw`, whose kernel has C"
+        return Problem("a controller with a law in numbers", got, remedy)
     known = {
-        column.name for name, output in system.outputs.items() for column in columns_of(system, name, output)
-    }  # fmt: skip
+        column.name
+        for name, output in system.outputs.items()
+        for column in columns_of(system, name, output)
+    }
     for reading in (system.readings[-1 - number] for number in one.reads if number < 0):
         for name, _, column in reading.columns:
             if column not in known:
                 there = listed(sorted(known), name, "of which there are none")
-                return Problem(f"a controller that reads outputs with C, {there}", f"'{name}'")
+                remedy = "let it read places, velocities, angles or reactions"
+                return Problem(
+                    f"a controller that reads outputs with C, {there}", f"'{name}'", remedy
+                )
     return None
 
 
