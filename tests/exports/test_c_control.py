@@ -20,7 +20,9 @@ from fmbs_skfem.control.monitors import Monitor
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.storage.container import storable
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.ranges import Parameter
+from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.dynamics.observers import Observer
 from fmbs_skfem.exports import c_files
@@ -29,6 +31,7 @@ from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System
+from fmbs_skfem.systems.system import Signal
 from tests.exports.c_library import COMPILER, CRun, compiled
 from tests.reduction.conftest import full_of, reduced
 from tests.systems import test_controllers
@@ -218,6 +221,29 @@ def test_gains_follow_parameters(tmp_path: Path) -> None:
         wanted = exact(model, rom({"kp": kp}).system, STEP, 100)
         known = ~np.isnan(wanted).any(axis=0)
         assert np.abs(got - wanted)[:, known].max() < 1e-6
+
+
+@pytest.mark.parametrize("sampled", [True, False])
+def test_numbers_of_controllers_and_tables_that_c_does_not_follow_are_refused(
+    sampled: bool, tmp_path: Path
+) -> None:
+    """A sample time, and points of a table: no number of the nominal model stands in silently."""
+    base = rod(tmp_path, SERVOS["feedback"], kick="0*t + 1")
+    table = Table("push", "", (0.0, 1.0), (0.0, 1.0))
+
+    def other(one: Signal, value: float) -> Signal:
+        if isinstance(one, Controlled):
+            return replace(one, sample=1e-3 * value) if sampled else one
+        points = replace(table, values=(0.0, 1.0 if sampled else value))
+        return of_time("push(t)", inputs={table.name: points}) if one.text == "0*t + 1" else one
+
+    def family(values: Mapping[str, float]) -> Case:
+        signals = tuple(other(one, values["p"]) for one in base.signals)
+        return Case(replace(base, signals=signals), STEP, 0.3)
+
+    rom = affine.fit(family, (Parameter("p", 2.0, 4.0, value=2.0, unit=""),))
+    with pytest.raises(InputError, match="parameters that change numbers of C files, got"):
+        c_files.write(rom, "family", "a family")
 
 
 def alternate(numbers: np.ndarray, values: np.ndarray, memory: np.ndarray) -> float:

@@ -77,16 +77,25 @@ class ControllersInC(NamedTuple):
 def numbers_of(system: System) -> dict[str, np.ndarray]:
     """Numbers of laws, of what is given at the start, and of expressions of outputs, by the names
     that the program has for them.
+
+    Each is the mean of those of all signals that are the same controller, so that it follows a
+    parameter that changes them one after the other.
     """
-    controlled = controlled_of(system)
-    found = {
-        f"law_{k}": np.clip(one.law.numbers, -NO_LIMIT, NO_LIMIT)
-        for k, one in enumerate(controlled)
-    }
+    copies = [
+        [
+            signal
+            for signal in system.signals
+            if isinstance(signal, Controlled) and signal.name == one.name
+        ]
+        for one in controlled_of(system)
+    ]
+    laws = (np.mean([one.law.numbers for one in same], axis=0) for same in copies)
+    found = {f"law_{k}": np.clip(law, -NO_LIMIT, NO_LIMIT) for k, law in enumerate(laws)}
     found |= {
         f"reading_{k}": one.values for k, one in enumerate(system.readings) if len(one.values)
     }
-    return found | ({"given": np.array([one.start for one in controlled])} if controlled else {})
+    starts = [np.mean([one.start for one in same]) for same in copies]
+    return found | ({"given": np.array(starts)} if starts else {})
 
 
 def calls(

@@ -166,6 +166,9 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
             symbol: f"m->smooth[{order}][{inputs[name]}]"
             for order, symbol in enumerate(symbols_of.values())
         }
+    # what no text reads is followed by other numbers, or by none, which is refused
+    read = set().union(*(one.free_symbols for one in (*values, *rough.values())))
+    found = {symbol: place for symbol, place in found.items() if symbol in read}
     places |= {symbol: f"@own_varied_{k}@[0]" for k, symbol in enumerate(found)}
     curves = {
         f"CURVE_{k}": (symbol, table) for k, (symbol, table) in enumerate(known.curves.items())
@@ -183,7 +186,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         calls.append("if (h > 0.0)")
         calls.append(f"    follow_{k}(m, t, h, {rows});")
     tables = {name: table for name, (_, table) in curves.items()}
-    return Timed(tuple(calls), tuple(functions), tables, tuple(changed))
+    return Timed(tuple(calls), tuple(functions), tables, tuple(found.values()))
 
 
 def written_lines(values: Sequence[Any], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:
