@@ -453,7 +453,7 @@ def test_a_start_without_numbers_is_a_status(tmp_path: Path) -> None:
 
 @storable
 @dataclass(frozen=True, kw_only=True)
-class Watch(Monitor, word="watch_in_c"):
+class Watch(Monitor, word=None):
     """Looks at nothing."""
 
     name: str
