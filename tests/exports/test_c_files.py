@@ -16,7 +16,6 @@ from fmbs_skfem import control, dynamics, reduction, scenes
 from fmbs_skfem.bodies import body, own_laws, sections
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.control.controllers import Controlled, PidLaw
 from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import Expression, of_time
@@ -41,6 +40,7 @@ from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.cli.calls import fmbs
 from tests.exports.c_library import COMPILER, STRICT, CRun
+from tests.exports.test_c_control import SERVOS, rod
 from tests.reduction.conftest import full_of, hyper_reduced, projected, reduced
 from verification.plates import rectangle
 
@@ -327,9 +327,7 @@ def test_a_drive_moves_its_joint_with_derivatives_of_its_text(tmp_path: Path) ->
 
 
 def test_a_table_drives_as_in_python(tmp_path: Path) -> None:
-    """A spline with its derivatives, read by another argument than t as well; one that is not
-    smooth has none.
-    """
+    """A spline with its derivatives, read by another argument than t as well."""
     t = np.linspace(0.0, 0.6, 13)
     table = Table("path", "rad", tuple(t), tuple(2.0 * (1.0 - np.cos(3.0 * t))), True)
     full = full_of(models.spin_up(8, all_multipliers=True), STEP, 0.4)
@@ -337,17 +335,6 @@ def test_a_table_drives_as_in_python(tmp_path: Path) -> None:
     angle = of_time("path(t) + 0.2*path(0.3*t)", inputs={table.name: table})
     driven = tuple(signals.as_drive(replace(one, angle=angle)) for one in made.signals)
     assert compare(case_of(replace(made, signals=driven)), tmp_path) < 1e-8
-    straight = of_time("path(t)", inputs={table.name: replace(table, smooth=False)})
-    with pytest.raises(
-        InputError, match=r"got a table whose second derivative jumps; write `smooth: true`"
-    ):
-        c_files.write(
-            case_of(
-                replace(made, signals=tuple(replace(one, angle=straight) for one in made.signals))
-            ),
-            "model",
-            "",
-        )
 
 
 def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
@@ -359,15 +346,19 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
     assert compare(case_of(pendulum(law=law), tolerance=1e-15), tmp_path) < 1e-10
 
 
-@pytest.mark.parametrize("kind", ["as it is", "with divided steps", "with a driven joint"])
+@pytest.mark.parametrize(
+    "kind",
+    ["as it is", "with divided steps", "with a driven joint", "with a controller and a kick"],
+)
 def test_the_source_is_clean_and_its_memory_sound(kind: str, small: System, tmp_path: Path) -> None:
     """No warning, and no access outside of an array or undefined operation in some steps, as a
     program of its own.
     """
     step = GeneralizedAlpha(2e-2) if kind == "with divided steps" else STEP
-    model = c_files.write(
-        case_of(servo(False) if kind == "with a driven joint" else small, step), "clean", "a model"
-    )
+    if kind == "with a controller and a kick":
+        small = rod(tmp_path, SERVOS["measurement"], kick="where(t < 0.0105, 0, 1)")
+    small = servo(False) if kind == "with a driven joint" else small
+    model = c_files.write(case_of(small, step), "clean", "a model")
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
     main = """
@@ -687,19 +678,6 @@ def test_what_has_no_c_is_refused() -> None:
     python = replace(made, signals=(turning,), loads=replace(made.loads, forces=()))
     with pytest.raises(InputError, match="expressions of t and of inputs"):
         c_files.write(case_of(python), "python", "a model")
-    parts = GeneralizedAlpha(1e-3, local_error=1e-6)
-    with pytest.raises(InputError, match="equal steps, got steps in parts"):
-        c_files.write(case_of(made, parts), "parts", "a model")
-    controlled = replace(
-        made,
-        signals=(
-            Controlled(
-                "servo", "N m", 0.0, sample=1e-3, law=PidLaw(1.0, 0.0, 0.0, -1.0, 1.0, 1e-3)
-            ),
-        ),
-    )
-    with pytest.raises(InputError, match="a model without controllers"):
-        c_files.write(case_of(controlled), "controlled", "a model")
 
 
 @pytest.mark.parametrize(
@@ -710,23 +688,6 @@ def test_names_end_no_comment_and_are_identifiers(name: str, small: System, tmp_
     assert model.name.isidentifier()
     assert model.name.isascii()
     CRun(model, tmp_path).run(1)
-
-
-def test_loads_that_jump_within_a_step_are_told() -> None:
-    """A run ends a step at the jump; a step in C has the load of its end."""
-    kicked = arm(
-        loads.PointForce(
-            "kick", At("beam", "right"), (0.0, 0.3), history=of_time("where(t < 0.0505, 0, 1)")
-        )
-    )
-    with pytest.warns(Notice, match=r"loads jump, first at t = 0\.0505 s"):
-        c_files.write(case_of(kicked), "kicked", "a model")
-    smooth = arm(
-        loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))
-    )
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        c_files.write(case_of(smooth), "smooth", "a model")
 
 
 def test_the_program_of_the_guide_runs(small: System, tmp_path: Path) -> None:
@@ -884,21 +845,18 @@ joints:
   drive: {type: driven_angle, at: slide.frame, angle: path(t)}
 controllers:
   servo: {type: pid, unit: N m, sample: 1 ms, error: 1 - turn.angle, kp: 1 N m, limits: [-1 N m, 1 N m]}
+  late: {type: measurement, unit: N m, sample: 1 ms, of: drive.torque}
 loads:
   weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}
   floor: {type: contact_plane, at: wheel.mark, point: [0, -1 m], normal: [0, 1], friction: 0.3}
-  motor: {type: control_torque, at: wheel, torque: servo}
+  motor: {type: control_torque, at: wheel, torque: servo - late}
   spring: {type: spring_damper, at: wheel.mark, to: [1 m, 0], stiffness: 1 N/m}
 events: {hit: {when: turn.angle - 1, stop: true}}
-outputs: {turn: {type: angle, at: wheel}}
+outputs: {turn: {type: angle, at: wheel}, drive: {type: load, load: motor}}
 analysis: {type: dynamic, duration: 10 ms, step: 1 ms}
 reduction: {snapshots: 1 ms}
 """
-IN_THE_WAY = {
-    "joints.drive": 14,
-    "controllers.servo": 16,
-    "events.hit": 22,
-}
+IN_THE_WAY = {"controllers.late": 17, "events.hit": 23}
 
 
 def machine(folder: Path, text: str) -> Path:
@@ -932,16 +890,14 @@ def test_what_has_no_c_is_said_of_a_scene_before_a_training(
     with warnings.catch_warnings(record=True):
         job, scene = Job(listener=Listener(tell=(told := []).append)), scenes.read(path)
         exportable.announce(job, scene, build.system(scene))
-    words = "event 'hit' (line 22), controller 'servo' (line 16)"
-    assert told == [
-        f"this model cannot be exported to C, as an FMU or into a page: {words}, driven_angle 'drive' (line 14)"
-    ]
+    words = "controller 'late' (line 17), event 'hit' (line 23)"
+    assert told == [f"this model cannot be exported to C, as an FMU or into a page: {words}"]
 
 
 def test_what_has_c_is_refused_by_no_check(tmp_path: Path) -> None:
-    """The same scene without what is in the way, with a smooth table."""
-    lines = MACHINE.replace("hold", "smooth: true, hold").splitlines()
-    kept = [line for k, line in enumerate(lines, 1) if k not in (15, 16, 20, 22)]
+    """The same scene without what is in the way: a table of straight lines drives, a controller acts."""
+    lines = MACHINE.replace(" - late", "").splitlines()
+    kept = [line for k, line in enumerate(lines, 1) if k not in IN_THE_WAY.values()]
     assert fmbs("check", machine(tmp_path, "\n".join(kept)), "--for", "c").code == 0
 
 
@@ -953,3 +909,12 @@ def test_a_family_from_equilibria_is_said_to_have_no_c() -> None:
     assert found.problem.at("x") == say(
         "x", "a start that no parameter changes", "`start: equilibrium`", found.problem.remedy
     )
+
+
+def test_joints_that_events_lock_are_said_to_need_events(tmp_path: Path) -> None:
+    """To leave the joint alone out would be another model: the remedy names the event, too."""
+    done = fmbs("check", Path(__file__).parents[2] / "examples" / "trapeze.yaml", "--for", "c")
+    assert done.code == 3
+    lines = [line for line in done.err.splitlines() if "joints.hand" in line]
+    assert "C neither locks nor releases joints" in lines[0]
+    assert "without event and locked joint" in lines[0]

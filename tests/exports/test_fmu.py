@@ -37,6 +37,7 @@ from fmbs_skfem.studies import exporting
 from fmbs_skfem.systems import At, System, signals
 from fmbs_skfem.systems.forces import loads
 from tests.exports.c_library import COMPILER
+from tests.exports.test_c_control import SERVOS, rod
 from tests.exports.test_c_files import STEP, arm
 
 fmpy = pytest.importorskip("fmpy")
@@ -658,3 +659,19 @@ def test_windows_has_functions_with_more_than_a_page_of_locals(tmp_path: Path) -
     built = [COMPILER, "-mno-red-zone", "-fno-builtin", "-D__stdcall=", "-o", "probe", "probe.c"]
     subprocess.run(built, cwd=tmp_path, check=True, capture_output=True)
     subprocess.run([tmp_path / "probe"], check=True)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_controllers_act_inside_of_a_unit(version: int, tmp_path: Path) -> None:
+    """What they give is an output and no input, whatever steps the master takes."""
+    system = rod(tmp_path, SERVOS["pid"])
+    found = c_files.write(Case(system, STEP, 0.3), "rod", "a rod")
+    unit = Instance(made_by(fmu.write(found, version, "rod", ""), tmp_path / "rod.fmu"), tmp_path)
+    names = {one.name: one.causality for one in unit.description.modelVariables}
+    assert names["servo"] == "output"
+    assert "input" not in names.values()
+    got = unit.start().run([10 * h] * 20)[-1]
+    unit.unit.freeInstance()
+    columns = dynamics.outputs(dynamics.integrate(system, STEP, 0.2))
+    place = [one.name for one in found.columns].index("tip_x")
+    assert got[place] == pytest.approx(columns["tip_x"][-1], abs=1e-9)

@@ -39,6 +39,7 @@ from ..systems import fields
 from ..systems.additions import Addition, adds
 from ..systems.connections.constraint_functions import Joint
 from ..systems.places import Draft
+from .laws import FeedbackLaw, MeasurementLaw, PidLaw, TableLaw
 
 
 def read_unit(value: object, context: Context) -> str:
@@ -129,7 +130,7 @@ class Controller(Declared, ABC):
     @abstractmethod
     def law(self) -> Any:
         """What it does: a storable struct with `memory`, numbers at the start, and a call of t,
-        values read, and the memory.
+        values read, and the memory; a `laws.NumberLaw` where models in C are to have it.
         """
 
     def products(self) -> Iterator[tuple[str, OfState]]:
@@ -171,42 +172,6 @@ class Limited(Controller, ABC):
         )
 
 
-@storable
-@dataclass(frozen=True)
-class PidLaw:
-    """The rule of `Pid`; its memory are the integral and the last error, nan before the first.
-
-        u = kp e + I + kd e',    I = sum_k ki T e_k,    e' = (e_k - e_k-1) / T
-
-    values = (e,) or (e, e'); e' is 0 at the first sample where it is not read.
-    """
-
-    kp: float
-    ki: float
-    kd: float
-    low: float
-    high: float
-    sample: float
-    memory: tuple[float, ...] = (0.0, math.nan)
-
-    def __call__(self, t: float, values: Sequence[float], memory: list[float]) -> float:
-        error = values[0]
-        (integral, last) = memory
-        change = (
-            values[1]
-            if len(values) > 1
-            else 0.0
-            if math.isnan(last)
-            else (error - last) / self.sample
-        )
-        summed = integral + self.ki * self.sample * error
-        u = self.kp * error + summed + self.kd * change
-        found = min(max(u, self.low), self.high)
-        memory[0] = summed if u == found or (u > found) != (self.ki * error > 0) else integral
-        memory[1] = error
-        return found
-
-
 @dataclass(frozen=True, kw_only=True)
 class Pid(Limited):
     """PID controller, between limits; the integral of ki e stands still while a limit holds and e
@@ -242,27 +207,6 @@ class Pid(Limited):
             if isinstance(gain, Quantity):
                 time = {"ki": " * 1 s", "kd": " / 1 s" if self.rate is None else ""}.get(key, "")
                 yield key, product(key, gain, value, self.unit, time)
-
-
-@storable
-@dataclass(frozen=True)
-class FeedbackLaw:
-    """The rule of `StateFeedback`.
-
-        u = limited(u0 - sum_i K_i x_i)
-
-    all in SI units.
-    """
-
-    offset: float
-    gains: tuple[float, ...]
-    low: float
-    high: float
-    memory: tuple[float, ...] = ()
-
-    def __call__(self, t: float, values: Sequence[float], memory: list[float]) -> float:
-        u = self.offset - sum(gain * value for gain, value in zip(self.gains, values, strict=True))
-        return min(max(u, self.low), self.high)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -303,17 +247,6 @@ class StateFeedback(Limited):
                 yield "gains", product("gain", gain, value, self.unit)
 
 
-@storable
-@dataclass(frozen=True)
-class MeasurementLaw:
-    """The rule of `Measurement`."""
-
-    memory: tuple[float, ...] = ()
-
-    def __call__(self, t: float, values: Sequence[float], memory: list[float]) -> float:
-        return values[0]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Measurement(Controller):
     """The value of an expression `of`, held to the next sample: so forces read reactions and
@@ -333,22 +266,6 @@ class Measurement(Controller):
 
     def products(self) -> Iterator[tuple[str, OfState]]:
         yield "of", of_state(self.of.text, self.unit or "1", dict(self.of.parameters))
-
-
-@storable
-@dataclass(frozen=True)
-class TableLaw:
-    """The rule of `LookupTable`.
-
-    u(x) by straight lines, u[0] below x[0] and u[-1] above x[-1].
-    """
-
-    x: np.ndarray  #: (s,)
-    u: np.ndarray  #: (s,)
-    memory: tuple[float, ...] = ()
-
-    def __call__(self, t: float, values: Sequence[float], memory: list[float]) -> float:
-        return float(np.interp(values[0], self.x, self.u))
 
 
 @dataclass(frozen=True, kw_only=True)

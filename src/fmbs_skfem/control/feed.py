@@ -219,10 +219,16 @@ class Feed(SingleSteps):
 
     def jump(self, run: OpenRun) -> None:
         """Accelerations and reactions of the present state with the inputs as they are now."""
-        if self.columns is None or not run.done:
+        # a step from jump to jump of loads fills no row: the last one has loads as they were before
+        if self.columns is None or not run.done or run.done - 1 in run.jumps:
             self.row[0] = one_row(self.system, self.scheme, run.done + LATE)
         else:
             self.write()
+        if run.large is None:
+            # factors of another state, and turned tangents, miss a part of the jump, and which ones
+            # there are depends on round-off: new ones take 8 % of an arm of 20 cells that is sampled
+            # at every other step, and make C agree to 1e-14 where it did to 1e-9
+            run.step.work.kind[:2] = 0
         status = self.call(run, stepping.jump)
         if status != stepping.DONE:
             run.model.check()

@@ -27,7 +27,8 @@ from ..dynamics.near_state.statespace import slope
 from ..systems import compiled
 from ..systems.connections.redundancy import scale_of
 from ..systems.signals import BoundExpression
-from .controllers import Controlled, FeedbackLaw, PidLaw
+from .controllers import Controlled
+from .laws import FeedbackLaw, PidLaw
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun

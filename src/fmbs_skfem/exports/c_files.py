@@ -11,7 +11,7 @@ round-off.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, count
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ from ..core.printing.values import ZERO, Const, OutsideError, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import jumps, starting, stepping
+from ..dynamics.compiled_step import jumps, starting, stepping, touching
 from ..dynamics.compiled_step.step import LEAST, State, Step
 from ..reduction import cases
 from ..reduction.affine import ParametricCase
@@ -40,7 +40,7 @@ from ..systems import change_coordinates, compiled, row_programs
 from ..systems.layouts import Storage
 from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
-from . import numbers, outputs, refusals, signals
+from . import controllers, numbers, outputs, refusals, signals
 from .numbers import Numbers
 from .outputs import Column
 from .packing import PackedCase, admissible_velocities, pack
@@ -139,11 +139,10 @@ WRITTEN = frozenset(
 ) | {"job_signals", "job_counters", "job_done", "levels_found", "levels_spans", "work_kind"}  # fmt: skip
 #: kernels whose loops over tables are written out: programs of expressions
 SPELLED = (programs.run, row_programs.act)
-#: kernels in place of others, which are for numba
-STANDS = {
-    **small.STANDS,
+STATUSES = {
+    name: getattr(stepping, name)
+    for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOUCHES", "TOO_FEW")
 }
-STATUSES = {name: getattr(stepping, name) for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOO_FEW")}
 FOUND = "before_", "held_", "space_gradients"  #: what the begin of a division and the start fill
 APART = "\n/* kernels */\n"
 HEAD = """typedef long long whole;
@@ -173,7 +172,7 @@ class CModel:
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
     drives: bool  #: whether inputs drive joints, by which there are no derivatives
-    left_out: tuple[str, ...]  #: columns that the model has and a C file has not
+    left_out: tuple[str, ...]  #: columns and monitors that the model has and a C file has not
 
 
 def identifier(name: str) -> str:
@@ -213,9 +212,7 @@ def distinct(names: Iterable[str]) -> list[str]:
 
 
 def check(given: Numbers, where: str) -> None:
-    """InputError for what a C file cannot do, and a notice where it does it less well: loads that
-    jump within a step.
-    """
+    """InputError for what a C file cannot do."""
     case = given.case
     system = given.case.system
     if (
@@ -230,12 +227,48 @@ def check(given: Numbers, where: str) -> None:
         for subject, problem in refusals.find(system, case.scheme, given.model is not None)
     ]:
         raise InputError("\n".join(found))
-    if jumping := jumps.jumps_of_loads(
-        system, case.scheme.step, scheme.steps_in(case.scheme, case.duration)
+
+
+def jumps_of(given: Numbers, where: str) -> list[tuple[float, float]]:
+    """Instants just before and just behind each jump of loads [s] in the duration of the case.
+
+    A notice says where there are more behind it, and where parameters move them: such jumps act at
+    the ends of steps.
+    """
+    case = given.case
+    step = case.scheme.step
+    steps = scheme.steps_in(case.scheme, case.duration)
+
+    def instants(system: System, steps: int) -> list[tuple[float, float]]:
+        found = jumps.jumps_of_loads(system, step, steps)
+        return [place[1:] for _, places in sorted(found.items()) for place in places]
+
+    found = instants(case.system, steps)
+    late = "C files take them at the ends of steps, late by up to one of them"
+    if moved(given, found, lambda system: instants(system, steps)):
+        notify(f"{where}: loads jump when parameters say; {late}")
+        return []
+    if later := [at for at, _ in instants(case.system, 2 * steps) if at > steps * step]:
+        end = f"the end of its duration at {steps * step:g} s"
+        notify(f"{where}: loads jump behind {end}, at t = {later[0]:.6g} s; {late}")
+    return found
+
+
+def moved(
+    given: Numbers,
+    found: Sequence[tuple[float, float]],
+    instants: Callable[[System], Sequence[tuple[float, float]]],
+) -> bool:
+    """Whether jumps are at other instants with other parameters."""
+    if given.model is None or not any(
+        given.varies(("system", one)) for one in ("signals", "loads")
     ):
-        first = min(before for places in jumping.values() for _, before, _ in places)
-        text = f"{where}: loads jump, first at t = {first:.6g} s; C files take them at the ends of steps, late by up to one of them"
-        notify(f"{text}, where runs end a step at each jump")
+        return False
+    for share in numbers.SHARES:
+        row = {one.name: one.low + share * (one.high - one.low) for one in given.model.parameters}
+        if instants(given.model(row).system) != found:
+            return True
+    return False
 
 
 class Kernels(NamedTuple):
@@ -246,14 +279,21 @@ class Kernels(NamedTuple):
 
 
 def print_kernels(
-    base: PackedCase, changing: Mapping[int, str], changed: Sequence[int], turning: bool
+    base: PackedCase,
+    changing: Mapping[int, str],
+    changed: Sequence[int],
+    turning: bool,
+    rooms: Mapping[str, np.ndarray],
+    jumping: bool,
 ) -> Kernels:
-    """The step of a case, its start and its energies.
+    """The step of a case, its start and its energies; its pieces where loads are `jumping`.
 
     `changing` are numbers in records that parameters change, by their addresses, `changed` addresses
-    of such arrays; the tangents of bodies that are `turning` are then found at the start.
+    of such arrays; the tangents of bodies that are `turning` are then found at the start. `rooms` are
+    arrays that the program writes.
     """
-    mutable = set(WRITTEN)
+    own = {**base.own, **rooms}
+    mutable = WRITTEN | {f"own_{name}" for name in rooms}
     step = base.step
     doors = step.doors
     callbacks = (one.address for one in base.lengths.doors)
@@ -265,9 +305,9 @@ def print_kernels(
         for name, copy in (("before", base.lengths.before), ("held", base.lengths.held)):
             if copy is not None:
                 memory.add(State, structs.address_of(copy.packed), name)
-        for name, numbers_of in base.own.items():
+        for name, numbers_of in own.items():
             memory.name(numbers_of, f"own_{name}")
-        printer = KernelPrinter(memory, behind, STANDS, small.PRODUCTS, SPELLED)
+        printer = KernelPrinter(memory, behind, small.STANDS, small.PRODUCTS, SPELLED)
         table = memory.pointer(base.tables[0])
         asked: dict[str, tuple[Any, Value]] = {
             "TAKE": (stepping.take_row, ZERO),
@@ -280,10 +320,18 @@ def print_kernels(
         }
         if turning:
             asked["TURN"] = starting.turned_tangents, ZERO
+        if rooms or jumping:
+            asked["JUMP"] = stepping.jump, ZERO
+        if jumping:
+            asked["TAKE_SPAN"] = touching.take_span, ZERO
+            asked["TAKE_SERIES"] = touching.take_series, ZERO
+        if jumping and step.method.locating:
+            asked["TOUCH"] = touching.take, ZERO
         calls = {
             name: printer.entry(kernel, [table, more]).name
             for name, (kernel, more) in asked.items()
         }
+        calls |= controllers.calls(printer, memory, base.case.system, own)
         printer.finish()
         wrong = {one.name for one in memory.regions if one.folded and one.written}
         if not wrong <= mutable:
@@ -301,11 +349,14 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
     check(given, title)
+    jumping = jumps_of(given, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
     system = case.system
-    inputs = inputs_of(system)
-    timed = signals.write_signals(system, {one: k for k, one in enumerate(inputs)}, given)
+    controlled = [one.name for one in controllers.controlled_of(system)]
+    inputs = {name: one for name, one in inputs_of(system).items() if name not in controlled}
+    places = {name: k for k, name in enumerate([*inputs, *controlled])}
+    timed = signals.write_signals(system, places, given)
     v = admissible_velocities(case)
     given_as_they_are = v is system.v0
 
@@ -317,22 +368,38 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     base = packed(case)
     changes = numbers.changes_of(base, given, packed, title)
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
+    known = {*inputs, *numbers.parameters_of(given)}
+    acting = controllers.write(system, case.scheme, len(inputs), known)
+    reading, columns, left_out = outputs.write_outputs(system, acting.columns)
     try:
-        kernels = print_kernels(base, *numbers.places_of(base, changes), turning)
+        kernels = print_kernels(
+            base, *numbers.places_of(base, changes), turning, acting.rooms, bool(jumping)
+        )
     except OutsideError as error:
         raise InputError(say(title, "a model whose kernels have C", str(error))) from error
-    reading, columns, left_out = outputs.write_outputs(system)
     constants, setting = numbers.write(base, given, changes, kernels.printer.memory)
     counts = {
         "UNKNOWNS": system.size, "EQUATIONS": len(system.constraints.names), "SENSORS": len(system.sensors.offset),
-        "INPUTS": len(inputs), "PARAMETERS": len(numbers.parameters_of(given)), "DRIVEN": len(inputs) if driving_inputs(system) else 0,
+        "INPUTS": len(inputs), "PARAMETERS": len(numbers.parameters_of(given)), "DRIVEN": len(places) if driving_inputs(system) else 0,
         "TURNED": sum(bool(one.turns) for one in columns), "LENGTHS": len(base.tables), "WIDTH": base.lengths.signals.shape[1],
         "SIGNALS": len(base.step.state.signals), "TURNING": int(turning), "LOCATING": int(base.step.method.locating),
+        **controllers.counts_of(system), "JUMPS": len(jumping),
     }  # fmt: skip
     before = placed(
-        replaced(template("inputs.c"), {"READ": "\n".join(f"    {line}" for line in timed.lines)})
+        replaced(
+            template("inputs.c"),
+            {
+                "READ": "\n".join(f"    {line}" for line in timed.lines),
+                "ROUGH": "\n".join(timed.rough),
+            },
+        )
     )
-    behind = placed("\n".join([template("ports.c"), reading, setting, template("model.c")]))
+    behind = placed(
+        replaced(
+            "\n".join([template("ports.c"), reading, setting, acting.text, template("model.c")]),
+            {f"CALL_{key}": name for key, name in kernels.calls.items()},
+        )
+    )
     program = PrintedProgram(kernels.printer, f"{before}{APART}{behind}")
     before, behind = program.own.split(APART)
     starts, starting_lines = program.starts(FOUND)
@@ -341,7 +408,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
             before,
             program.code,
             f"static void set_start(NAME_memory *m)\n{{\n{starting_lines}\n}}\n",
-            replaced(behind, {f"CALL_{key}": name for key, name in kernels.calls.items()}),
+            behind,
         ]
     )
     fixed = "\n".join(
@@ -350,8 +417,12 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
             *(f"#define {key} {number(value)}" for key, value in controls(base).items()),
             *(f"#define {key} {value}" for key, value in (STATUSES | counts).items()),
             tables_of(base, inputs, given),
+            *([array("JUMP", "double", jumping)] if jumping else []),
             program.constants,
-            *(array(key, "double", table.numbers) for key, table in timed.curves.items()),
+            *(
+                array(key, "double", table.numbers)
+                for key, table in (timed.curves | acting.curves).items()
+            ),
             constants,
             starts,
             program.structs,
@@ -374,7 +445,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         {key: one.range for key, one in inputs.items() if one.range is not None},
         tuple(columns),
         bool(driving_inputs(system)),
-        tuple(left_out),
+        (*left_out, *(f"monitor '{one.name}'" for one in system.monitors)),
     )
 
 
@@ -423,6 +494,7 @@ def own_arrays(case: Case, timed: Timed) -> dict[str, np.ndarray]:
     return {
         "sensor_rows": as_dense(sensors.matrix)[:, order],
         "sensor_offset": sensors.offset,
+        **controllers.numbers_of(case.system),
         **{
             f"varied_{k}": np.atleast_1d(cases.leaf_at(case, place))
             for k, place in enumerate(timed.changed)
@@ -435,7 +507,7 @@ def controls(base: PackedCase) -> dict[str, float]:
     method = base.step.method
     return {
         "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "SHARP": scheme.SHARP,
-        "HUGE_NUMBER": HUGE, "FALLING": scheme.FALLING, "LEAST": LEAST,
+        "HUGE_NUMBER": HUGE, "FALLING": scheme.FALLING, "LEAST": LEAST, "TINY": touching.TINY, "SAME": jumps.SAME,
     }  # fmt: skip
 
 
@@ -467,7 +539,8 @@ def header_of(
     """The header, with the name still to be put in."""
     parameters = numbers.parameters_of(given)
     lengths = {
-        "I_": len(inputs), "D_": counts["DRIVEN"], "P_": len(parameters), "O_": counts["SENSORS"], "T_": counts["TURNED"],
+        "I_": len(inputs) + counts["CONTROLLED"], "C_": counts["CONTROLLED"], "D_": counts["DRIVEN"], "P_": len(parameters),
+        "O_": counts["SENSORS"], "T_": counts["TURNED"],
     }  # fmt: skip
     told = {
         "PARAMETER": [

@@ -34,6 +34,7 @@ READ = (
     "constraints",
     "loads",
     "signals",
+    "readings",
     "sensors",
     "x0",
     "v0",

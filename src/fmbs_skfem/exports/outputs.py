@@ -4,6 +4,7 @@ beside them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import sympy
@@ -76,13 +77,18 @@ def chosen(values: list[Any], output: Output) -> list[Any]:
     return values[: len(output.columns)]
 
 
-def write_outputs(system: System) -> tuple[str, list[Column], list[str]]:
-    """Functions of C, all columns, and names of those that are left out."""
+def write_outputs(
+    system: System, more: Sequence[Column] = ()
+) -> tuple[str, list[Column], list[str]]:
+    """Functions of C, all columns with `more` behind those of the system, and names of those that
+    are left out.
+    """
     columns, left_out = [], []
     for name, output in system.outputs.items():
         found = columns_of(system, name, output)
         columns += found
         left_out += [one for one in output.columns if one not in {each.name for each in found}]
+    columns += more
     turning = [(k, one) for k, one in enumerate(columns) if one.turns]
     lines, counts = [], []
     for k, one in enumerate(columns):

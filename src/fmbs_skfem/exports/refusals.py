@@ -10,17 +10,18 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from ..core.compiling import structs
-from ..core.values.inputs import Input
 from ..core.values.problems import Problem
 from ..dynamics import GeneralizedAlpha
 from ..systems.assembly import origins_of
 from ..systems.forces import on_rows
 from ..systems.places import Origin
-from ..systems.signals import inputs_of
-from ..systems.system import System, driving
-from . import signals
+from ..systems.system import System
+from . import controllers, signals
 
 LEAVE_OUT = "leave it out of the scene"
+STOPS = "C has no events: leave it out, and let the program stop where its outputs cross"
+#: of events that lock or release joints, and of joints that they lock
+LOCKS = "C neither locks nor releases joints: export what moves before it, without event and locked joint, or run it in Python"
 
 
 class Refusal(NamedTuple):
@@ -37,44 +38,33 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
     Models are `ranged` that have whole ranges of parameters. Reductions keep all of it. What
     depends on the basis, as rows that follow from others, shows when the model is written.
     """
-    if scheme.local_error > 0.0:
-        remedy = "train the model with steps of one length, `accuracy` left out"
-        yield Refusal(
-            "analysis",
-            Problem("equal steps", f"steps in parts (local error {scheme.local_error:g})", remedy),
-        )
     if ranged and scheme.start == "equilibrium":
         remedy = "fix the parameters with --set, or start in the reference"
         yield Refusal(
             "analysis", Problem("a start that no parameter changes", "`start: equilibrium`", remedy)
         )
-    # inputs of a kind of their own are given by what runs beside the steps
-    controlled = [one.name for one in inputs_of(system).values() if type(one) is not Input]
-    parts = {
-        "event": [one.name for one in system.triggers],
-        "monitor": [one.name for one in system.monitors],
-        "controller": controlled,
-    }
-    for kind, names in parts.items():
-        yield from (
-            Refusal(f"{kind} '{name}'", Problem(f"a model without {kind}s", f"'{name}'", LEAVE_OUT))
-            for name in names
-        )
-    for joint in dict.fromkeys(one.joint for one in system.locks):
+    for one in controllers.controlled_of(system):
+        if (problem := controllers.refuse(system, one)) is not None:
+            yield Refusal(f"controller '{one.name}'", problem)
+    for event in system.triggers:
+        remedy = LOCKS if event.lock or event.release else STOPS
         yield Refusal(
-            f"joint '{joint}'",
-            Problem("a model without joints that are locked", f"'{joint}'", LEAVE_OUT),
+            f"event '{event.name}'", Problem("a model without events", f"'{event.name}'", remedy)
+        )
+    for joint in dict.fromkeys(one.joint for one in system.locks if not one.parks):
+        expected = "joints that hold from the start on"
+        yield Refusal(
+            f"joint '{joint}'", Problem(expected, f"'{joint}', which an event locks", LOCKS)
         )
     known = origins_of(system) or [Origin("load", system.loads.forces, range(0))]
     for origin in known:
         wrong = map(refuse, origin.forces)
         yield from (Refusal(origin.subject, problem) for problem in wrong if problem is not None)
     maker = {k: origin.subject for origin in known for k in origin.signals}
-    driven = {k for _, k in driving(system.constraints)}
     # once where a joint makes several of one, as the cosine and the sine of an angle
     of_time: dict[str, Problem] = {}
     for k, signal in enumerate(system.signals):
-        if (problem := signals.refuse(signal, k in driven)) is not None:
+        if (problem := signals.refuse(signal)) is not None:
             of_time.setdefault(maker.get(k, f"function of time {k}"), problem)
     yield from (Refusal(subject, problem) for subject, problem in of_time.items())
 

@@ -1,13 +1,15 @@
 """Functions of time in C: their values, and where joints read them their first three derivatives.
 
 An input that drives a joint is a cubic through the values at the ends of the last four spans, as in
-`core.values.inputs`.
+`core.values.inputs`. Derivatives of what reads inputs, and of what bends or jumps, such as straight
+lines through points, are those of the cubic through four values of a step, as in
+`dynamics.histories`; those of other texts are exact, and have no round-off of a late time.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial, singledispatch
 from typing import Any, NamedTuple
 
@@ -22,13 +24,15 @@ from ..core.values.tables import Table
 from ..reduction.cases import Place
 from ..systems.forces import force_symbols as written
 from ..systems.forces import responses
-from ..systems.signals import Cosine, Sine, driving_inputs
+from ..systems.signals import Cosine, Sine, driving_inputs, read_inputs
 from ..systems.system import System, driving
 from .numbers import Numbers
-from .text import statements
+from .text import block, replaced, statements, template
 
 ORDERS = 3  #: derivatives that velocities on driven joints need
 T = sympy.Symbol("t", real=True)
+#: what bends or jumps
+BENT = written.lookup, symbols.less, symbols.not_more, symbols.sign_of, symbols.floor_of
 # a spline and its derivatives, of which forces read the first one alone: functions of `maths.c`
 spline = symbols.function(
     "lookup",
@@ -79,21 +83,12 @@ def in_symbols(signal: Any, leaf: Place, known: KnownSymbols) -> Any:
     raise Problem("expressions of t and of inputs", type(signal).__name__)
 
 
-def refuse(signal: Any, drives: bool) -> Problem | None:
-    """What speaks against a function of time in C, where joints read it (`drives`) against one
-    without derivatives.
-    """
+def refuse(signal: Any) -> Problem | None:
+    """What speaks against a function of time in C."""
     try:
-        value = sympy.sympify(in_symbols(signal, (), KnownSymbols({}, {})))
+        in_symbols(signal, (), KnownSymbols({}, {}))
     except Problem as problem:
         return problem
-    if drives and value.atoms(written.lookup):
-        remedy = "write `smooth: true`, which makes it a spline"
-        return Problem(
-            "smooth functions of t where they drive a joint",
-            "a table whose second derivative jumps",
-            remedy,
-        )
     return None
 
 
@@ -138,6 +133,7 @@ class Timed(NamedTuple):
     """All functions of time in C: statements that fill a row of values."""
 
     lines: tuple[str, ...]
+    rough: tuple[str, ...]  #: functions of those whose derivatives are differences
     curves: dict[str, Table]  #: that they read, by the names of their numbers
     changed: tuple[Place, ...]  #: numbers that parameters change, in the case
 
@@ -153,9 +149,11 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         input_symbol(name): sympy.Function(str(input_symbol(name)))(T)
         for name in sorted(driving_inputs(system))
     }
-    values, targets = [], []
+    values, targets, rough = [], [], dict[int, Any]()
     for k, signal in enumerate(system.signals):
         value = sympy.sympify(in_symbols(signal, ("system", "signals", k), known)).xreplace(smooth)
+        if k in driven and (value.atoms(*BENT) or read_inputs(signal)):
+            rough[k] = value.xreplace(derivatives_of(smooth.values()))
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))
             targets.append(f"row[{order * count + k}] = {{}};")
@@ -168,15 +166,33 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
             symbol: f"m->smooth[{order}][{inputs[name]}]"
             for order, symbol in enumerate(symbols_of.values())
         }
+    # what no text reads is followed by other numbers, or by none, which is refused
+    read = set().union(*(one.free_symbols for one in (*values, *rough.values())))
+    found = {symbol: place for symbol, place in found.items() if symbol in read}
     places |= {symbol: f"@own_varied_{k}@[0]" for k, symbol in enumerate(found)}
     curves = {
         f"CURVE_{k}": (symbol, table) for k, (symbol, table) in enumerate(known.curves.items())
     }
     places |= {symbol: name for name, (symbol, _) in curves.items()}
+    lines, texts = written_lines(values, places)
+    calls = [*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True))]
+    functions = []
+    for k, value in rough.items():
+        inside, (text,) = written_lines([value], places)
+        functions.append(
+            replaced(template("rough.c"), {"NUMBER": k, "    LINES": block(inside), "VALUE": text})
+        )
+        rows = ", ".join(f"row + {order * count + k}" for order in range(1, ORDERS + 1))
+        calls.append("if (h > 0.0)")
+        calls.append(f"    follow_{k}(m, t, h, {rows});")
+    tables = {name: table for name, (_, table) in curves.items()}
+    return Timed(tuple(calls), tuple(functions), tables, tuple(found.values()))
+
+
+def written_lines(values: Sequence[Any], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:
+    """Lines and texts of `statements`, with curves as pointers to their numbers."""
     lines, texts = statements(values, places)
-    lines = [line.replace("const double T", "const double *const T") for line in lines]
-    calls = (*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True)))
-    return Timed(calls, {name: table for name, (_, table) in curves.items()}, tuple(changed))
+    return [line.replace("const double T", "const double *const T") for line in lines], texts
 
 
 def derivatives_of(paths: Iterable[Any]) -> dict[Any, Any]:

@@ -23,6 +23,7 @@ MODULES = (
     "contact/passing.py",
     "contact/shapes.py",
     "contact/slip.py",
+    "control/laws.py",
     "core/algebra/direct.py",
     "core/algebra/small.py",
     "core/algebra/supernodes.py",

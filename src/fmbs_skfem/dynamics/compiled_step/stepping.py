@@ -821,7 +821,8 @@ def iterate_fixed(table: Any, many: int) -> int:
     left[0], left[1] = norm, many
     if not np.isfinite(norm) or not np.isfinite(way):
         return NOT_FINITE
-    least = S.method.tolerance
+    # below the round-off of positions nothing shrinks
+    least = max(S.method.tolerance, S.method.floor)
     if norm > least and (norm > UNCERTAIN * np.sqrt(way) or (many > 1 and norm > SHRINKS * last)):
         left[1] = count_corrections(many, norm, norm / last, least) if many > 1 else 0.0
         return TOO_FEW

@@ -38,17 +38,20 @@ typedef enum {
     NAME_PARAMETER_OUTSIDE,
     NAME_NO_DERIVATIVE,
     NAME_TOO_FEW_CORRECTIONS,
-    NAME_INPUT_OUTSIDE
+    NAME_INPUT_OUTSIDE,
+    NAME_CONTROLLER_NOT_FINITE
 } NAME_status;
 
 typedef struct {
     double parameters[P_]; /* given by the caller before the start */
-    double inputs[I_];     /* and before a step */
+    double inputs[I_];     /* and before a step; behind those of the caller stands what controllers give */
     int outside[I_];       /* whether an input was beyond the range of the training, of which the first step says so */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
     double time;           /* [s] */
     double since;          /* the time is this plus `whole` steps of the model: sums of steps drift by their round-off [s] */
     long long whole;
+    long long samples[C_]; /* of controllers so far */
+    int jump; /* number of the next instant at which loads jump */
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */
@@ -63,7 +66,11 @@ FIELDS
 void NAME_init(NAME_memory *m);
 /* The start of the motion at these parameters, t = 0. */
 NAME_status NAME_start(NAME_memory *m);
-/* Go on by a span of time [s], in steps of the model, or shorter ones where the span is no multiple of these. */
+/* Go on by a span of time [s], in steps of the model, or shorter ones where the span is no multiple of these.
+ *
+ * With `fixed` corrections the work is bounded: a step makes one factorisation, evaluates forces and solves `fixed` times, and solves
+ * twice more for velocities of joints that move. Where a controller gives another value, and where loads jump, forces are evaluated,
+ * factorised and solved once more; each jump of loads inside of a step makes two steps of it. */
 NAME_status NAME_step(NAME_memory *m, double span);
 /* All outputs of the present state, NAME_OUTPUTS of them. */
 void NAME_outputs(NAME_memory *m, double out[]);

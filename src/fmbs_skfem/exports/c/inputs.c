@@ -14,11 +14,13 @@ static void follow_inputs(NAME_memory *m, double t)
     }
 }
 
-/* All functions of time at t; where joints read them with their derivatives. */
-static void read_signals(NAME_memory *m, double t, double *row)
+ROUGH
+/* All functions of time at t; where joints read them with their derivatives, at the end of a step of a length h [s], or at the start (0). */
+static void read_signals(NAME_memory *m, double t, double h, double *row)
 {
     (void)m;
     (void)t;
+    (void)h;
     (void)row;
 READ
 }
@@ -56,7 +58,7 @@ static long long fill_signals(NAME_memory *m, long long count)
     EACH (k, many) {
         const double t = count > 0 ? begin + span * (k + 1) / (double)count : begin;
         follow_inputs(m, t);
-        read_signals(m, t, @job_signals@ + k * WIDTH);
+        read_signals(m, t, span / many, @job_signals@ + k * WIDTH);
     }
     @levels_found@[0] = many;
     return 0;

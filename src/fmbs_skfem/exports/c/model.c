@@ -39,21 +39,125 @@ static void take_inputs(NAME_memory *m, double span)
     m->given_span = span;
 }
 
+/* What was known of a motion that goes on otherwise: earlier accelerations, and factors. */
+static void forget(NAME_memory *m)
+{
+    @state_known@[0] = 1;
+    @state_order@[0] = 0;
+    @state_change@[0] = HUGE_NUMBER;
+    @work_kind@[0] = 0;
+}
+
+static void change_step(NAME_memory *m, double h)
+{
+    const double before = m->method_c[0];
+    set_step(m, h);
+    EACH (k, EQUATIONS) /* multipliers are c times those in newtons */
+        @state_multipliers@[k] = @state_past@[k] *= m->method_c[0] / before;
+    forget(m);
+}
+
+#if CONTROLLED > 0 || JUMPS > 0
+/* Accelerations and reactions of the present state jump onto what is given at a time t [s]. */
+static void jump(NAME_memory *m, double t)
+{
+    follow_inputs(m, t);
+    read_signals(m, t, m->method_h[0], @job_signals@);
+    if (CALL_JUMP(m, 0) != DONE)
+        @work_kind@[0] = 0;
+}
+#endif
+
+/* A step of the method to the time t [s] by `fixed` corrections. */
+static long long take_fixed(NAME_memory *m, double t)
+{
+    follow_inputs(m, t);
+    read_signals(m, t, m->method_h[0], @job_signals@);
+    const long long found = CALL_TAKE_FIXED(m, 0, m->fixed);
+    m->left = @job_left@[0];
+    if (found == TOO_FEW)
+        m->enough = (int)@job_left@[1];
+    return found;
+}
+
+/* What is taken next begins at the present state, and is no step with a number. */
+static void place(NAME_memory *m)
+{
+    @levels_spans@[0] = m->time;
+    @levels_found@[4] = -1;
+    @job_done@[0] = 0;
+}
+
+#if JUMPS > 0
+/* Go on to a time t [s] up to which no load jumps: by the method, or by a series over less than a hundredth of a step. */
+static long long take_piece(NAME_memory *m, double t)
+{
+    const double h = m->method_h[0], span = t - m->time;
+    long long found = DONE;
+    if (span >= TINY * h && m->fixed > 0) {
+        change_step(m, span);
+        found = take_fixed(m, t);
+        change_step(m, h);
+    } else if (span > 0.0) {
+        place(m);
+        @levels_spans@[1] = span;
+        found = span >= TINY * h ? CALL_TAKE_SPAN(m, 0) : CALL_TAKE_SERIES(m, 0);
+#if LOCATING
+        if (found == TOUCHES)
+            found = CALL_TOUCH(m, 0);
+#endif
+        @levels_spans@[1] = h;
+        set_parts(m, 0);
+        forget(m);
+    }
+    if (found == DONE)
+        m->time = t;
+    return found;
+}
+
+/* The next load that jumps does so up to a time t [s]. */
+static int jumps_before(const NAME_memory *m, double t)
+{
+    return m->jump < JUMPS && JUMP[2 * m->jump + 1] <= t + SAME * m->method_h[0];
+}
+
+/* A step to the time t [s] from jump to jump: the first of the two times of each is just before it, the second one just behind. */
+static long long take_between_jumps(NAME_memory *m, double t)
+{
+    const long long steps = @job_counters@[0];
+    long long found = DONE;
+    while (found == DONE && jumps_before(m, t)) {
+        const double *at = JUMP + 2 * m->jump;
+        found = take_piece(m, at[0]);
+        if (found == DONE) {
+            jump(m, at[1]);
+            forget(m);
+            m->time = at[1];
+            m->jump++;
+        }
+    }
+    if (found == DONE)
+        found = take_piece(m, t);
+    @job_counters@[0] = steps + (found == DONE);
+    return found;
+}
+#endif
+
 /* One step of the method to the time t [s], in parts where it fails, or from touch to touch; with `fixed` corrections it is whole. */
 static int take_step(NAME_memory *m, double t)
 {
     long long found;
-    follow_inputs(m, t);
-    read_signals(m, t, @job_signals@);
-    if (m->fixed > 0) {
-        found = CALL_TAKE_FIXED(m, 0, m->fixed);
-        m->left = @job_left@[0];
-        if (found == TOO_FEW)
-            m->enough = (int)@job_left@[1];
-    } else {
-        @levels_spans@[0] = m->time;
-        @levels_found@[4] = -1; /* the begin of the step is that of the span */
-        @job_done@[0] = 0;
+#if JUMPS > 0
+    if (jumps_before(m, t))
+        found = take_between_jumps(m, t);
+    else
+#endif
+    if (m->fixed > 0)
+        found = take_fixed(m, t);
+    else {
+        follow_inputs(m, t);
+        read_signals(m, t, m->method_h[0], @job_signals@);
+        place(m);
         found = CALL_TAKE(m, 0);
     }
     count_costs(m);
@@ -64,18 +168,6 @@ static int take_step(NAME_memory *m, double t)
     return (int)found;
 }
 
-static void change_step(NAME_memory *m, double h)
-{
-    const double before = m->method_c[0];
-    set_step(m, h);
-    EACH (k, EQUATIONS) /* multipliers are c times those in newtons */
-        @state_multipliers@[k] = @state_past@[k] *= m->method_c[0] / before;
-    @state_known@[0] = 1;
-    @state_order@[0] = 0;
-    @state_change@[0] = HUGE_NUMBER;
-    @work_kind@[0] = 0;
-}
-
 /* So many equal parts of a span; where they are whole steps of the model these are counted. */
 static NAME_status take_parts(NAME_memory *m, double span, double parts, int whole)
 {
@@ -84,6 +176,12 @@ static NAME_status take_parts(NAME_memory *m, double span, double parts, int who
         const double end = whole ? m->since + (double)(m->whole + 1) * NAME_STEP : begin + span * (k / parts);
         const int found = take_step(m, end);
         m->whole += found == DONE && whole;
+#if JUMPS > 0
+        if (found != DONE) { /* it may have come to a jump */
+            m->since = m->time;
+            m->whole = 0;
+        }
+#endif
         if (found == NOT_FINITE)
             return NAME_NOT_FINITE;
         if (found == SINGULAR)
@@ -105,10 +203,71 @@ static void begin_steps(NAME_memory *m)
         @state_multipliers@[k] = @state_past@[k];
 }
 
+/* Go on by a span: whole steps of the model where they fit, else as many equal ones as are not longer. */
+static NAME_status go_on(NAME_memory *m, double span, int changed)
+{
+    const double round_off = 1e-9 * span + 1e-15 * m->time;
+    double parts = math_floor(span / NAME_STEP + 0.5);
+    if (parts < 1.0 || size_of(span - parts * NAME_STEP) > round_off)
+        parts = -math_floor(-span / NAME_STEP);
+    const int whole = size_of(span - parts * NAME_STEP) <= round_off;
+    const double h = whole ? NAME_STEP : span / parts;
+    if (@state_known@[0] == 1) /* at no other instant they differ */
+        begin_steps(m);
+    if (size_of(h - m->method_h[0]) > 1e-12 * m->method_h[0])
+        change_step(m, h);
+#if CONTROLLED > 0
+    if (changed) {
+        @work_kind@[0] = @work_kind@[1] = 0; /* factors of another state, and turned tangents, miss a part of it */
+#if JUMPS > 0 /* behind loads that jump at this instant */
+        jump(m, m->jump > 0 ? most(m->time, JUMP[2 * m->jump - 1]) : m->time);
+#else
+        jump(m, m->time);
+#endif
+    }
+#else
+    (void)changed;
+#endif
+    if (!whole) {
+        m->since = m->time;
+        m->whole = 0;
+    }
+    const NAME_status found = take_parts(m, span, parts, whole);
+    if (!whole)
+        m->since = m->time;
+    return found;
+}
+
+#if CONTROLLED > 0
+/* The same from sample to sample of controllers. */
+static NAME_status go_by_samples(NAME_memory *m, double span)
+{
+    const double end = m->time + span, least_part = 1e-9 * NAME_STEP + 1e-15 * end;
+    while (end - m->time > least_part) {
+        int changed = 0;
+        NAME_status found = act(m, &changed);
+        if (found != NAME_OK)
+            return found;
+        double next = end;
+        EACH (k, CONTROLLED)
+            next = least(next, next_sample(m, k));
+        if (end - next <= least_part)
+            next = end;
+#if STEERING /* through values at the ends of steps */
+        next = least(next, m->time + NAME_STEP);
+        take_inputs(m, next - m->time);
+#endif
+        found = go_on(m, next - m->time, changed);
+        if (found != NAME_OK)
+            return found;
+    }
+    return NAME_OK;
+}
+#endif
+
 NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
-    double parts = math_floor(span / NAME_STEP + 0.5);
     int told = 0;
     EACH (k, INPUTS)
         if (!is_finite(m->inputs[k]))
@@ -122,30 +281,19 @@ NAME_status NAME_step(NAME_memory *m, double span)
     }
     if (told)
         return NAME_INPUT_OUTSIDE;
-    /* whole steps of the model where they fit, else as many equal ones as are not longer */
-    if (parts < 1.0 || size_of(span - parts * NAME_STEP) > 1e-9 * span)
-        parts = -math_floor(-span / NAME_STEP);
-    const int whole = size_of(span - parts * NAME_STEP) <= 1e-9 * span;
-    const double h = whole ? NAME_STEP : span / parts;
-    if (@state_known@[0] == 1) /* at no other instant they differ */
-        begin_steps(m);
-    if (size_of(h - m->method_h[0]) > 1e-12 * m->method_h[0])
-        change_step(m, h);
     /* inputs that a step has not been taken with are as if they had not been given: the caller may try it again */
     const double given_end = m->given_end, given_span = m->given_span;
     double given[4][ROOM(DRIVEN)];
     EACH (row, 4)
         EACH (i, DRIVEN)
             given[row][i] = m->given[row][i];
-    if (DRIVEN > 0)
+    if (DRIVEN > 0 && !STEERING)
         take_inputs(m, span);
-    if (!whole) {
-        m->since = m->time;
-        m->whole = 0;
-    }
-    const NAME_status found = take_parts(m, span, parts, whole);
-    if (!whole)
-        m->since = m->time;
+#if CONTROLLED > 0
+    const NAME_status found = go_by_samples(m, span);
+#else
+    const NAME_status found = go_on(m, span, 0);
+#endif
     if (found != NAME_OK && m->time <= begin) {
         m->given_end = given_end;
         m->given_span = given_span;
@@ -192,16 +340,23 @@ NAME_status NAME_start(NAME_memory *m)
     m->whole = 0;
     EACH (k, INPUTS)
         m->outside[k] = 0;
+#if CONTROLLED > 0
+    EACH (k, CONTROLLED) {
+        m->inputs[INPUTS + k] = @own_given@[k];
+        m->samples[k] = 0;
+    }
+#endif
     m->given_span = NAME_STEP;
     EACH (row, 4)
         EACH (i, DRIVEN)
             m->given[row][i] = m->inputs[i];
+    m->jump = 0;
     m->left = 0.0;
     m->enough = 0;
     EACH (k, TURNED)
         m->turned[k] = 0.0;
     follow_inputs(m, 0.0);
-    read_signals(m, 0.0, @job_signals@);
+    read_signals(m, 0.0, 0.0, @job_signals@);
     EACH (k, SIGNALS)
         @state_signals@[k] = @job_signals@[k];
 #if TURNING
@@ -209,6 +364,9 @@ NAME_status NAME_start(NAME_memory *m)
 #endif
     if (CALL_START(m, 0) != 0)
         return NAME_SINGULAR;
+    EACH (i, UNKNOWNS)
+        if (!is_finite(@state_v@[i]) || !is_finite(@state_acceleration@[i]))
+            return NAME_NOT_FINITE;
     @work_kind@[0] = 0;
     EACH (k, 4)
         @job_counters@[k] = 0;
@@ -237,7 +395,7 @@ NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
     /* forces are linear in inputs as good as always: their difference is the derivative */
     EACH (side, 3) {
         m->inputs[input] = side == 0 ? value - change : side == 1 ? value + change : value;
-        read_signals(m, m->time, @space_signals@);
+        read_signals(m, m->time, m->method_h[0], @space_signals@);
         CALL_RESIDUAL(m, 0);
         EACH (i, UNKNOWNS + EQUATIONS)
             change_of[i] = side == 0 ? @space_f@[i] : side == 1 ? (@space_f@[i] - change_of[i]) / (2.0 * change) : change_of[i];
@@ -277,12 +435,13 @@ const char *NAME_message(NAME_status status)
         "an input is not finite",
         "the span of a step is not positive",
         "the iteration of a step did not converge: the state is that of the last good one",
-        "a step found no finite numbers: the state is that of the last good one",
+        "a step, or the start, found no finite numbers: the state is that of the last good one",
         "the matrix of a step is singular: the state is that of the last good one",
         "there is no such input",
         "a parameter is outside of the range that the model was trained for",
         "an input that drives a joint has no derivatives",
         "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`",
-        "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step"};
+        "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step",
+        "a controller gives no finite number: the state is that of the last good step, look at what it reads"};
     return texts[status];
 }
