@@ -5,8 +5,9 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,7 @@ from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.cli.calls import fmbs
 from tests.exports.c_library import COMPILER, STRICT, CRun
+from tests.exports.held import held
 from tests.reduction.conftest import full_of, hyper_reduced, projected, reduced
 from verification.plates import rectangle
 
@@ -386,6 +388,93 @@ def test_inputs_act_and_are_held(plant: System, tmp_path: Path) -> None:
     assert compare(case_of(plant, tolerance=1e-15), tmp_path, told={"torque": 0.03}) < 1e-10
 
 
+CART = """
+schema: 1
+dimension: 2
+inputs: {u: {unit: N}}
+bodies: {cart: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+loads:
+  push: {type: control_force, at: cart, direction: [1, 0], force: u}
+  spring: {type: spring_damper, at: cart, to: [-1 m, 0], stiffness: 50 N/m}
+outputs: {place: {type: position, at: cart, component: x}, speed: {type: velocity, at: cart, component: x}}
+analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+"""
+RATE = 5.0  #: of its free vibration [1/s]
+
+
+def pushed(t: float) -> float:
+    """A force that jumps at the ends of steps [N]."""
+    return 4.0 if t < 0.3 - 1e-9 else -3.0 if t < 0.7 - 1e-9 else 1.5
+
+
+def driven_cart(folder: Path, step: float, tell: Callable[[CRun, float], None]) -> np.ndarray:
+    """Place and speed of the cart after 1 s, whose inputs are told before every step."""
+    case = Case(build.system(scenes.loads(CART)), GeneralizedAlpha(step), 1.0, Newton(1e-15))
+    run = CRun(c_files.write(case, f"cart_{round(1 / step)}", "a cart"), folder)
+    assert run.call("start") == 0
+    for k in range(round(1.0 / step)):
+        tell(run, k * step)
+        assert run.step(step) == 0
+    return run.outputs
+
+
+def test_a_held_input_acts_from_the_begin_of_its_step(tmp_path: Path) -> None:
+    """Of second order against the exact motion under it, and that of a controller in Python."""
+    x, v = 0.0, 0.0
+    for begin, end in pairwise((0.0, 0.3, 0.7, 1.0)):
+        rest, s, c = (
+            pushed(begin) / 50.0,
+            np.sin(RATE * (end - begin)),
+            np.cos(RATE * (end - begin)),
+        )
+        x, v = rest + (x - rest) * c + v / RATE * s, -RATE * (x - rest) * s + v * c
+    errors = []
+    for step in (0.02, 0.01, 0.005):
+        got = driven_cart(tmp_path, step, lambda run, t: run.set("input", 0, pushed(t)))
+        system = held(build.system(scenes.loads(CART)), step, {"u": pushed})
+        columns = dynamics.outputs(
+            dynamics.integrate(system, GeneralizedAlpha(step), 1.0, Newton(1e-15))
+        )
+        np.testing.assert_allclose(
+            got, [columns["place"][-1], columns["speed"][-1]], rtol=0, atol=1e-12
+        )
+        errors.append(np.abs(got - [x, v]))
+    assert errors[1].max() < 1e-3
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.abs(orders - 2.0).max() < 0.1
+
+
+def test_an_input_with_derivatives_changes_within_its_step(tmp_path: Path) -> None:
+    """Of second order against a force that is a parabola, which one span follows in many steps."""
+
+    def told(run: CRun, t: float) -> None:
+        run.set("input", 0, 3.0 * t * t)
+        run.rate(0, 0, 6.0 * t)
+        run.rate(1, 0, 6.0)
+
+    # x'' + 25 x = 1.5 t^2
+    t = 1.0
+    exact = 0.06 * (t * t - 0.08 * (1.0 - np.cos(RATE * t)))
+    speed = 0.06 * (2.0 * t - 0.08 * RATE * np.sin(RATE * t))
+    errors = [
+        np.abs(driven_cart(tmp_path, step, told) - [exact, speed]).max() for step in (0.02, 0.01)
+    ]
+    assert errors[1] < 1e-4
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
+    # one span of the same steps: the same motion, and the input where it ends
+    case = Case(build.system(scenes.loads(CART)), GeneralizedAlpha(0.01), 1.0, Newton(1e-15))
+    run = CRun(c_files.write(case, "span", "a cart"), tmp_path)
+    assert run.call("start") == 0
+    told(run, 0.0)
+    assert run.step(1.0) == 0
+    assert np.abs(run.outputs - [exact, speed]).max() == pytest.approx(errors[1], rel=1e-6)
+    assert run.input(0) == pytest.approx(3.0, rel=1e-12)
+    assert run.step(0.01) == 0
+    assert run.input(0) == pytest.approx(3.0, rel=1e-12)
+    run.rate(0, 0, np.nan)
+    assert run.message(run.step(0.01)) == b"an input is not finite"
+
+
 def test_two_models_are_two_memories_and_a_copy_is_a_saved_state(
     plant: System, tmp_path: Path
 ) -> None:
@@ -499,13 +588,13 @@ def test_a_fixed_number_of_corrections_goes_the_same_way(small: System, tmp_path
 
 
 def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path) -> None:
-    """A push that three corrections cannot follow is a status, with how many can, and the state
+    """A push that two corrections cannot follow is a status, with how many can, and the state
     stays.
     """
     model = c_files.write(case_of(plant), "bounded", "a plant")
     run = CRun(model, tmp_path)
     run.run(20)
-    run.library.set_fixed(run.memory, 3)
+    run.library.set_fixed(run.memory, 2)
     run.set("input", 0, 5.0)
     time, before = run.time, run.outputs
     status = run.step(model.step)
@@ -513,7 +602,7 @@ def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path)
     assert run.time == time
     np.testing.assert_array_equal(run.outputs, before)
     enough = run.library.enough_of(run.memory)
-    assert 3 < enough < 30
+    assert 2 < enough < 30
     run.library.set_fixed(run.memory, enough)
     assert run.step(model.step) == 0
 

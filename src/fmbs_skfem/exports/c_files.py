@@ -252,9 +252,13 @@ class Kernels(NamedTuple):
 
 
 def print_kernels(
-    base: PackedCase, changing: Mapping[int, str], changed: Sequence[int], turning: bool
+    base: PackedCase,
+    changing: Mapping[int, str],
+    changed: Sequence[int],
+    turning: bool,
+    jumping: bool,
 ) -> Kernels:
-    """The step of a case, its start and its energies.
+    """The step of a case, its start and its energies, and how it jumps where forces do (`jumping`).
 
     `changing` are numbers in records that parameters change, by their addresses, `changed` addresses
     of such arrays; the tangents of bodies that are `turning` are then found at the start.
@@ -286,6 +290,8 @@ def print_kernels(
         }
         if turning:
             asked["TURN"] = starting.turned_tangents, ZERO
+        if jumping:
+            asked["JUMP"] = stepping.jump, ZERO
         calls = {
             name: printer.entry(kernel, [table, more]).name
             for name, (kernel, more) in asked.items()
@@ -332,8 +338,9 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     base = packed(case)
     changes = numbers.changes_of(base, given, packed, title)
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
+    jumping = len(inputs) > len(driving_inputs(system))
     try:
-        kernels = print_kernels(base, *numbers.places_of(base, changes), turning)
+        kernels = print_kernels(base, *numbers.places_of(base, changes), turning, jumping)
     except OutsideError as error:
         raise InputError(say(title, "a model whose kernels have C", str(error))) from error
     reading, columns, left_out = outputs.write_outputs(system)
@@ -342,7 +349,8 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         "UNKNOWNS": system.size, "EQUATIONS": len(system.constraints.names), "SENSORS": len(system.sensors.offset),
         "INPUTS": len(inputs), "PARAMETERS": len(numbers.parameters_of(given)), "DRIVEN": len(inputs) if driving_inputs(system) else 0,
         "TURNED": sum(bool(one.turns) for one in columns), "LENGTHS": len(base.tables), "WIDTH": base.lengths.signals.shape[1],
-        "SIGNALS": len(base.step.state.signals), "TURNING": int(turning), "LOCATING": int(base.step.method.locating),
+        "SIGNALS": len(base.step.state.signals), "TURNING": int(turning), "JUMPING": int(jumping),
+        "LOCATING": int(base.step.method.locating),
     }  # fmt: skip
     before = placed(
         replaced(template("inputs.c"), {"READ": "\n".join(f"    {line}" for line in timed.lines)})
@@ -483,6 +491,7 @@ def header_of(
     parameters = numbers.parameters_of(given)
     lengths = {
         "I_": len(inputs), "D_": counts["DRIVEN"], "P_": len(parameters), "O_": counts["SENSORS"], "T_": counts["TURNED"],
+        "B_": 3 * counts["UNKNOWNS"] + counts["EQUATIONS"],
     }  # fmt: skip
     told = {
         "PARAMETER": [

@@ -1,6 +1,7 @@
 /* ---------------------------------------------------------------------------------------------------------------------------------
  * What NAME.h declares, around the kernels of a time step.
  * ------------------------------------------------------------------------------------------------------------------------------ */
+#define CHANGE 1e-6 /* of an input, for differences */
 
 /* Steps of a length [s] are what is taken next. */
 static void set_step(NAME_memory *m, double h)
@@ -24,7 +25,7 @@ static void take_inputs(NAME_memory *m, double span)
 {
     const double end = m->given_end, before = m->given_span;
     double earlier[2][ROOM(DRIVEN)];
-    EACH (k, 2) {
+    EACH (k, DRIVEN > 0 ? 2 : 0) {
         follow_inputs(m, most(end - 3.0 * before, end - (k + 1) * span));
         EACH (i, DRIVEN)
             earlier[k][i] = m->smooth[0][i];
@@ -33,10 +34,22 @@ static void take_inputs(NAME_memory *m, double span)
         m->given[3][i] = earlier[1][i];
         m->given[2][i] = earlier[0][i];
         m->given[1][i] = m->given[0][i];
-        m->given[0][i] = m->inputs[i];
+        m->given[0][i] = input_after(m, i, span);
     }
     m->given_end = m->time + span;
     m->given_span = span;
+}
+
+/* x, v, q'' and multipliers. */
+static void copy_state(const NAME_memory *m, double *state)
+{
+    EACH (i, UNKNOWNS) {
+        state[i] = @state_x@[i];
+        state[UNKNOWNS + i] = @state_v@[i];
+        state[2 * UNKNOWNS + i] = @state_acceleration@[i];
+    }
+    EACH (k, EQUATIONS)
+        state[3 * UNKNOWNS + k] = @state_multipliers@[k];
 }
 
 /* One step of the method to the time t [s], in parts where it fails, or from touch to touch; with `fixed` corrections it is whole. */
@@ -45,6 +58,7 @@ static int take_step(NAME_memory *m, double t)
     long long found;
     follow_inputs(m, t);
     read_signals(m, t, @job_signals@);
+    copy_state(m, m->begun);
     if (m->fixed > 0) {
         found = CALL_TAKE_FIXED(m, 0, m->fixed);
         m->left = @job_left@[0];
@@ -105,18 +119,55 @@ static void begin_steps(NAME_memory *m)
         @state_multipliers@[k] = @state_past@[k];
 }
 
+/* What inputs change before a step is taken with them is kept, or put back: where it fails they are as if they had not been given. */
+static void copy_begin(NAME_memory *m, double *room, int back)
+{
+    double *const rows[] = {&m->given_end, &m->given_span, m->acting, &m->given[0][0], @state_acceleration@, @state_a@,
+        @state_history@, @state_multipliers@, @state_past@};
+    const int sizes[] = {1, 1, INPUTS, 4 * DRIVEN, UNKNOWNS, UNKNOWNS, 3 * UNKNOWNS, EQUATIONS, 3 * EQUATIONS};
+    EACH (row, 9)
+        EACH (i, sizes[row]) {
+            if (back)
+                rows[row][i] = *room;
+            else
+                *room = rows[row][i];
+            room++;
+        }
+}
+
+/* Inputs of a span that is taken next; the state jumps where forces do at its begin. */
+static void begin_span(NAME_memory *m, double span)
+{
+    double before[ROOM(INPUTS)];
+    int jumps = 0;
+    EACH (k, INPUTS)
+        before[k] = m->acting[k];
+    take_inputs(m, span);
+    follow_inputs(m, m->time);
+    EACH (k, INPUTS) /* what masters interpolate is there but for round-off */
+        jumps |= !DRIVES[k] && size_of(m->acting[k] - before[k]) > 1e-12 * most(size_of(m->acting[k]), size_of(before[k]));
+    if (jumps) {
+        read_signals(m, m->time, @job_signals@);
+#if JUMPING
+        if (CALL_JUMP(m, 0) != DONE) /* the step finds its own way */
+            @work_kind@[0] = 0;
+#endif
+    }
+}
+
 NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
-    double parts = math_floor(span / NAME_STEP + 0.5);
+    double parts = math_floor(span / NAME_STEP + 0.5), kept[2 + 4 * ROOM(DRIVEN) + ROOM(INPUTS) + 5 * ROOM(UNKNOWNS) + 4 * ROOM(EQUATIONS)];
     int told = 0;
-    EACH (k, INPUTS)
-        if (!is_finite(m->inputs[k]))
-            return NAME_INPUT_NOT_FINITE;
     if (!(span > 0.0) || !is_finite(span))
         return NAME_SPAN_NOT_POSITIVE;
+    EACH (k, INPUTS)
+        if (!is_finite(m->inputs[k]) || !is_finite(input_after(m, k, span)))
+            return NAME_INPUT_NOT_FINITE;
     EACH (k, INPUTS) {
-        const int beyond = m->inputs[k] < INPUT_LEAST[k] || m->inputs[k] > INPUT_MOST[k];
+        const double low = least(m->inputs[k], input_after(m, k, span)), high = most(m->inputs[k], input_after(m, k, span));
+        const int beyond = low < INPUT_LEAST[k] || high > INPUT_MOST[k];
         told |= beyond && !m->outside[k];
         m->outside[k] |= beyond;
     }
@@ -131,14 +182,8 @@ NAME_status NAME_step(NAME_memory *m, double span)
         begin_steps(m);
     if (size_of(h - m->method_h[0]) > 1e-12 * m->method_h[0])
         change_step(m, h);
-    /* inputs that a step has not been taken with are as if they had not been given: the caller may try it again */
-    const double given_end = m->given_end, given_span = m->given_span;
-    double given[4][ROOM(DRIVEN)];
-    EACH (row, 4)
-        EACH (i, DRIVEN)
-            given[row][i] = m->given[row][i];
-    if (DRIVEN > 0)
-        take_inputs(m, span);
+    copy_begin(m, kept, 0);
+    begin_span(m, span);
     if (!whole) {
         m->since = m->time;
         m->whole = 0;
@@ -147,11 +192,13 @@ NAME_status NAME_step(NAME_memory *m, double span)
     if (!whole)
         m->since = m->time;
     if (found != NAME_OK && m->time <= begin) {
-        m->given_end = given_end;
-        m->given_span = given_span;
-        EACH (row, 4)
-            EACH (i, DRIVEN)
-                m->given[row][i] = given[row][i];
+        copy_begin(m, kept, 1);
+        return found;
+    }
+    follow_inputs(m, m->time); /* those of the last good step */
+    EACH (k, INPUTS) {
+        m->inputs[k] = DRIVES[k] ? m->given[0][k] : m->acting[k];
+        m->rates[0][k] = m->rates[1][k] = m->rates[2][k] = 0.0;
     }
     return found;
 }
@@ -170,8 +217,10 @@ double NAME_strain_energy(NAME_memory *m)
 
 void NAME_init(NAME_memory *m)
 {
-    EACH (k, INPUTS)
+    EACH (k, INPUTS) {
         m->inputs[k] = INPUT_START[k];
+        m->rates[0][k] = m->rates[1][k] = m->rates[2][k] = 0.0;
+    }
     EACH (k, PARAMETERS)
         m->parameters[k] = PARAMETER[k][2];
     m->fixed = 0;
@@ -201,6 +250,8 @@ NAME_status NAME_start(NAME_memory *m)
     EACH (k, TURNED)
         m->turned[k] = 0.0;
     follow_inputs(m, 0.0);
+    EACH (k, INPUTS)
+        m->acting[k] = m->inputs[k];
     read_signals(m, 0.0, @job_signals@);
     EACH (k, SIGNALS)
         @state_signals@[k] = @job_signals@[k];
@@ -217,57 +268,83 @@ NAME_status NAME_start(NAME_memory *m)
     return NAME_OK;
 }
 
-/* Derivatives of all outputs by one input, at the end of a step in which it changes: the step's own tangent. */
+/* The trial state beside a state (x, v, q'', multipliers), along a change of q'' that was there over the whole step and of multipliers, and
+ * forces there. */
+static void find_beside(NAME_memory *m, double t, const double *state, double by, const double *along)
+{
+    const double h = m->method_h[0];
+    EACH (i, UNKNOWNS) {
+        @space_x@[i] = state[i] + 0.5 * h * h * by * along[i];
+        @space_v@[i] = state[UNKNOWNS + i] + h * by * along[i];
+        @space_acceleration@[i] = state[2 * UNKNOWNS + i] + by * along[i];
+    }
+    EACH (k, EQUATIONS)
+        @space_multipliers@[k] = state[3 * UNKNOWNS + k] + by * along[UNKNOWNS + k];
+    @space_c@[0] = m->method_c[0];
+    read_signals(m, t, @space_signals@);
+    CALL_RESIDUAL(m, 0);
+}
+
+/* Corrections of the state, and of multipliers, for what an input and such a change of the state leave of forces, per unit. */
+static int correct_beside(NAME_memory *m, int input, double t, const double *state, const double *along, double *found)
+{
+    /* forces are linear in inputs as good as always: their difference is the derivative */
+    const double value = m->acting[input], change = CHANGE * most(1.0, size_of(value));
+    find_beside(m, t, state, 0.0, along);
+    if (CALL_FACTORISE(m, 0) != 0)
+        return 0;
+    EACH (side, 2) {
+        m->acting[input] = side == 0 ? value - change : value + change;
+        find_beside(m, t, state, side == 0 ? -change : change, along);
+        EACH (i, UNKNOWNS + EQUATIONS)
+            @space_f@[i] = found[i] = side == 0 ? @space_f@[i] : (@space_f@[i] - found[i]) / (2.0 * change);
+    }
+    m->acting[input] = value;
+    CALL_SOLVE(m, 0);
+    EACH (i, UNKNOWNS + EQUATIONS)
+        found[i] = @space_f@[i];
+    return 1;
+}
+
+/* Derivatives of all outputs by one input, at the end of a step at whose begin it changes and q'' jumps: the tangents of both its ends. */
 NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
 {
-    double before[ROOM(NAME_OUTPUTS)], x[ROOM(UNKNOWNS)], v[ROOM(UNKNOWNS)], change_of[ROOM(UNKNOWNS + EQUATIONS)];
+    double before[ROOM(NAME_OUTPUTS)], state[ROOM(3 * UNKNOWNS + EQUATIONS)];
+    double along[ROOM(UNKNOWNS + EQUATIONS)] = {0}, found[ROOM(UNKNOWNS + EQUATIONS)];
     if (input < 0 || input >= INPUTS)
         return NAME_NO_SUCH_INPUT;
     if (DRIVES[input])
         return NAME_NO_DERIVATIVE;
-    const double value = m->inputs[input], change = 1e-6 * most(1.0, size_of(value));
-    EACH (i, UNKNOWNS) {
-        @space_x@[i] = x[i] = @state_x@[i];
-        @space_v@[i] = v[i] = @state_v@[i];
-        @space_acceleration@[i] = @state_acceleration@[i];
-    }
-    EACH (k, EQUATIONS)
-        @space_multipliers@[k] = @state_multipliers@[k];
-    @space_c@[0] = m->method_c[0];
-    /* forces are linear in inputs as good as always: their difference is the derivative */
-    EACH (side, 3) {
-        m->inputs[input] = side == 0 ? value - change : side == 1 ? value + change : value;
-        read_signals(m, m->time, @space_signals@);
-        CALL_RESIDUAL(m, 0);
-        EACH (i, UNKNOWNS + EQUATIONS)
-            change_of[i] = side == 0 ? @space_f@[i] : side == 1 ? (@space_f@[i] - change_of[i]) / (2.0 * change) : change_of[i];
-    }
-    @work_kind@[1] = 0;
-    if (CALL_FACTORISE(m, 0) != 0)
+    const long long turns = @work_kind@[1];
+    const double h = m->method_h[0], change = CHANGE * most(1.0, size_of(m->acting[input]));
+    if (!correct_beside(m, input, m->time - h, m->begun, along, found))
         return NAME_SINGULAR;
     EACH (i, UNKNOWNS + EQUATIONS)
-        @space_f@[i] = change_of[i];
-    CALL_SOLVE(m, 0);
-    EACH (i, UNKNOWNS)
-        change_of[i] = @space_f@[i];
+        along[i] = -found[i] * (i < UNKNOWNS ? m->method_bh[0] : 1.0);
+    copy_state(m, state);
+    @work_kind@[1] = 0; /* a jump has the tangents of steps, an end its own */
+    const int solved = correct_beside(m, input, m->time, state, along, found);
+    @work_kind@[0] = 0;
+    @work_kind@[1] = turns;
+    if (!solved)
+        return NAME_SINGULAR;
     /* outputs on both sides of the state, along this change of it */
     EACH (side, 2) {
-        const double by = side == 0 ? change : -change;
+        const double by = side == 0 ? -change : change;
         EACH (i, UNKNOWNS) {
-            @state_x@[i] -= by * change_of[i];
-            @state_v@[i] -= by * m->method_gh[0] * change_of[i];
+            @state_x@[i] += by * (0.5 * h * h * along[i] - found[i]);
+            @state_v@[i] += by * (h * along[i] - m->method_gh[0] * found[i]);
         }
         count_turns(m);
-        NAME_outputs(m, side == 0 ? out : before);
+        NAME_outputs(m, side == 0 ? before : out);
         EACH (i, UNKNOWNS) {
-            @state_x@[i] = x[i];
-            @state_v@[i] = v[i];
+            @state_x@[i] = state[i];
+            @state_v@[i] = state[UNKNOWNS + i];
         }
     }
     count_turns(m);
     EACH (k, NAME_OUTPUTS)
         out[k] = (out[k] - before[k]) / (2.0 * change);
-    @work_kind@[0] = 0;
     return NAME_OK;
 }
 
