@@ -37,6 +37,7 @@ from fmbs_skfem.studies import exporting
 from fmbs_skfem.systems import At, System, signals
 from fmbs_skfem.systems.forces import loads
 from tests.exports.c_library import COMPILER
+from tests.exports.held import held
 from tests.exports.test_c_files import STEP, arm
 
 fmpy = pytest.importorskip("fmpy")
@@ -100,13 +101,13 @@ def archive(
 class Instance:
     """An instance of an FMU, by the same calls for both versions."""
 
-    def __init__(self, archive: Path, folder: Path) -> None:
+    def __init__(self, archive: Path, folder: Path, **more: object) -> None:
         self.description = fmpy.read_model_description(str(archive))
         self.messages: list[str] = []
         self.old = self.description.fmiVersion == "2.0"
         logger: Callable[..., None] = self.hear2 if self.old else self.hear3
         self.unit = fmpy.instantiate_fmu(
-            fmpy.extract(str(archive), str(folder)), self.description, logger=logger
+            fmpy.extract(str(archive), str(folder)), self.description, logger=logger, **more
         )
         if self.old:
             self.get, self.set = self.unit.getReal, self.unit.setReal
@@ -145,13 +146,13 @@ class Instance:
         return float(self.get([0])[0])
 
     def run(self, spans: list[float], torque: Callable[[float], float] | None = None) -> np.ndarray:
-        """Outputs (s, c) after steps from the present time on, the torque that at the end of a
+        """Outputs (s, c) after steps from the present time on, the torque that at the begin of a
         step.
         """
         found, begin = [self.outputs], self.time
         for before, after in pairwise(np.cumsum([begin, *spans]).tolist()):
             if torque is not None:
-                self.set([INPUT], [torque(after)])
+                self.set([INPUT], [torque(before)])
             self.unit.doStep(before, after - before)
             found.append(self.outputs)
         return np.array(found)
@@ -169,9 +170,16 @@ def torque(t: float) -> float:
     return 0.2 * float(np.sin(20.0 * round(t, 9)))
 
 
-def in_python(model: ParametricCase, g: float, text: str, steps: int, every: int = 1) -> np.ndarray:
+def in_python(
+    model: ParametricCase, g: float, text: str | None, steps: int, every: int = 1
+) -> np.ndarray:
+    """Outputs (s, c) under a torque that is an expression of time, or without one held over steps."""
     system = model({WEIGHT: g}).system
-    given = signals.with_inputs(system, {TORQUE: of_time(text)})
+    given = (
+        signals.with_inputs(system, {TORQUE: of_time(text)})
+        if text
+        else held(system, h, {TORQUE: torque})
+    )
     columns = dynamics.outputs(
         dynamics.integrate(given, STEP, steps * h, model({WEIGHT: g}).newton, every)
     )
@@ -267,10 +275,87 @@ def test_it_moves_as_in_python(model: ParametricCase, archive: Path, instance: I
     got = np.stack([found[name] for name in found.dtype.names[1:]], axis=1)
     assert got.shape == exact.shape
     assert np.abs(got - exact).max() < 2e-7 * np.abs(exact).max()
-    exact = in_python(model, 9.81, "0.2*sin(20*t)", 300)
+    exact = in_python(model, 9.81, None, 300)
     assert (
         np.abs(instance.start().run([h] * 300, torque) - exact).max() < 2e-7 * np.abs(exact).max()
     )
+
+
+def test_inputs_go_on_within_a_communication_step(
+    model: ParametricCase, archive: Path, instance: Instance, tmp_path: Path
+) -> None:
+    """FMI 2 by derivatives, of second order with the first one; FMI 3 by values that the model asks
+    for, of which the motion is that of the smooth torque itself.
+    """
+    if instance.old:
+        exact = in_python(model, 9.81, "0.02*sin(20*t)", 200, 20)
+        assert instance.description.coSimulation.canInterpolateInputs
+        errors = []
+        for many, orders in ((10, 1), (5, 1), (10, 3)):
+            instance.start()
+            slopes = [instance.outputs]
+            for k in range(200 // many):
+                t = k * many * h
+                sine, cosine = 0.02 * np.sin(20.0 * t), 0.02 * np.cos(20.0 * t)
+                given = [20.0 * cosine, -400.0 * sine, -8000.0 * cosine][:orders]
+                instance.set([INPUT], [sine])
+                instance.unit.setRealInputDerivatives([INPUT] * orders, range(1, orders + 1), given)
+                instance.unit.doStep(t, many * h)
+                slopes.append(instance.outputs)
+            # of places: rates show the waves of jumps as well
+            errors.append(np.abs(np.array(slopes)[:: 20 // many] - exact)[:, :2].max())
+            instance.unit.reset()
+        assert 1e-6 < errors[0] < 1e-4
+        assert 3.3 < errors[0] / errors[1] < 4.5
+        assert errors[2] < 0.02 * errors[0]
+        for at, order in ((TIP_X, 1), (INPUT, 0), (INPUT, 4)):
+            refused(ERROR, instance.unit.setRealInputDerivatives, [at], [order], [0.0])
+        refused(DISCARD, instance.unit.setRealInputDerivatives, [INPUT], [1], [np.inf])
+        # a ramp is followed as it is
+        exact = in_python(model, 9.81, "2*t", 100, 20)
+        instance.start()
+        for k in range(5):
+            instance.set([INPUT], [2.0 * k * 20 * h])
+            instance.unit.setRealInputDerivatives([INPUT], [1], [2.0])
+            instance.unit.doStep(k * 20 * h, 20 * h)
+            assert np.abs(instance.outputs - exact[k + 1]).max() < 2e-7 * np.abs(exact).max()
+        assert instance.get([INPUT]) == [pytest.approx(0.2)]
+        return
+    exact = in_python(model, 9.81, "0.2*sin(20*t)", 200, 20)
+    asked: list[tuple[float, bool]] = []
+    ends = 1.0
+
+    def update(
+        environment: object, t: float, sets: bool, gets: bool, taken: bool, may: bool, *end: Any
+    ) -> None:
+        asked.append((t, taken))
+        assert (sets, gets, taken) in ((True, False, False), (False, True, True))
+        if sets:
+            asking.set([INPUT], [torque(t)])
+        elif may and t >= ends:
+            assert asking.time == t
+            end[0][0], end[1][0] = True, t
+
+    asking = Instance(
+        archive,
+        tmp_path / "asking",
+        intermediate_update=update,
+        required_intermediate_variables=[INPUT],
+        early_return_allowed=True,
+    )
+    asking.start()
+    got = [asking.outputs]
+    for k in range(10):
+        assert not asking.unit.doStep(20 * k * h, 20 * h)[2]
+        got.append(asking.outputs)
+    assert np.abs(np.array(got) - exact).max() < 2e-7 * np.abs(exact).max()
+    assert len(asked) == 400
+    ends = 0.205 - 1e-9
+    _, _, early, reached = asking.unit.doStep(0.2, 20 * h)
+    assert early
+    assert reached == asking.time == pytest.approx(0.205)
+    assert not asking.unit.doStep(reached, h)[2]
+    asking.unit.freeInstance()
 
 
 def test_a_reset_model_runs_again_bit_for_bit(instance: Instance) -> None:
@@ -420,20 +505,20 @@ def test_calls_out_of_turn_are_errors(instance: Instance) -> None:
 def test_directional_derivatives_are_those_of_the_last_step(instance: Instance) -> None:
     """Against differences of the step itself."""
     instance.start().run([h] * 10, torque)
-    state, held = instance.unit.getFMUState(), []
+    state, found = instance.unit.getFMUState(), []
     for value in (0.2 - 1e-3, 0.2 + 1e-3, 0.2):
         instance.unit.setFMUState(state)
-        held.append(instance.run([h], lambda t, value=value: value)[-1])  # type: ignore[misc]
-    difference = (held[1] - held[0]) / 2e-3
-    found = (
+        found.append(instance.run([h], lambda t, value=value: value)[-1])  # type: ignore[misc]
+    difference = (found[1] - found[0]) / 2e-3
+    slopes = (
         np.array(instance.unit.getDirectionalDerivative(instance.outputs_at, [INPUT], [3.0])) / 3.0
     )
-    assert np.abs(found - difference).max() < 1e-3 * np.abs(difference).max()
-    np.testing.assert_array_equal(instance.outputs, held[2])
+    assert np.abs(slopes - difference).max() < 1e-3 * np.abs(difference).max()
+    np.testing.assert_array_equal(instance.outputs, found[2])
     if not instance.old:
         seed = np.arange(1.0, 1.0 + len(instance.outputs_at)).tolist()
         (back,) = instance.unit.getAdjointDerivative(instance.outputs_at, [INPUT], seed, 1)
-        assert back == pytest.approx(found @ seed, rel=1e-12)
+        assert back == pytest.approx(slopes @ seed, rel=1e-12)
 
 
 def test_a_description_of_another_model_makes_no_instance(

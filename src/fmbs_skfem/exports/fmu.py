@@ -1,7 +1,8 @@
 """A model in C as an FMU for co-simulation, FMI 2.0.4 or 3.0 (fmi-standard.org): its description,
 sources and binaries.
 
-    y(t + H) = doStep(u, H),   u held over the communication step H, which is divided into steps of the model
+    y(t + H) = doStep(u, H),   u held over the communication step H, which is divided into steps of the model,
+    or u + u' t + u'' t^2 / 2 + u''' t^3 / 6 with derivatives (FMI 2), or lines between values of its steps (FMI 3)
 
 Value references count time, parameters, inputs and outputs, in this order. Outputs do not depend on
 inputs of the same instant, so that no algebraic loop goes through the model; a directional
@@ -237,6 +238,7 @@ def description2(
     root = head(fmu, title, about, guid=fmu.token, numberOfEventIndicators="0")
     can = (
         "canHandleVariableCommunicationStepSize",
+        "canInterpolateInputs",
         "canGetAndSetFMUstate",
         "canSerializeFMUstate",
         "providesDirectionalDerivative",
@@ -274,7 +276,7 @@ def description3(
     root = head(fmu, title, about, instantiationToken=fmu.token)
     can = (
         "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives",
-        "providesAdjointDerivatives",
+        "providesAdjointDerivatives", "providesIntermediateUpdate", "canReturnEarlyAfterIntermediateUpdate",
     )  # fmt: skip
     xml.SubElement(
         root,
@@ -285,10 +287,14 @@ def description3(
     add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
+        between = one.causality in ("input", "output")
         xml.SubElement(
             group,
             "Float64",
-            {"name": one.name, "valueReference": str(k)} | kinds(one) | attributes(one),
+            {"name": one.name, "valueReference": str(k)}
+            | kinds(one)
+            | ({"intermediateUpdate": "true"} if between else {})
+            | attributes(one),
         )
     structure = xml.SubElement(root, "ModelStructure")
     outputs, given = places(fmu.variables, "output"), places(fmu.variables, "parameter")
