@@ -702,6 +702,55 @@ def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> Non
     )
 
 
+def test_parameters_of_forces_change_in_a_motion(small: System, tmp_path: Path) -> None:
+    """Young's modulus and gravity, which no parameter of mass is: the motion goes on from the state
+    that there is, as in Python, and a step that fails has changed nothing.
+    """
+    FIXED["system"] = small
+
+    def weighed(values: Mapping[str, float]) -> Case:
+        case = family(values)
+        heavy = values["m"] * case.system.mass
+        return Case(replace(case.system, mass=heavy), STEP, 0.3, Newton(1e-14))
+
+    rom = affine.fit(
+        weighed,
+        (
+            Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"),
+            Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),
+            Parameter("m", 0.5, 2.0, value=1.0),
+        ),
+    )
+    model = c_files.write(rom, "tuned", "a family")
+    assert model.tunable == ("E", "g")
+    assert "[Pa] 5e+08 to 2e+09, 1e+09, tunable" in model.header
+    run = CRun(model, tmp_path)
+    live = control.live.start(rom({"E": 1e9, "g": 9.81, "m": 1.0}).system, STEP, Newton(1e-14))
+    assert run.call("start") == 0
+    for E, g in ((1e9, 9.81), (0.7e9, 9.81), (0.7e9, 6.0), (1.9e9, 11.0)):
+        before = live.run.step.state
+        live = control.live.start(rom({"E": E, "g": g, "m": 1.0}).system, STEP, Newton(1e-14))
+        if E != 1e9:
+            for one, other in zip(live.run.step.state, before, strict=True):
+                one[...] = other
+            live.feed.jump(live.run)
+        run.set("parameter", 0, E)
+        run.set("parameter", 1, g)
+        live.step(count=50)
+        for _ in range(50):
+            assert run.step(STEP.step) == 0
+        np.testing.assert_allclose(
+            run.outputs, [live.outputs()[one.name] for one in model.columns], rtol=0, atol=1e-10
+        )
+    outputs = run.outputs
+    run.set("parameter", 2, 1.5)
+    assert b"a parameter is fixed" in run.message(run.step(STEP.step))
+    run.set("parameter", 2, 1.0)
+    run.set("parameter", 1, 12.5)
+    assert b"outside of the range" in run.message(run.step(STEP.step))
+    np.testing.assert_array_equal(run.outputs, outputs)
+
+
 def test_a_parameter_that_no_number_in_c_follows_is_refused(small: System) -> None:
     """The step of a model is one: a family whose steps differ has no C."""
 

@@ -458,7 +458,6 @@ def test_values_outside_are_refused_with_a_message(instance: Instance) -> None:
     ]
     assert instance.get([PARAMETER]) == [9.81]
     instance.start()
-    refused(ERROR, instance.set, [PARAMETER], [6.0])
     for value, shown in ((np.nan, "nan"), (np.inf, "inf")):
         refused(DISCARD, instance.set, [INPUT], [value])
         assert (
@@ -472,6 +471,24 @@ def test_values_outside_are_refused_with_a_message(instance: Instance) -> None:
     assert instance.messages.count(told) == 1
     refused(ERROR, instance.set, [TIP_X], [0.0])
     refused(ERROR, instance.get, [99])
+
+
+def test_tunable_parameters_change_in_a_motion(
+    model: ParametricCase, archive: Path, instance: Instance
+) -> None:
+    """Between steps; one that is not tunable is fixed when the motion has started."""
+    assert instance.description.modelVariables[PARAMETER].variability == "tunable"
+    whole = instance.start().run([h] * 20)
+    instance.unit.reset()
+    instance.start().run([h] * 10)
+    instance.set([PARAMETER], [6.0])
+    changed = instance.run([h] * 10)
+    np.testing.assert_array_equal(changed[0], whole[10])
+    assert np.abs(changed[-1] - whole[-1]).max() > 1e-6
+    written = replace(c_files.write(model, "an arm", "an arm"), tunable=())
+    unit = fmu.write(written, 2, "an arm")
+    assert 'variability="fixed"' in unit.files["modelDescription.xml"]
+    assert '"m/s^2", 1},' in unit.files[f"sources/{unit.name}_fmi2.c"]
 
 
 def test_a_step_that_fails_keeps_the_last_good_state(instance: Instance) -> None:

@@ -175,6 +175,7 @@ class CModel:
     duration: float  #: of the motion that it was made for [s]
     #: unit, least, largest and nominal value by name
     parameters: Mapping[str, tuple[str, float, float, float]]
+    tunable: tuple[str, ...]  #: those that may change in a motion
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
@@ -338,7 +339,8 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     base = packed(case)
     changes = numbers.changes_of(base, given, packed, title)
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
-    jumping = len(inputs) > len(driving_inputs(system))
+    tunable = numbers.tunable_of(given)
+    jumping = len(inputs) > len(driving_inputs(system)) or bool(tunable)
     try:
         kernels = print_kernels(base, *numbers.places_of(base, changes), turning, jumping)
     except OutsideError as error:
@@ -393,6 +395,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         case.scheme.step,
         case.duration,
         numbers.parameters_of(given),
+        tunable,
         ports,
         {key: one.range for key, one in inputs.items() if one.range is not None},
         tuple(columns),
@@ -465,6 +468,7 @@ def controls(base: PackedCase) -> dict[str, float]:
 def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> str:
     """Tables of a model whose numbers no parameter changes."""
     driving = driving_inputs(base.case.system)
+    tunable = numbers.tunable_of(given)
     ranges = [one.range or (-HUGE, HUGE) for one in inputs.values()]
     halvings = [0, *base.lengths.levels.halvings.tolist()]
     return "\n".join(
@@ -475,6 +479,7 @@ def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> st
             array("INPUT_LEAST", "double", [low for low, _ in ranges]),
             array("INPUT_MOST", "double", [high for _, high in ranges]),
             array("DRIVES", "int", [name in driving for name in inputs]),
+            array("TUNABLE", "int", [name in tunable for name in numbers.parameters_of(given)]),
         ]
     )
 
@@ -489,13 +494,17 @@ def header_of(
 ) -> str:
     """The header, with the name still to be put in."""
     parameters = numbers.parameters_of(given)
+    tunable = numbers.tunable_of(given)
     lengths = {
         "I_": len(inputs), "D_": counts["DRIVEN"], "P_": len(parameters), "O_": counts["SENSORS"], "T_": counts["TURNED"],
         "B_": 3 * counts["UNKNOWNS"] + counts["EQUATIONS"],
     }  # fmt: skip
     told = {
         "PARAMETER": [
-            (key, f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}")
+            (
+                key,
+                f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}{', tunable' * (key in tunable)}",
+            )
             for key, one in parameters.items()
         ]
     }

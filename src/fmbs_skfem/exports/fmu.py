@@ -53,6 +53,7 @@ class Variable(NamedTuple):
     range: tuple[float, float] | None = None
     nominal: float | None = None
     display: str = ""  #: unit in which people read it, where that is another one
+    fixed: bool = False  #: whether a motion keeps it
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,10 @@ def variables_of(model: CModel) -> tuple[Variable, ...]:
     """
     found = [Variable("time", "s", "independent")]
     for name, (unit, low, high, middle) in model.parameters.items():
-        found.append(Variable(name, unit, "parameter", middle, (low, high), abs(middle) or None))
+        fixed = name not in model.tunable
+        found.append(
+            Variable(name, unit, "parameter", middle, (low, high), abs(middle) or None, fixed=fixed)
+        )
     found += [
         Variable(name, unit, "input", start, model.ranges.get(name))
         for name, (unit, start) in model.inputs.items()
@@ -128,12 +132,12 @@ def wrapper_of(fmu: FMU) -> str:
         if one.causality in ("parameter", "input"):
             low, high = one.range or (1.0, -1.0)
             rows.append(
-                f"    {{{quoted(one.name)}, {number(low)}, {number(high)}, {quoted(one.unit)}}},"
+                f"    {{{quoted(one.name)}, {number(low)}, {number(high)}, {quoted(one.unit)}, {int(one.fixed)}}},"
             )
     words = {
         "NAME": fmu.name,
         "TOKEN_OF_MODEL": fmu.token,
-        "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, ""},']),
+        "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, "", 0},']),
     }
     return replaced(
         replaced(template(f"fmi{fmu.version}.c"), {"SHARED_PART": template("fmu.c")}), words
@@ -216,7 +220,9 @@ def attributes(one: Variable) -> dict[str, str]:
 
 def kinds(one: Variable) -> dict[str, str]:
     initial = {"parameter": "exact", "output": "calculated"}.get(one.causality)
-    variability = "fixed" if one.causality == "parameter" else "continuous"
+    variability = "continuous"
+    if one.causality == "parameter":
+        variability = "fixed" if one.fixed else "tunable"
     return {"causality": one.causality, "variability": variability} | (
         {"initial": initial} if initial else {}
     )

@@ -16,6 +16,7 @@ static const struct {
     const char *name;
     double least, largest;
     const char *unit;
+    int fixed; /* parameters that cannot change in a motion */
 } GIVEN[AT_LEAST_ONE(NAME_PARAMETERS + NAME_INPUTS)] = {
 TABLE_OF_GIVEN
 };
@@ -335,8 +336,8 @@ static int set(instance *one, const unsigned references[], size_t count, const d
         const unsigned at = references[k];
         if (at == 0 || at >= (unsigned)FIRST_OUTPUT)
             return complain(one, ERROR, "only parameters and inputs can be set");
-        if (at < (unsigned)FIRST_INPUT && one->now.mode > INITIALISING)
-            return complain(one, ERROR, "parameters are fixed when the motion has started: reset the model");
+        if (GIVEN[at - 1].fixed && one->now.mode > INITIALISING)
+            return complain(one, ERROR, "this parameter is fixed when the motion has started: reset the model");
         if (!is_finite(values[k]))
             return complain_of(one, DISCARD, at - 1, values[k], " is not finite: the value before stays");
         if (at < (unsigned)FIRST_INPUT && is_outside(at - 1, values[k]))

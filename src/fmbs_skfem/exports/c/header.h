@@ -38,11 +38,12 @@ typedef enum {
     NAME_PARAMETER_OUTSIDE,
     NAME_NO_DERIVATIVE,
     NAME_TOO_FEW_CORRECTIONS,
-    NAME_INPUT_OUTSIDE
+    NAME_INPUT_OUTSIDE,
+    NAME_PARAMETER_FIXED
 } NAME_status;
 
 typedef struct {
-    double parameters[P_]; /* given by the caller before the start */
+    double parameters[P_]; /* given by the caller before the start; tunable ones before a step as well */
     double inputs[I_];     /* and before a step: from its begin on */
     double rates[3][I_];   /* derivatives of inputs by time at the begin of a step [1/s, 1/s2, 1/s3]; 0 again when it is taken */
     int outside[I_];       /* whether an input was beyond the range of the training, of which the first step says so */
@@ -55,6 +56,7 @@ typedef struct {
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */
     double given_end, given_span; /* of the last step [s] */
     double acting[I_];            /* inputs now */
+    double acting_parameters[P_]; /* parameters now */
     /* those that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
     double given[4][D_], smooth[4][D_];
     double begun[B_];              /* x, v, q'' and multipliers at the begin of the last step of the model */

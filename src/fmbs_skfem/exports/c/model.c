@@ -119,13 +119,36 @@ static void begin_steps(NAME_memory *m)
         @state_multipliers@[k] = @state_past@[k];
 }
 
+/* Numbers at the parameters that act: those of forces, or all and the state at the start. */
+static void set_parameters(NAME_memory *m, int starting)
+{
+    set_numbers(m, starting);
+    @work_kind@[0] = 0;
+#if TURNING
+    CALL_TURN(m, 0);
+#endif
+}
+
+/* Parameters that have changed act from now on; whether one has. */
+static int tune(NAME_memory *m)
+{
+    int changed = 0;
+    EACH (k, PARAMETERS) {
+        changed |= m->acting_parameters[k] != m->parameters[k];
+        m->acting_parameters[k] = m->parameters[k];
+    }
+    if (changed)
+        set_parameters(m, 0);
+    return changed;
+}
+
 /* What inputs change before a step is taken with them is kept, or put back: where it fails they are as if they had not been given. */
 static void copy_begin(NAME_memory *m, double *room, int back)
 {
-    double *const rows[] = {&m->given_end, &m->given_span, m->acting, &m->given[0][0], @state_acceleration@, @state_a@,
+    double *const rows[] = {&m->given_end, &m->given_span, m->acting, m->acting_parameters, &m->given[0][0], @state_acceleration@, @state_a@,
         @state_history@, @state_multipliers@, @state_past@};
-    const int sizes[] = {1, 1, INPUTS, 4 * DRIVEN, UNKNOWNS, UNKNOWNS, 3 * UNKNOWNS, EQUATIONS, 3 * EQUATIONS};
-    EACH (row, 9)
+    const int sizes[] = {1, 1, INPUTS, PARAMETERS, 4 * DRIVEN, UNKNOWNS, UNKNOWNS, 3 * UNKNOWNS, EQUATIONS, 3 * EQUATIONS};
+    EACH (row, 10)
         EACH (i, sizes[row]) {
             if (back)
                 rows[row][i] = *room;
@@ -135,11 +158,12 @@ static void copy_begin(NAME_memory *m, double *room, int back)
         }
 }
 
-/* Inputs of a span that is taken next; the state jumps where forces do at its begin. */
-static void begin_span(NAME_memory *m, double span)
+/* Inputs and parameters of a span that is taken next; the state jumps where forces do at its begin. Whether parameters have changed. */
+static int begin_span(NAME_memory *m, double span)
 {
     double before[ROOM(INPUTS)];
-    int jumps = 0;
+    const int tuned = tune(m);
+    int jumps = tuned;
     EACH (k, INPUTS)
         before[k] = m->acting[k];
     take_inputs(m, span);
@@ -153,15 +177,25 @@ static void begin_span(NAME_memory *m, double span)
             @work_kind@[0] = 0;
 #endif
     }
+    return tuned;
+}
+
+static int is_outside(const NAME_memory *m, int k)
+{
+    return !(m->parameters[k] >= PARAMETER[k][0] && m->parameters[k] <= PARAMETER[k][1]);
 }
 
 NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
-    double parts = math_floor(span / NAME_STEP + 0.5), kept[2 + 4 * ROOM(DRIVEN) + ROOM(INPUTS) + 5 * ROOM(UNKNOWNS) + 4 * ROOM(EQUATIONS)];
+    double parts = math_floor(span / NAME_STEP + 0.5);
+    double kept[2 + 4 * ROOM(DRIVEN) + ROOM(INPUTS) + ROOM(PARAMETERS) + 5 * ROOM(UNKNOWNS) + 4 * ROOM(EQUATIONS)];
     int told = 0;
     if (!(span > 0.0) || !is_finite(span))
         return NAME_SPAN_NOT_POSITIVE;
+    EACH (k, PARAMETERS)
+        if (m->parameters[k] != m->acting_parameters[k] && (!TUNABLE[k] || is_outside(m, k)))
+            return TUNABLE[k] ? NAME_PARAMETER_OUTSIDE : NAME_PARAMETER_FIXED;
     EACH (k, INPUTS)
         if (!is_finite(m->inputs[k]) || !is_finite(input_after(m, k, span)))
             return NAME_INPUT_NOT_FINITE;
@@ -183,7 +217,7 @@ NAME_status NAME_step(NAME_memory *m, double span)
     if (size_of(h - m->method_h[0]) > 1e-12 * m->method_h[0])
         change_step(m, h);
     copy_begin(m, kept, 0);
-    begin_span(m, span);
+    const int tuned = begin_span(m, span);
     if (!whole) {
         m->since = m->time;
         m->whole = 0;
@@ -193,6 +227,8 @@ NAME_status NAME_step(NAME_memory *m, double span)
         m->since = m->time;
     if (found != NAME_OK && m->time <= begin) {
         copy_begin(m, kept, 1);
+        if (tuned)
+            set_parameters(m, 0);
         return found;
     }
     follow_inputs(m, m->time); /* those of the last good step */
@@ -229,13 +265,14 @@ void NAME_init(NAME_memory *m)
 NAME_status NAME_start(NAME_memory *m)
 {
     EACH (k, PARAMETERS)
-        if (!(m->parameters[k] >= PARAMETER[k][0] && m->parameters[k] <= PARAMETER[k][1]))
+        if (is_outside(m, k))
             return NAME_PARAMETER_OUTSIDE;
     EACH (k, INPUTS)
         if (!is_finite(m->inputs[k]))
             return NAME_INPUT_NOT_FINITE;
     set_start(m);
-    set_numbers(m);
+    EACH (k, PARAMETERS)
+        m->acting_parameters[k] = m->parameters[k];
     set_step(m, NAME_STEP);
     m->time = m->since = m->given_end = 0.0;
     m->whole = 0;
@@ -249,15 +286,13 @@ NAME_status NAME_start(NAME_memory *m)
     m->enough = 0;
     EACH (k, TURNED)
         m->turned[k] = 0.0;
+    set_parameters(m, 1);
     follow_inputs(m, 0.0);
     EACH (k, INPUTS)
         m->acting[k] = m->inputs[k];
     read_signals(m, 0.0, @job_signals@);
     EACH (k, SIGNALS)
         @state_signals@[k] = @job_signals@[k];
-#if TURNING
-    CALL_TURN(m, 0);
-#endif
     if (CALL_START(m, 0) != 0)
         return NAME_SINGULAR;
     @work_kind@[0] = 0;
@@ -360,6 +395,7 @@ const char *NAME_message(NAME_status status)
         "a parameter is outside of the range that the model was trained for",
         "an input that drives a joint has no derivatives",
         "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`",
-        "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step"};
+        "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step",
+        "a parameter is fixed when the motion has started: start again, or put its value back"};
     return texts[status];
 }
