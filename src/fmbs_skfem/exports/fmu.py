@@ -24,6 +24,7 @@ from ..core.storage.records import dataclass
 from ..core.values.display import SI, DisplayUnits
 from ..core.values.problems import printable
 from ..core.values.units import measure
+from . import terminals
 from .binaries import Binary
 from .c_files import CModel
 from .text import number, replaced, template
@@ -122,6 +123,8 @@ def write(
     }
     if version == 3:
         files["sources/buildDescription.xml"] = text_of(build_description(model.name, sources))
+    if (ports := terminals.describe((one.name, one.causality) for one in variables)) is not None:
+        files[terminals.FILE] = text_of(ports)
     return FMU(version, model.name, token, variables, files)
 
 
