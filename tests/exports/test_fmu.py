@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import ctypes
+import hashlib
 import io
 import platform
 import struct
@@ -667,7 +669,9 @@ def test_the_command_says_which_binaries_there_are(
     model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI)
+        exporting,
+        "written",
+        lambda job, name, *_: exporting.ExportedModel(c_files.write(model, name, "m"), "m", "", SI),
     )
     monkeypatch.setattr(extras, "there", lambda extra: False)
     own = binaries.this_machine()
@@ -690,6 +694,48 @@ def test_the_command_says_which_binaries_there_are(
             studies.export_model(tmp_path / "m.h5", **given)
 
 
+def test_the_motion_of_the_training_is_in_it_with_its_errors(
+    model: ParametricCase, tmp_path: Path
+) -> None:
+    """As related files of FMI-LS-REF, whose checksums hold: the FMU repeats the motion."""
+    known = {'"tip_x" <&>': {"unit": "m", "error": 1.25e-5, "relative": 3e-4}}
+    notes = {"report": {"output_errors": known}}
+    written = c_files.write(model, "an arm", "an arm")
+    made = exporting.ExportedModel(written, "an arm", "", SI, model.nominal, notes)
+    for version in (2, 3):
+        unit = fmu.write(written, version, "an arm", motion=exporting.reference_of(made))
+        folder = tmp_path / str(version)
+        folder.mkdir()
+        archive = made_by(unit, folder / "arm.fmu")
+        with zipfile.ZipFile(archive) as files:
+            files.extractall(folder)
+        extra = folder / "extra" / "org.fmi-standard.fmi-ls-ref"
+        root = ElementTree.parse(extra / "fmi-ls-manifest.xml").getroot()
+        assert root.get("{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-name") == extra.name
+        related = {one.get("source"): one for one in root.iter("Related")}
+        assert set(related) == {"training.exp", "training.csv", "errors.csv"}
+        for name, one in related.items():
+            content = (extra / str(name)).read_bytes()
+            assert one.get("checksum") == hashlib.sha3_256(content).hexdigest()
+        (motion,) = ElementTree.parse(extra / "training.exp").getroot().iter("TransientSimulation")
+        head, *rows = csv.reader((extra / "training.csv").read_text().splitlines())
+        reference = dict(zip(head, np.array(rows, float).T, strict=True))
+        step = float(motion.get("stepSize", 0))
+        found = fmpy.simulate_fmu(
+            str(archive),
+            stop_time=float(motion.get("stopTime", 0)),
+            step_size=step,
+            output_interval=reference["time"][1],
+        )
+        assert len(rows) == 301
+        assert len(head) > 5
+        for name, values in reference.items():
+            assert np.abs(found[name] - values).max() < 1e-6 * np.abs(values).max() + 1e-9
+        errors = (extra / "errors.csv").read_text().splitlines()
+        assert errors[1] == '"""tip_x"" <&>",m,1.25e-05,0.0003'
+    assert exporting.reference_of(made._replace(case=None)) is None
+
+
 def test_a_machine_without_a_binary_is_an_error(
     model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -697,7 +743,9 @@ def test_a_machine_without_a_binary_is_an_error(
     code.
     """
     monkeypatch.setattr(
-        exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI)
+        exporting,
+        "written",
+        lambda job, name, *_: exporting.ExportedModel(c_files.write(model, name, "m"), "m", "", SI),
     )
     made = binaries.Built(
         "zig", (binaries.Binary("linux64", "so", b"1"),), {"x86_64-windows": "undefined symbol: f"}

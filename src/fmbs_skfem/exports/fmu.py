@@ -24,9 +24,10 @@ from ..core.storage.records import dataclass
 from ..core.values.display import SI, DisplayUnits
 from ..core.values.problems import printable
 from ..core.values.units import measure
-from . import terminals
+from . import reference, terminals
 from .binaries import Binary
 from .c_files import CModel
+from .reference import Reference
 from .text import number, replaced, template
 
 #: what messages of a model are about, in the order of fmu.c
@@ -105,9 +106,16 @@ def shown(one: Variable, display: DisplayUnits) -> Variable:
 
 
 def write(
-    model: CModel, version: int, title: str, description: str = "", display: DisplayUnits = SI
+    model: CModel,
+    version: int,
+    title: str,
+    description: str = "",
+    display: DisplayUnits = SI,
+    motion: Reference | None = None,
 ) -> FMU:
-    """The texts of an FMU for a model in C; tools show its numbers in units of `display`."""
+    """The texts of an FMU for a model in C; tools show its numbers in units of `display`, and compare
+    it with a `motion`.
+    """
     variables = tuple(shown(one, display) for one in variables_of(model))
     known = repr((__version__, version, model.source, model.header, variables)).encode()
     token = f"{{{uuid.UUID(hashlib.sha256(known).hexdigest()[:32])}}}"
@@ -125,6 +133,15 @@ def write(
         files["sources/buildDescription.xml"] = text_of(build_description(model.name, sources))
     if (ports := terminals.describe((one.name, one.causality) for one in variables)) is not None:
         files[terminals.FILE] = text_of(ports)
+    if motion is not None:
+        outputs = [one.name for one in variables if one.causality == "output"]
+        names = dict(zip((one.name for one in model.columns), outputs, strict=True))
+        related = {
+            name: one if isinstance(one, str) else text_of(one)
+            for name, one in reference.texts_of(motion, title, names).items()
+        }
+        files |= related
+        files[f"{reference.FOLDER}/fmi-ls-manifest.xml"] = text_of(reference.manifest(related))
     return FMU(version, model.name, token, variables, files)
 
 
