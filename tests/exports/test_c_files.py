@@ -27,6 +27,7 @@ from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.exports import c_files, refusals
 from fmbs_skfem.reduction import affine
+from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.hyper import polynomial
 from fmbs_skfem.scenes import build
@@ -334,15 +335,26 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
     assert compare(case_of(pendulum(law=law), tolerance=1e-15), tmp_path) < 1e-10
 
 
-@pytest.mark.parametrize("kind", ["as it is", "with divided steps", "with a driven joint"])
-def test_the_source_is_clean_and_its_memory_sound(kind: str, small: System, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "kind", ["as it is", "with divided steps", "with a driven joint", "with an input", "of a range"]
+)
+def test_the_source_is_clean_and_its_memory_sound(
+    kind: str, small: System, plant: System, tmp_path: Path
+) -> None:
     """No warning, and no access outside of an array or undefined operation in some steps, as a
     program of its own.
     """
     step = GeneralizedAlpha(2e-2) if kind == "with divided steps" else STEP
-    model = c_files.write(
-        case_of(servo(False) if kind == "with a driven joint" else small, step), "clean", "a model"
-    )
+    systems = {"with a driven joint": lambda: servo(False), "with an input": lambda: plant}
+    case: Case | ParametricCase = case_of(systems.get(kind, lambda: small)(), step)
+    if kind == "of a range":
+        FIXED["system"] = small
+        parameters = (
+            Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"),
+            Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),
+        )
+        case = affine.fit(family, parameters)
+    model = c_files.write(case, "clean", "a model")
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
     main = """
@@ -356,9 +368,14 @@ int main(void)
         return 1;
     for (int k = 0; k < 50; k++) {
         m.inputs[0] = 0.01 * k * k / 50;
+        m.rates[0][0] = k % 3 == 0 ? 0.02 * k / 50 : 0.0;
+        if (clean_PARAMETERS > 1 && k == 20)
+            m.parameters[1] = 6.0;
         if (clean_step(&m, k == 40 ? 2.5 * clean_STEP : clean_STEP) != clean_OK)
             return 2;
     }
+    if (clean_derivative(&m, 0, out) == clean_SINGULAR)
+        return 4;
     clean_outputs(&m, out);
     return out[0] == out[0] ? 0 : 3;
 }
