@@ -6,6 +6,7 @@ import csv
 import ctypes
 import hashlib
 import io
+import json
 import platform
 import struct
 import subprocess
@@ -28,6 +29,7 @@ from fmbs_skfem.core.values.display import SI, DisplayUnits
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
+from fmbs_skfem.dynamics.outputs import centre_lines
 from fmbs_skfem.exports import binaries, c_files, fmu
 from fmbs_skfem.exports.binaries import ZIG
 from fmbs_skfem.exports.fmu import FMU
@@ -473,6 +475,34 @@ def test_values_outside_are_refused_with_a_message(instance: Instance) -> None:
     assert instance.messages.count(told) == 1
     refused(ERROR, instance.set, [TIP_X], [0.0])
     refused(ERROR, instance.get, [99])
+
+
+def test_points_of_bodies_are_an_array(plant: System, tmp_path: Path) -> None:
+    """In FMI 3, for viewers: the centre line, as in Python; `resources` says whose points they are."""
+    case = Case(plant, STEP, 0.3)
+    made = exporting.ExportedModel(c_files.write(case, "an arm", "an arm"), "an arm", "", SI, case)
+    unit = fmu.write(made.model, 3, "an arm", shape=exporting.shape_of(made, 3, True))
+    archive = made_by(unit, tmp_path / "arm.fmu")
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(archive)) == []
+    one = Instance(archive, tmp_path / "one")
+    (shape,) = (known for known in one.description.modelVariables if known.name == "shape")
+    (size,) = (int(known.start) for known in shape.dimensions)
+    bodies = json.loads(unit.files["resources/shape.json"])["bodies"]
+    assert bodies == {"beam": {"first": 0, "points": size // 3}}
+    one.start().unit.doStep(0.0, 50 * h)
+    found = np.array(one.unit.getFloat64([shape.valueReference], nValues=size)).reshape(-1, 3)
+    motion = dynamics.integrate(held(plant, h, {TORQUE: lambda t: 0.0}), STEP, 50 * h)
+    exact = centre_lines(plant, plant.lift(motion.x[-1])[None])["beam"][0, 0]
+    np.testing.assert_allclose(found[:, :2], exact, rtol=0, atol=1e-7)
+    assert np.abs(exact[-1] - [1.0, 0.0]).max() > 1e-3
+    both = one.unit.getFloat64([0, shape.valueReference], nValues=1 + size)
+    assert both[0] == pytest.approx(50 * h)
+    refused(ERROR, one.unit.getFloat64, [shape.valueReference])
+    with pytest.raises(InputError, match="of FMI 3, which has arrays, got one of FMI 2"):
+        exporting.shape_of(made, 2, True)
+    one.unit.freeInstance()
 
 
 def test_tunable_parameters_change_in_a_motion(

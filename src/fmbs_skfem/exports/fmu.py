@@ -20,14 +20,16 @@ from typing import NamedTuple
 from xml.etree import ElementTree as xml
 
 from .. import __version__
+from ..core.printing.program import array
 from ..core.storage.records import dataclass
 from ..core.values.display import SI, DisplayUnits
 from ..core.values.problems import printable
 from ..core.values.units import measure
-from . import reference, terminals
+from . import reference, shapes, terminals
 from .binaries import Binary
 from .c_files import CModel
 from .reference import Reference
+from .shapes import Shape
 from .text import number, replaced, template
 
 #: what messages of a model are about, in the order of fmu.c
@@ -56,6 +58,7 @@ class Variable(NamedTuple):
     nominal: float | None = None
     display: str = ""  #: unit in which people read it, where that is another one
     fixed: bool = False  #: whether a motion keeps it
+    size: int = 0  #: of an array, 0 for a number
 
 
 @dataclass(frozen=True)
@@ -69,9 +72,9 @@ class FMU:
     files: Mapping[str, str]
 
 
-def variables_of(model: CModel) -> tuple[Variable, ...]:
-    """Time, parameters, inputs and outputs; a name that is taken goes on with what the variable is,
-    as one of blanks is called.
+def variables_of(model: CModel, shape: Shape | None = None) -> tuple[Variable, ...]:
+    """Time, parameters, inputs and outputs, and points of bodies as an array; a name that is taken
+    goes on with what the variable is, as one of blanks is called.
     """
     found = [Variable("time", "s", "independent")]
     for name, (unit, low, high, middle) in model.parameters.items():
@@ -84,6 +87,8 @@ def variables_of(model: CModel) -> tuple[Variable, ...]:
         for name, (unit, start) in model.inputs.items()
     ]
     found += [Variable(one.name, one.unit, "output") for one in model.columns]
+    if shape is not None:
+        found.append(Variable("shape", "m", "output", size=len(shape.offset)))
     taken = set[str]()
     distinct = []
     for one in found:
@@ -112,11 +117,12 @@ def write(
     description: str = "",
     display: DisplayUnits = SI,
     motion: Reference | None = None,
+    shape: Shape | None = None,
 ) -> FMU:
     """The texts of an FMU for a model in C; tools show its numbers in units of `display`, and compare
-    it with a `motion`.
+    it with a `motion`; in FMI 3 points of a `shape` are an output.
     """
-    variables = tuple(shown(one, display) for one in variables_of(model))
+    variables = tuple(shown(one, display) for one in variables_of(model, shape))
     known = repr((__version__, version, model.source, model.header, variables)).encode()
     token = f"{{{uuid.UUID(hashlib.sha256(known).hexdigest()[:32])}}}"
     wrapper = f"{model.name}_fmi{version}.c"
@@ -127,14 +133,16 @@ def write(
         "modelDescription.xml": text_of(describe(found, model, title, description, sources)),
         f"sources/{model.name}.c": model.source,
         f"sources/{model.name}.h": model.header,
-        f"sources/{wrapper}": wrapper_of(found),
+        f"sources/{wrapper}": wrapper_of(found, shape),
     }
     if version == 3:
         files["sources/buildDescription.xml"] = text_of(build_description(model.name, sources))
+    if shape is not None:
+        files[shapes.FILE] = shapes.text_of(shape)
     if (ports := terminals.describe((one.name, one.causality) for one in variables)) is not None:
         files[terminals.FILE] = text_of(ports)
     if motion is not None:
-        outputs = [one.name for one in variables if one.causality == "output"]
+        outputs = [one.name for one in variables if one.causality == "output" and not one.size]
         names = dict(zip((one.name for one in model.columns), outputs, strict=True))
         related = {
             name: one if isinstance(one, str) else text_of(one)
@@ -145,8 +153,14 @@ def write(
     return FMU(version, model.name, token, variables, files)
 
 
-def wrapper_of(fmu: FMU) -> str:
+def wrapper_of(fmu: FMU, shape: Shape | None) -> str:
     """The functions of FMI in C."""
+    arrays = []
+    if shape is not None:
+        arrays = [
+            array("SHAPE_MATRIX", "double", shape.matrix),
+            array("SHAPE_OFFSET", "double", shape.offset),
+        ]
     rows = []
     for one in fmu.variables:
         if one.causality in ("parameter", "input"):
@@ -157,6 +171,8 @@ def wrapper_of(fmu: FMU) -> str:
     words = {
         "NAME": fmu.name,
         "TOKEN_OF_MODEL": fmu.token,
+        "SIZE_OF_SHAPE": len(shape.offset) if shape is not None else 0,
+        "ARRAYS_OF_SHAPE": "\n".join(arrays),
         "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, "", 0},']),
     }
     return replaced(
@@ -314,7 +330,7 @@ def description3(
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
         between = one.causality in ("input", "output")
-        xml.SubElement(
+        place = xml.SubElement(
             group,
             "Float64",
             {"name": one.name, "valueReference": str(k)}
@@ -322,6 +338,8 @@ def description3(
             | ({"intermediateUpdate": "true"} if between else {})
             | attributes(one),
         )
+        if one.size:
+            xml.SubElement(place, "Dimension", start=str(one.size))
     structure = xml.SubElement(root, "ModelStructure")
     outputs, given = places(fmu.variables, "output"), places(fmu.variables, "parameter")
     for name, known in (("Output", []), ("InitialUnknown", given)):

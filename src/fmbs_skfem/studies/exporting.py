@@ -20,11 +20,12 @@ from ..core.values.problems import Problem
 from ..core.values.units import add_unit
 from ..dynamics import GeneralizedAlpha
 from ..dynamics.scheme import steps_in
-from ..exports import binaries, c_files, fmu, part_ports
+from ..exports import binaries, c_files, fmu, part_ports, shapes
 from ..exports.binaries import Built
 from ..exports.c_files import CModel
 from ..exports.fmu import FMU
 from ..exports.reference import Reference
+from ..exports.shapes import Shape
 from ..families import parametric_model
 from ..parts import files as part_files
 from ..parts import rescaling
@@ -46,7 +47,7 @@ class ExportedModel(NamedTuple):
     title: str
     text: str  #: of its errors, or of what acts on it
     display: DisplayUnits  #: in which people read its numbers
-    case: Case | None = None  #: the motion of its training
+    case: Case | ParametricCase | None = None  #: None of a part
     notes: Mapping[str, Any] = {}  #: of the training
 
 
@@ -89,8 +90,7 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
     notify(*models.say_doubts(facts.get("doubts", ())))
     title = models.title(job.path, notes)
     model = c_files.write(case, name or job.path.stem, title, text)
-    trained = case if isinstance(case, Case) else case.nominal
-    return ExportedModel(model, title, text, DisplayUnits.of(notes), trained, notes)
+    return ExportedModel(model, title, text, DisplayUnits.of(notes), case, notes)
 
 
 def error_text(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
@@ -159,8 +159,9 @@ def export(
     fmi: int = 2,
     step: float | None = None,
     gravity: str = "",
+    shape: bool = False,
 ) -> Result:
-    """A model or a part in C, as files in a folder or as an FMU."""
+    """A model or a part in C, as files in a folder or as an FMU, which may show points of a `shape`."""
     if (folder is None) == (fmu_file is None):
         got = "none" if folder is None else "both"
         raise InputError(
@@ -173,7 +174,15 @@ def export(
     made = written(job, name, step, gravity)
     found, title = made.model, made.title
     if fmu_file is not None:
-        unit = fmu.write(found, fmi, title, made.text, made.display, reference_of(made))
+        unit = fmu.write(
+            found,
+            fmi,
+            title,
+            made.text,
+            made.display,
+            reference_of(made),
+            shape_of(made, fmi, shape),
+        )
         return export_fmu(job, found, title, unit, fmu_file)
     assert folder is not None
     names = [folder / f"{found.name}.c", folder / f"{found.name}.h"]
@@ -191,10 +200,21 @@ def export(
     )
 
 
+def shape_of(made: ExportedModel, fmi: int, wanted: bool) -> Shape | None:
+    """Points of bodies, where they are wanted; InputError where an FMU cannot have them."""
+    if not wanted:
+        return None
+    if fmi == 2 or made.case is None:
+        got = "one of FMI 2" if fmi == 2 else "one of a part"
+        raise InputError(say("--shape", "an FMU of a model, of FMI 3, which has arrays", got))
+    return shapes.find_shape(made.case, "--shape")
+
+
 def reference_of(made: ExportedModel) -> Reference | None:
     """The motion of a training with its errors; None of a part, and where it cannot be taken."""
-    if (case := made.case) is None:
+    if made.case is None:
         return None
+    case = made.case if isinstance(made.case, Case) else made.case.nominal
     steps = steps_in(case.scheme, case.duration)
     try:
         # what speaks against the motion was said by the training

@@ -190,9 +190,52 @@ EXPORT int FMI(fmi3Reset)(void *c)
     return reset(c);
 }
 
+/* Points of bodies are an array behind all other variables, linear in the unknowns of the model. */
+enum { SHAPE = VARIABLES, POINTS = SIZE_OF_SHAPE };
+#if SIZE_OF_SHAPE > 0
+ARRAYS_OF_SHAPE
+#endif
+
+static int get_shape(instance *one, double values[])
+{
+    double unread;
+    const unsigned first = (unsigned)FIRST_OUTPUT;
+    int status = OK;
+    /* any output asks for the start where it is due */
+    if (NAME_OUTPUTS > 0)
+        status = get(one, &first, 1, &unread);
+    else if (one->now.mode < STEPPING && one->now.stale)
+        status = start(one);
+    if (status != OK)
+        return status;
+#if SIZE_OF_SHAPE > 0
+    const int count = (int)(sizeof one->now.model.state_x / sizeof(double));
+    for (int k = 0; k < POINTS; k++) {
+        values[k] = SHAPE_OFFSET[k];
+        for (int i = 0; i < count; i++)
+            values[k] += SHAPE_MATRIX[k * count + i] * one->now.model.state_x[i];
+    }
+#else
+    (void)values;
+#endif
+    return OK;
+}
+
 EXPORT int FMI(fmi3GetFloat64)(void *c, const uint32_t references[], size_t count, double values[], size_t many)
 {
-    return many == count ? get(c, references, count, values) : complain(c, ERROR, "every variable is one number");
+    size_t expected = 0;
+    for (size_t k = 0; k < count; k++)
+        expected += POINTS > 0 && references[k] == SHAPE ? (size_t)POINTS : 1;
+    if (many != expected)
+        return complain(c, ERROR, "every variable is one number, but for the shape");
+    for (size_t k = 0; k < count; k++) {
+        const int whole = POINTS > 0 && references[k] == SHAPE;
+        const int status = whole ? get_shape(c, values) : get(c, references + k, 1, values);
+        if (status != OK)
+            return status;
+        values += whole ? POINTS : 1;
+    }
+    return OK;
 }
 
 EXPORT int FMI(fmi3SetFloat64)(void *c, const uint32_t references[], size_t count, const double values[], size_t many)
