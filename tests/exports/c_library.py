@@ -19,6 +19,8 @@ HARNESS = """
 #include "NAME.h"
 unsigned long memory_size(void) { return sizeof(NAME_memory); }
 void set_input(NAME_memory *m, int k, double value) { m->inputs[k] = value; }
+double input_of(const NAME_memory *m, int k) { return m->inputs[k]; }
+void set_rate(NAME_memory *m, int order, int k, double value) { m->rates[order][k] = value; }
 void set_parameter(NAME_memory *m, int k, double value) { m->parameters[k] = value; }
 void set_fixed(NAME_memory *m, int many) { m->fixed = many; }
 void set_steps(NAME_memory *m, long long whole) { m->whole = whole; }
@@ -66,6 +68,7 @@ class CRun:
             ("memory_size", ctypes.c_ulong),
             ("time_of", ctypes.c_double),
             ("left_of", ctypes.c_double),
+            ("input_of", ctypes.c_double),
         ):
             getattr(self.library, one).restype = result
         self.message = getattr(self.library, f"{name}_message")
@@ -84,6 +87,13 @@ class CRun:
 
     def set(self, kind: str, number: int, value: float) -> None:
         getattr(self.library, f"set_{kind}")(self.memory, number, ctypes.c_double(value))
+
+    def input(self, number: int) -> float:
+        return float(self.library.input_of(self.memory, number))
+
+    def rate(self, order: int, number: int, value: float) -> None:
+        """Set a derivative of an input, of order 0 the first one."""
+        self.library.set_rate(self.memory, order, number, ctypes.c_double(value))
 
     @property
     def time(self) -> float:

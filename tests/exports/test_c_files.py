@@ -5,8 +5,9 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.exports import c_files, refusals
 from fmbs_skfem.exports.numbers import Numbers
 from fmbs_skfem.reduction import affine
+from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.hyper import polynomial
 from fmbs_skfem.scenes import build
@@ -40,6 +42,7 @@ from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.cli.calls import fmbs
 from tests.exports.c_library import COMPILER, STRICT, CRun
+from tests.exports.held import held
 from tests.exports.test_c_control import SERVOS, rod
 from tests.reduction.conftest import full_of, hyper_reduced, projected, reduced
 from verification.plates import rectangle
@@ -348,17 +351,34 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "kind",
-    ["as it is", "with divided steps", "with a driven joint", "with a controller and a kick"],
+    [
+        *("as it is", "with divided steps", "with a driven joint", "with an input", "of a range"),
+        "with a controller and a kick",
+    ],
 )
-def test_the_source_is_clean_and_its_memory_sound(kind: str, small: System, tmp_path: Path) -> None:
+def test_the_source_is_clean_and_its_memory_sound(
+    kind: str, small: System, plant: System, tmp_path: Path
+) -> None:
     """No warning, and no access outside of an array or undefined operation in some steps, as a
     program of its own.
     """
     step = GeneralizedAlpha(2e-2) if kind == "with divided steps" else STEP
-    if kind == "with a controller and a kick":
-        small = rod(tmp_path, SERVOS["measurement"], kick="where(t < 0.0105, 0, 1)")
-    small = servo(False) if kind == "with a driven joint" else small
-    model = c_files.write(case_of(small, step), "clean", "a model")
+    systems = {
+        "with a driven joint": lambda: servo(False),
+        "with an input": lambda: plant,
+        "with a controller and a kick": lambda: rod(
+            tmp_path, SERVOS["measurement"], kick="where(t < 0.0105, 0, 1)"
+        ),
+    }
+    case: Case | ParametricCase = case_of(systems.get(kind, lambda: small)(), step)
+    if kind == "of a range":
+        FIXED["system"] = small
+        parameters = (
+            Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"),
+            Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),
+        )
+        case = affine.fit(family, parameters)
+    model = c_files.write(case, "clean", "a model")
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
     main = """
@@ -372,9 +392,14 @@ int main(void)
         return 1;
     for (int k = 0; k < 50; k++) {
         m.inputs[0] = 0.01 * k * k / 50;
+        m.rates[0][0] = k % 3 == 0 ? 0.02 * k / 50 : 0.0;
+        if (clean_PARAMETERS > 1 && k == 20)
+            m.parameters[1] = 6.0;
         if (clean_step(&m, k == 40 ? 2.5 * clean_STEP : clean_STEP) != clean_OK)
             return 2;
     }
+    if (clean_derivative(&m, 0, out) == clean_SINGULAR)
+        return 4;
     clean_outputs(&m, out);
     return out[0] == out[0] ? 0 : 3;
 }
@@ -402,6 +427,93 @@ int main(void)
 
 def test_inputs_act_and_are_held(plant: System, tmp_path: Path) -> None:
     assert compare(case_of(plant, tolerance=1e-15), tmp_path, told={"torque": 0.03}) < 1e-10
+
+
+CART = """
+schema: 1
+dimension: 2
+inputs: {u: {unit: N}}
+bodies: {cart: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+loads:
+  push: {type: control_force, at: cart, direction: [1, 0], force: u}
+  spring: {type: spring_damper, at: cart, to: [-1 m, 0], stiffness: 50 N/m}
+outputs: {place: {type: position, at: cart, component: x}, speed: {type: velocity, at: cart, component: x}}
+analysis: {type: dynamic, duration: 1 s, step: 10 ms}
+"""
+RATE = 5.0  #: of its free vibration [1/s]
+
+
+def pushed(t: float) -> float:
+    """A force that jumps at the ends of steps [N]."""
+    return 4.0 if t < 0.3 - 1e-9 else -3.0 if t < 0.7 - 1e-9 else 1.5
+
+
+def driven_cart(folder: Path, step: float, tell: Callable[[CRun, float], None]) -> np.ndarray:
+    """Place and speed of the cart after 1 s, whose inputs are told before every step."""
+    case = Case(build.system(scenes.loads(CART)), GeneralizedAlpha(step), 1.0, Newton(1e-15))
+    run = CRun(c_files.write(case, f"cart_{round(1 / step)}", "a cart"), folder)
+    assert run.call("start") == 0
+    for k in range(round(1.0 / step)):
+        tell(run, k * step)
+        assert run.step(step) == 0
+    return run.outputs
+
+
+def test_a_held_input_acts_from_the_begin_of_its_step(tmp_path: Path) -> None:
+    """Of second order against the exact motion under it, and that of a controller in Python."""
+    x, v = 0.0, 0.0
+    for begin, end in pairwise((0.0, 0.3, 0.7, 1.0)):
+        rest, s, c = (
+            pushed(begin) / 50.0,
+            np.sin(RATE * (end - begin)),
+            np.cos(RATE * (end - begin)),
+        )
+        x, v = rest + (x - rest) * c + v / RATE * s, -RATE * (x - rest) * s + v * c
+    errors = []
+    for step in (0.02, 0.01, 0.005):
+        got = driven_cart(tmp_path, step, lambda run, t: run.set("input", 0, pushed(t)))
+        system = held(build.system(scenes.loads(CART)), step, {"u": pushed})
+        columns = dynamics.outputs(
+            dynamics.integrate(system, GeneralizedAlpha(step), 1.0, Newton(1e-15))
+        )
+        np.testing.assert_allclose(
+            got, [columns["place"][-1], columns["speed"][-1]], rtol=0, atol=1e-12
+        )
+        errors.append(np.abs(got - [x, v]))
+    assert errors[1].max() < 1e-3
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.abs(orders - 2.0).max() < 0.1
+
+
+def test_an_input_with_derivatives_changes_within_its_step(tmp_path: Path) -> None:
+    """Of second order against a force that is a parabola, which one span follows in many steps."""
+
+    def told(run: CRun, t: float) -> None:
+        run.set("input", 0, 3.0 * t * t)
+        run.rate(0, 0, 6.0 * t)
+        run.rate(1, 0, 6.0)
+
+    # x'' + 25 x = 1.5 t^2
+    t = 1.0
+    exact = 0.06 * (t * t - 0.08 * (1.0 - np.cos(RATE * t)))
+    speed = 0.06 * (2.0 * t - 0.08 * RATE * np.sin(RATE * t))
+    errors = [
+        np.abs(driven_cart(tmp_path, step, told) - [exact, speed]).max() for step in (0.02, 0.01)
+    ]
+    assert errors[1] < 1e-4
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
+    # one span of the same steps: the same motion, and the input where it ends
+    case = Case(build.system(scenes.loads(CART)), GeneralizedAlpha(0.01), 1.0, Newton(1e-15))
+    run = CRun(c_files.write(case, "span", "a cart"), tmp_path)
+    assert run.call("start") == 0
+    told(run, 0.0)
+    assert run.step(1.0) == 0
+    assert np.abs(run.outputs - [exact, speed]).max() == pytest.approx(errors[1], rel=1e-6)
+    assert run.input(0) == pytest.approx(3.0, rel=1e-12)
+    assert run.step(0.01) == 0
+    assert run.input(0) == pytest.approx(3.0, rel=1e-12)
+    run.rate(0, 0, np.nan)
+    assert run.message(run.step(0.01)) == b"an input is not finite"
 
 
 def test_two_models_are_two_memories_and_a_copy_is_a_saved_state(
@@ -517,21 +629,21 @@ def test_a_fixed_number_of_corrections_goes_the_same_way(small: System, tmp_path
 
 
 def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path) -> None:
-    """A push that three corrections cannot follow is a status, with how many can, and the state
+    """A push that two corrections cannot follow is a status, with how many can, and the state
     stays.
     """
     model = c_files.write(case_of(plant), "bounded", "a plant")
     run = CRun(model, tmp_path)
     run.run(20)
-    run.library.set_fixed(run.memory, 3)
-    run.set("input", 0, 5.0)
+    run.library.set_fixed(run.memory, 2)
+    run.set("input", 0, 50.0)
     time, before = run.time, run.outputs
     status = run.step(model.step)
     assert b"too few" in run.message(status)
     assert run.time == time
     np.testing.assert_array_equal(run.outputs, before)
     enough = run.library.enough_of(run.memory)
-    assert 3 < enough < 30
+    assert 2 < enough < 30
     run.library.set_fixed(run.memory, enough)
     assert run.step(model.step) == 0
 
@@ -629,6 +741,55 @@ def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> Non
         run.message(run.call("start"))
         == b"a parameter is outside of the range that the model was trained for"
     )
+
+
+def test_parameters_of_forces_change_in_a_motion(small: System, tmp_path: Path) -> None:
+    """Young's modulus and gravity, which no parameter of mass is: the motion goes on from the state
+    that there is, as in Python, and a step that fails has changed nothing.
+    """
+    FIXED["system"] = small
+
+    def weighed(values: Mapping[str, float]) -> Case:
+        case = family(values)
+        heavy = values["m"] * case.system.mass
+        return Case(replace(case.system, mass=heavy), STEP, 0.3, Newton(1e-14))
+
+    rom = affine.fit(
+        weighed,
+        (
+            Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"),
+            Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),
+            Parameter("m", 0.5, 2.0, value=1.0),
+        ),
+    )
+    model = c_files.write(rom, "tuned", "a family")
+    assert model.tunable == ("E", "g")
+    assert "[Pa] 5e+08 to 2e+09, 1e+09, tunable" in model.header
+    run = CRun(model, tmp_path)
+    live = control.live.start(rom({"E": 1e9, "g": 9.81, "m": 1.0}).system, STEP, Newton(1e-14))
+    assert run.call("start") == 0
+    for E, g in ((1e9, 9.81), (0.7e9, 9.81), (0.7e9, 6.0), (1.9e9, 11.0)):
+        before = live.run.step.state
+        live = control.live.start(rom({"E": E, "g": g, "m": 1.0}).system, STEP, Newton(1e-14))
+        if E != 1e9:
+            for one, other in zip(live.run.step.state, before, strict=True):
+                one[...] = other
+            live.feed.jump(live.run)
+        run.set("parameter", 0, E)
+        run.set("parameter", 1, g)
+        live.step(count=50)
+        for _ in range(50):
+            assert run.step(STEP.step) == 0
+        np.testing.assert_allclose(
+            run.outputs, [live.outputs()[one.name] for one in model.columns], rtol=0, atol=1e-10
+        )
+    outputs = run.outputs
+    run.set("parameter", 2, 1.5)
+    assert b"a parameter is fixed" in run.message(run.step(STEP.step))
+    run.set("parameter", 2, 1.0)
+    run.set("parameter", 1, 12.5)
+    assert b"outside of the range" in run.message(run.step(STEP.step))
+    np.testing.assert_array_equal(run.outputs, outputs)
 
 
 def test_a_parameter_that_no_number_in_c_follows_is_refused(small: System) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import ctypes
+import hashlib
 import io
+import json
 import platform
 import struct
 import subprocess
@@ -26,6 +29,7 @@ from fmbs_skfem.core.values.display import SI, DisplayUnits
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
+from fmbs_skfem.dynamics.outputs import centre_lines
 from fmbs_skfem.exports import binaries, c_files, fmu
 from fmbs_skfem.exports.binaries import ZIG
 from fmbs_skfem.exports.fmu import FMU
@@ -37,6 +41,7 @@ from fmbs_skfem.studies import exporting
 from fmbs_skfem.systems import At, System, signals
 from fmbs_skfem.systems.forces import loads
 from tests.exports.c_library import COMPILER
+from tests.exports.held import held
 from tests.exports.test_c_control import SERVOS, rod
 from tests.exports.test_c_files import STEP, arm
 
@@ -101,13 +106,13 @@ def archive(
 class Instance:
     """An instance of an FMU, by the same calls for both versions."""
 
-    def __init__(self, archive: Path, folder: Path) -> None:
+    def __init__(self, archive: Path, folder: Path, **more: object) -> None:
         self.description = fmpy.read_model_description(str(archive))
         self.messages: list[str] = []
         self.old = self.description.fmiVersion == "2.0"
         logger: Callable[..., None] = self.hear2 if self.old else self.hear3
         self.unit = fmpy.instantiate_fmu(
-            fmpy.extract(str(archive), str(folder)), self.description, logger=logger
+            fmpy.extract(str(archive), str(folder)), self.description, logger=logger, **more
         )
         if self.old:
             self.get, self.set = self.unit.getReal, self.unit.setReal
@@ -146,13 +151,13 @@ class Instance:
         return float(self.get([0])[0])
 
     def run(self, spans: list[float], torque: Callable[[float], float] | None = None) -> np.ndarray:
-        """Outputs (s, c) after steps from the present time on, the torque that at the end of a
+        """Outputs (s, c) after steps from the present time on, the torque that at the begin of a
         step.
         """
         found, begin = [self.outputs], self.time
         for before, after in pairwise(np.cumsum([begin, *spans]).tolist()):
             if torque is not None:
-                self.set([INPUT], [torque(after)])
+                self.set([INPUT], [torque(before)])
             self.unit.doStep(before, after - before)
             found.append(self.outputs)
         return np.array(found)
@@ -170,9 +175,16 @@ def torque(t: float) -> float:
     return 0.2 * float(np.sin(20.0 * round(t, 9)))
 
 
-def in_python(model: ParametricCase, g: float, text: str, steps: int, every: int = 1) -> np.ndarray:
+def in_python(
+    model: ParametricCase, g: float, text: str | None, steps: int, every: int = 1
+) -> np.ndarray:
+    """Outputs (s, c) under a torque that is an expression of time, or without one held over steps."""
     system = model({WEIGHT: g}).system
-    given = signals.with_inputs(system, {TORQUE: of_time(text)})
+    given = (
+        signals.with_inputs(system, {TORQUE: of_time(text)})
+        if text
+        else held(system, h, {TORQUE: torque})
+    )
     columns = dynamics.outputs(
         dynamics.integrate(given, STEP, steps * h, model({WEIGHT: g}).newton, every)
     )
@@ -268,10 +280,87 @@ def test_it_moves_as_in_python(model: ParametricCase, archive: Path, instance: I
     got = np.stack([found[name] for name in found.dtype.names[1:]], axis=1)
     assert got.shape == exact.shape
     assert np.abs(got - exact).max() < 2e-7 * np.abs(exact).max()
-    exact = in_python(model, 9.81, "0.2*sin(20*t)", 300)
+    exact = in_python(model, 9.81, None, 300)
     assert (
         np.abs(instance.start().run([h] * 300, torque) - exact).max() < 2e-7 * np.abs(exact).max()
     )
+
+
+def test_inputs_go_on_within_a_communication_step(
+    model: ParametricCase, archive: Path, instance: Instance, tmp_path: Path
+) -> None:
+    """FMI 2 by derivatives, of second order with the first one; FMI 3 by values that the model asks
+    for, of which the motion is that of the smooth torque itself.
+    """
+    if instance.old:
+        exact = in_python(model, 9.81, "0.02*sin(20*t)", 200, 20)
+        assert instance.description.coSimulation.canInterpolateInputs
+        errors = []
+        for many, orders in ((10, 1), (5, 1), (10, 3)):
+            instance.start()
+            slopes = [instance.outputs]
+            for k in range(200 // many):
+                t = k * many * h
+                sine, cosine = 0.02 * np.sin(20.0 * t), 0.02 * np.cos(20.0 * t)
+                given = [20.0 * cosine, -400.0 * sine, -8000.0 * cosine][:orders]
+                instance.set([INPUT], [sine])
+                instance.unit.setRealInputDerivatives([INPUT] * orders, range(1, orders + 1), given)
+                instance.unit.doStep(t, many * h)
+                slopes.append(instance.outputs)
+            # of places: rates show the waves of jumps as well
+            errors.append(np.abs(np.array(slopes)[:: 20 // many] - exact)[:, :2].max())
+            instance.unit.reset()
+        assert 1e-6 < errors[0] < 1e-4
+        assert 3.3 < errors[0] / errors[1] < 4.5
+        assert errors[2] < 0.02 * errors[0]
+        for at, order in ((TIP_X, 1), (INPUT, 0), (INPUT, 4)):
+            refused(ERROR, instance.unit.setRealInputDerivatives, [at], [order], [0.0])
+        refused(DISCARD, instance.unit.setRealInputDerivatives, [INPUT], [1], [np.inf])
+        # a ramp is followed as it is
+        exact = in_python(model, 9.81, "2*t", 100, 20)
+        instance.start()
+        for k in range(5):
+            instance.set([INPUT], [2.0 * k * 20 * h])
+            instance.unit.setRealInputDerivatives([INPUT], [1], [2.0])
+            instance.unit.doStep(k * 20 * h, 20 * h)
+            assert np.abs(instance.outputs - exact[k + 1]).max() < 2e-7 * np.abs(exact).max()
+        assert instance.get([INPUT]) == [pytest.approx(0.2)]
+        return
+    exact = in_python(model, 9.81, "0.2*sin(20*t)", 200, 20)
+    asked: list[tuple[float, bool]] = []
+    ends = 1.0
+
+    def update(
+        environment: object, t: float, sets: bool, gets: bool, taken: bool, may: bool, *end: Any
+    ) -> None:
+        asked.append((t, taken))
+        assert (sets, gets, taken) in ((True, False, False), (False, True, True))
+        if sets:
+            asking.set([INPUT], [torque(t)])
+        elif may and t >= ends:
+            assert asking.time == t
+            end[0][0], end[1][0] = True, t
+
+    asking = Instance(
+        archive,
+        tmp_path / "asking",
+        intermediate_update=update,
+        required_intermediate_variables=[INPUT],
+        early_return_allowed=True,
+    )
+    asking.start()
+    got = [asking.outputs]
+    for k in range(10):
+        assert not asking.unit.doStep(20 * k * h, 20 * h)[2]
+        got.append(asking.outputs)
+    assert np.abs(np.array(got) - exact).max() < 2e-7 * np.abs(exact).max()
+    assert len(asked) == 400
+    ends = 0.205 - 1e-9
+    _, _, early, reached = asking.unit.doStep(0.2, 20 * h)
+    assert early
+    assert reached == asking.time == pytest.approx(0.205)
+    assert not asking.unit.doStep(reached, h)[2]
+    asking.unit.freeInstance()
 
 
 def test_a_reset_model_runs_again_bit_for_bit(instance: Instance) -> None:
@@ -374,7 +463,6 @@ def test_values_outside_are_refused_with_a_message(instance: Instance) -> None:
     ]
     assert instance.get([PARAMETER]) == [9.81]
     instance.start()
-    refused(ERROR, instance.set, [PARAMETER], [6.0])
     for value, shown in ((np.nan, "nan"), (np.inf, "inf")):
         refused(DISCARD, instance.set, [INPUT], [value])
         assert (
@@ -388,6 +476,52 @@ def test_values_outside_are_refused_with_a_message(instance: Instance) -> None:
     assert instance.messages.count(told) == 1
     refused(ERROR, instance.set, [TIP_X], [0.0])
     refused(ERROR, instance.get, [99])
+
+
+def test_points_of_bodies_are_an_array(plant: System, tmp_path: Path) -> None:
+    """In FMI 3, for viewers: the centre line, as in Python; `resources` says whose points they are."""
+    case = Case(plant, STEP, 0.3)
+    made = exporting.ExportedModel(c_files.write(case, "an arm", "an arm"), "an arm", "", SI, case)
+    unit = fmu.write(made.model, 3, "an arm", shape=exporting.shape_of(made, 3, True))
+    archive = made_by(unit, tmp_path / "arm.fmu")
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(archive)) == []
+    one = Instance(archive, tmp_path / "one")
+    (shape,) = (known for known in one.description.modelVariables if known.name == "shape")
+    (size,) = (int(known.start) for known in shape.dimensions)
+    bodies = json.loads(unit.files["resources/shape.json"])["bodies"]
+    assert bodies == {"beam": {"first": 0, "points": size // 3}}
+    one.start().unit.doStep(0.0, 50 * h)
+    found = np.array(one.unit.getFloat64([shape.valueReference], nValues=size)).reshape(-1, 3)
+    motion = dynamics.integrate(held(plant, h, {TORQUE: lambda t: 0.0}), STEP, 50 * h)
+    exact = centre_lines(plant, plant.lift(motion.x[-1])[None])["beam"][0, 0]
+    np.testing.assert_allclose(found[:, :2], exact, rtol=0, atol=1e-7)
+    assert np.abs(exact[-1] - [1.0, 0.0]).max() > 1e-3
+    both = one.unit.getFloat64([0, shape.valueReference], nValues=1 + size)
+    assert both[0] == pytest.approx(50 * h)
+    refused(ERROR, one.unit.getFloat64, [shape.valueReference])
+    with pytest.raises(InputError, match="of FMI 3, which has arrays, got one of FMI 2"):
+        exporting.shape_of(made, 2, True)
+    one.unit.freeInstance()
+
+
+def test_tunable_parameters_change_in_a_motion(
+    model: ParametricCase, archive: Path, instance: Instance
+) -> None:
+    """Between steps; one that is not tunable is fixed when the motion has started."""
+    assert instance.description.modelVariables[PARAMETER].variability == "tunable"
+    whole = instance.start().run([h] * 20)
+    instance.unit.reset()
+    instance.start().run([h] * 10)
+    instance.set([PARAMETER], [6.0])
+    changed = instance.run([h] * 10)
+    np.testing.assert_array_equal(changed[0], whole[10])
+    assert np.abs(changed[-1] - whole[-1]).max() > 1e-6
+    written = replace(c_files.write(model, "an arm", "an arm"), tunable=())
+    unit = fmu.write(written, 2, "an arm")
+    assert 'variability="fixed"' in unit.files["modelDescription.xml"]
+    assert '"m/s^2", 1},' in unit.files[f"sources/{unit.name}_fmi2.c"]
 
 
 def test_a_step_that_fails_keeps_the_last_good_state(instance: Instance) -> None:
@@ -421,20 +555,20 @@ def test_calls_out_of_turn_are_errors(instance: Instance) -> None:
 def test_directional_derivatives_are_those_of_the_last_step(instance: Instance) -> None:
     """Against differences of the step itself."""
     instance.start().run([h] * 10, torque)
-    state, held = instance.unit.getFMUState(), []
+    state, found = instance.unit.getFMUState(), []
     for value in (0.2 - 1e-3, 0.2 + 1e-3, 0.2):
         instance.unit.setFMUState(state)
-        held.append(instance.run([h], lambda t, value=value: value)[-1])  # type: ignore[misc]
-    difference = (held[1] - held[0]) / 2e-3
-    found = (
+        found.append(instance.run([h], lambda t, value=value: value)[-1])  # type: ignore[misc]
+    difference = (found[1] - found[0]) / 2e-3
+    slopes = (
         np.array(instance.unit.getDirectionalDerivative(instance.outputs_at, [INPUT], [3.0])) / 3.0
     )
-    assert np.abs(found - difference).max() < 1e-3 * np.abs(difference).max()
-    np.testing.assert_array_equal(instance.outputs, held[2])
+    assert np.abs(slopes - difference).max() < 1e-3 * np.abs(difference).max()
+    np.testing.assert_array_equal(instance.outputs, found[2])
     if not instance.old:
         seed = np.arange(1.0, 1.0 + len(instance.outputs_at)).tolist()
         (back,) = instance.unit.getAdjointDerivative(instance.outputs_at, [INPUT], seed, 1)
-        assert back == pytest.approx(found @ seed, rel=1e-12)
+        assert back == pytest.approx(slopes @ seed, rel=1e-12)
 
 
 def test_a_description_of_another_model_makes_no_instance(
@@ -566,7 +700,9 @@ def test_the_command_says_which_binaries_there_are(
     model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI)
+        exporting,
+        "written",
+        lambda job, name, *_: exporting.ExportedModel(c_files.write(model, name, "m"), "m", "", SI),
     )
     monkeypatch.setattr(extras, "there", lambda extra: False)
     own = binaries.this_machine()
@@ -589,6 +725,48 @@ def test_the_command_says_which_binaries_there_are(
             studies.export_model(tmp_path / "m.h5", **given)
 
 
+def test_the_motion_of_the_training_is_in_it_with_its_errors(
+    model: ParametricCase, tmp_path: Path
+) -> None:
+    """As related files of FMI-LS-REF, whose checksums hold: the FMU repeats the motion."""
+    known = {'"tip_x" <&>': {"unit": "m", "error": 1.25e-5, "relative": 3e-4}}
+    notes = {"report": {"output_errors": known}}
+    written = c_files.write(model, "an arm", "an arm")
+    made = exporting.ExportedModel(written, "an arm", "", SI, model.nominal, notes)
+    for version in (2, 3):
+        unit = fmu.write(written, version, "an arm", motion=exporting.reference_of(made))
+        folder = tmp_path / str(version)
+        folder.mkdir()
+        archive = made_by(unit, folder / "arm.fmu")
+        with zipfile.ZipFile(archive) as files:
+            files.extractall(folder)
+        extra = folder / "extra" / "org.fmi-standard.fmi-ls-ref"
+        root = ElementTree.parse(extra / "fmi-ls-manifest.xml").getroot()
+        assert root.get("{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-name") == extra.name
+        related = {one.get("source"): one for one in root.iter("Related")}
+        assert set(related) == {"training.exp", "training.csv", "errors.csv"}
+        for name, one in related.items():
+            content = (extra / str(name)).read_bytes()
+            assert one.get("checksum") == hashlib.sha3_256(content).hexdigest()
+        (motion,) = ElementTree.parse(extra / "training.exp").getroot().iter("TransientSimulation")
+        head, *rows = csv.reader((extra / "training.csv").read_text().splitlines())
+        reference = dict(zip(head, np.array(rows, float).T, strict=True))
+        step = float(motion.get("stepSize", 0))
+        found = fmpy.simulate_fmu(
+            str(archive),
+            stop_time=float(motion.get("stopTime", 0)),
+            step_size=step,
+            output_interval=reference["time"][1],
+        )
+        assert len(rows) == 301
+        assert len(head) > 5
+        for name, values in reference.items():
+            assert np.abs(found[name] - values).max() < 1e-6 * np.abs(values).max() + 1e-9
+        errors = (extra / "errors.csv").read_text().splitlines()
+        assert errors[1] == '"""tip_x"" <&>",m,1.25e-05,0.0003'
+    assert exporting.reference_of(made._replace(case=None)) is None
+
+
 def test_a_machine_without_a_binary_is_an_error(
     model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -596,7 +774,9 @@ def test_a_machine_without_a_binary_is_an_error(
     code.
     """
     monkeypatch.setattr(
-        exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI)
+        exporting,
+        "written",
+        lambda job, name, *_: exporting.ExportedModel(c_files.write(model, name, "m"), "m", "", SI),
     )
     made = binaries.Built(
         "zig", (binaries.Binary("linux64", "so", b"1"),), {"x86_64-windows": "undefined symbol: f"}

@@ -16,6 +16,7 @@ from fmbs_skfem.control.live import start
 from fmbs_skfem.reduction import files
 from tests import pages
 from tests.exports.c_library import COMPILER
+from tests.exports.held import held
 
 pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(COMPILER is None or sys.platform == "win32", reason="no C compiler")
@@ -179,8 +180,9 @@ def test_the_c_code_for_simulink_moves_as_the_model(
     ).stdout.splitlines()
     assert len(printed) == lines
     case, _ = files.case_of(files.read(c_folder / "plant.h5"))
-    run = start(case.system, case.scheme, case.newton)
-    run.step({"u": 0.2}, 100)
+    system = held(case.system, case.scheme.step, {"u": lambda t: 0.2})
+    run = start(system, case.scheme, case.newton)
+    run.step(count=100)
     assert float(printed[0]) == pytest.approx(run.outputs(["tip"])["tip"], rel=1e-9)
     if lines == 3:
         assert "finite" in printed[1]

@@ -168,6 +168,7 @@ class CModel:
     duration: float  #: of the motion that it was made for [s]
     #: unit, least, largest and nominal value by name
     parameters: Mapping[str, tuple[str, float, float, float]]
+    tunable: tuple[str, ...]  #: those that may change in a motion
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
@@ -285,8 +286,11 @@ def print_kernels(
     turning: bool,
     rooms: Mapping[str, np.ndarray],
     jumping: bool,
+    kicked: bool,
 ) -> Kernels:
-    """The step of a case, its start and its energies; its pieces where loads are `jumping`.
+    """The step of a case, its start and its energies, how it jumps where forces do (`jumping`), and
+    its pieces where loads jump (`kicked`).
+
 
     `changing` are numbers in records that parameters change, by their addresses, `changed` addresses
     of such arrays; the tangents of bodies that are `turning` are then found at the start. `rooms` are
@@ -320,12 +324,12 @@ def print_kernels(
         }
         if turning:
             asked["TURN"] = starting.turned_tangents, ZERO
-        if rooms or jumping:
-            asked["JUMP"] = stepping.jump, ZERO
         if jumping:
+            asked["JUMP"] = stepping.jump, ZERO
+        if kicked:
             asked["TAKE_SPAN"] = touching.take_span, ZERO
             asked["TAKE_SERIES"] = touching.take_series, ZERO
-        if jumping and step.method.locating:
+        if kicked and step.method.locating:
             asked["TOUCH"] = touching.take, ZERO
         calls = {
             name: printer.entry(kernel, [table, more]).name
@@ -349,7 +353,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
     check(given, title)
-    jumping = jumps_of(given, title)
+    kicks = jumps_of(given, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
     system = case.system
@@ -371,9 +375,12 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     known = {*inputs, *numbers.parameters_of(given)}
     acting = controllers.write(system, case.scheme, len(inputs), known)
     reading, columns, left_out = outputs.write_outputs(system, acting.columns)
+    tunable = numbers.tunable_of(given)
+    forced = [name for name in inputs if name not in driving_inputs(system)]
+    jumping = bool(forced or tunable or controlled or kicks)
     try:
         kernels = print_kernels(
-            base, *numbers.places_of(base, changes), turning, acting.rooms, bool(jumping)
+            base, *numbers.places_of(base, changes), turning, acting.rooms, jumping, bool(kicks)
         )
     except OutsideError as error:
         raise InputError(say(title, "a model whose kernels have C", str(error))) from error
@@ -383,7 +390,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         "INPUTS": len(inputs), "PARAMETERS": len(numbers.parameters_of(given)), "DRIVEN": len(places) if driving_inputs(system) else 0,
         "TURNED": sum(bool(one.turns) for one in columns), "LENGTHS": len(base.tables), "WIDTH": base.lengths.signals.shape[1],
         "SIGNALS": len(base.step.state.signals), "TURNING": int(turning), "LOCATING": int(base.step.method.locating),
-        **controllers.counts_of(system), "JUMPS": len(jumping),
+        **controllers.counts_of(system), "JUMPING": int(jumping), "JUMPS": len(kicks),
     }  # fmt: skip
     before = placed(
         replaced(
@@ -417,7 +424,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
             *(f"#define {key} {number(value)}" for key, value in controls(base).items()),
             *(f"#define {key} {value}" for key, value in (STATUSES | counts).items()),
             tables_of(base, inputs, given),
-            *([array("JUMP", "double", jumping)] if jumping else []),
+            *([array("JUMP", "double", kicks)] if kicks else []),
             program.constants,
             *(
                 array(key, "double", table.numbers)
@@ -441,6 +448,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         case.scheme.step,
         case.duration,
         numbers.parameters_of(given),
+        tunable,
         ports,
         {key: one.range for key, one in inputs.items() if one.range is not None},
         tuple(columns),
@@ -514,6 +522,7 @@ def controls(base: PackedCase) -> dict[str, float]:
 def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> str:
     """Tables of a model whose numbers no parameter changes."""
     driving = driving_inputs(base.case.system)
+    tunable = numbers.tunable_of(given)
     ranges = [one.range or (-HUGE, HUGE) for one in inputs.values()]
     halvings = [0, *base.lengths.levels.halvings.tolist()]
     return "\n".join(
@@ -524,6 +533,7 @@ def tables_of(base: PackedCase, inputs: Mapping[str, Any], given: Numbers) -> st
             array("INPUT_LEAST", "double", [low for low, _ in ranges]),
             array("INPUT_MOST", "double", [high for _, high in ranges]),
             array("DRIVES", "int", [name in driving for name in inputs]),
+            array("TUNABLE", "int", [name in tunable for name in numbers.parameters_of(given)]),
         ]
     )
 
@@ -538,13 +548,17 @@ def header_of(
 ) -> str:
     """The header, with the name still to be put in."""
     parameters = numbers.parameters_of(given)
+    tunable = numbers.tunable_of(given)
     lengths = {
         "I_": len(inputs) + counts["CONTROLLED"], "C_": counts["CONTROLLED"], "D_": counts["DRIVEN"], "P_": len(parameters),
-        "O_": counts["SENSORS"], "T_": counts["TURNED"],
+        "O_": counts["SENSORS"], "T_": counts["TURNED"], "B_": 3 * counts["UNKNOWNS"] + counts["EQUATIONS"],
     }  # fmt: skip
     told = {
         "PARAMETER": [
-            (key, f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}")
+            (
+                key,
+                f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}{', tunable' * (key in tunable)}",
+            )
             for key, one in parameters.items()
         ]
     }

@@ -1,7 +1,8 @@
 """A model in C as an FMU for co-simulation, FMI 2.0.4 or 3.0 (fmi-standard.org): its description,
 sources and binaries.
 
-    y(t + H) = doStep(u, H),   u held over the communication step H, which is divided into steps of the model
+    y(t + H) = doStep(u, H),   u held over the communication step H, which is divided into steps of the model,
+    or u + u' t + u'' t^2 / 2 + u''' t^3 / 6 with derivatives (FMI 2), or lines between values of its steps (FMI 3)
 
 Value references count time, parameters, inputs and outputs, in this order. Outputs do not depend on
 inputs of the same instant, so that no algebraic loop goes through the model; a directional
@@ -19,12 +20,16 @@ from typing import NamedTuple
 from xml.etree import ElementTree as xml
 
 from .. import __version__
+from ..core.printing.program import array
 from ..core.storage.records import dataclass
 from ..core.values.display import SI, DisplayUnits
 from ..core.values.problems import printable
 from ..core.values.units import measure
+from . import reference, shapes, terminals
 from .binaries import Binary
 from .c_files import CModel
+from .reference import Reference
+from .shapes import Shape
 from .text import number, replaced, template
 
 #: what messages of a model are about, in the order of fmu.c
@@ -52,6 +57,8 @@ class Variable(NamedTuple):
     range: tuple[float, float] | None = None
     nominal: float | None = None
     display: str = ""  #: unit in which people read it, where that is another one
+    fixed: bool = False  #: whether a motion keeps it
+    size: int = 0  #: of an array, 0 for a number
 
 
 @dataclass(frozen=True)
@@ -65,18 +72,23 @@ class FMU:
     files: Mapping[str, str]
 
 
-def variables_of(model: CModel) -> tuple[Variable, ...]:
-    """Time, parameters, inputs and outputs; a name that is taken goes on with what the variable is,
-    as one of blanks is called.
+def variables_of(model: CModel, shape: Shape | None = None) -> tuple[Variable, ...]:
+    """Time, parameters, inputs and outputs, and points of bodies as an array; a name that is taken
+    goes on with what the variable is, as one of blanks is called.
     """
     found = [Variable("time", "s", "independent")]
     for name, (unit, low, high, middle) in model.parameters.items():
-        found.append(Variable(name, unit, "parameter", middle, (low, high), abs(middle) or None))
+        fixed = name not in model.tunable
+        found.append(
+            Variable(name, unit, "parameter", middle, (low, high), abs(middle) or None, fixed=fixed)
+        )
     found += [
         Variable(name, unit, "input", start, model.ranges.get(name))
         for name, (unit, start) in model.inputs.items()
     ]
     found += [Variable(one.name, one.unit, "output") for one in model.columns]
+    if shape is not None:
+        found.append(Variable("shape", "m", "output", size=len(shape.offset)))
     taken = set[str]()
     distinct = []
     for one in found:
@@ -99,10 +111,18 @@ def shown(one: Variable, display: DisplayUnits) -> Variable:
 
 
 def write(
-    model: CModel, version: int, title: str, description: str = "", display: DisplayUnits = SI
+    model: CModel,
+    version: int,
+    title: str,
+    description: str = "",
+    display: DisplayUnits = SI,
+    motion: Reference | None = None,
+    shape: Shape | None = None,
 ) -> FMU:
-    """The texts of an FMU for a model in C; tools show its numbers in units of `display`."""
-    variables = tuple(shown(one, display) for one in variables_of(model))
+    """The texts of an FMU for a model in C; tools show its numbers in units of `display`, and compare
+    it with a `motion`; in FMI 3 points of a `shape` are an output.
+    """
+    variables = tuple(shown(one, display) for one in variables_of(model, shape))
     known = repr((__version__, version, model.source, model.header, variables)).encode()
     token = f"{{{uuid.UUID(hashlib.sha256(known).hexdigest()[:32])}}}"
     wrapper = f"{model.name}_fmi{version}.c"
@@ -113,26 +133,47 @@ def write(
         "modelDescription.xml": text_of(describe(found, model, title, description, sources)),
         f"sources/{model.name}.c": model.source,
         f"sources/{model.name}.h": model.header,
-        f"sources/{wrapper}": wrapper_of(found),
+        f"sources/{wrapper}": wrapper_of(found, shape),
     }
     if version == 3:
         files["sources/buildDescription.xml"] = text_of(build_description(model.name, sources))
+    if shape is not None:
+        files[shapes.FILE] = shapes.text_of(shape)
+    if (ports := terminals.describe((one.name, one.causality) for one in variables)) is not None:
+        files[terminals.FILE] = text_of(ports)
+    if motion is not None:
+        outputs = [one.name for one in variables if one.causality == "output" and not one.size]
+        names = dict(zip((one.name for one in model.columns), outputs, strict=True))
+        related = {
+            name: one if isinstance(one, str) else text_of(one)
+            for name, one in reference.texts_of(motion, title, names).items()
+        }
+        files |= related
+        files[f"{reference.FOLDER}/fmi-ls-manifest.xml"] = text_of(reference.manifest(related))
     return FMU(version, model.name, token, variables, files)
 
 
-def wrapper_of(fmu: FMU) -> str:
+def wrapper_of(fmu: FMU, shape: Shape | None) -> str:
     """The functions of FMI in C."""
+    arrays = []
+    if shape is not None:
+        arrays = [
+            array("SHAPE_MATRIX", "double", shape.matrix),
+            array("SHAPE_OFFSET", "double", shape.offset),
+        ]
     rows = []
     for one in fmu.variables:
         if one.causality in ("parameter", "input"):
             low, high = one.range or (1.0, -1.0)
             rows.append(
-                f"    {{{quoted(one.name)}, {number(low)}, {number(high)}, {quoted(one.unit)}}},"
+                f"    {{{quoted(one.name)}, {number(low)}, {number(high)}, {quoted(one.unit)}, {int(one.fixed)}}},"
             )
     words = {
         "NAME": fmu.name,
         "TOKEN_OF_MODEL": fmu.token,
-        "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, ""},']),
+        "SIZE_OF_SHAPE": len(shape.offset) if shape is not None else 0,
+        "ARRAYS_OF_SHAPE": "\n".join(arrays),
+        "TABLE_OF_GIVEN": "\n".join(rows or ['    {"", 1.0, -1.0, "", 0},']),
     }
     return replaced(
         replaced(template(f"fmi{fmu.version}.c"), {"SHARED_PART": template("fmu.c")}), words
@@ -215,7 +256,9 @@ def attributes(one: Variable) -> dict[str, str]:
 
 def kinds(one: Variable) -> dict[str, str]:
     initial = {"parameter": "exact", "output": "calculated"}.get(one.causality)
-    variability = "fixed" if one.causality == "parameter" else "continuous"
+    variability = "continuous"
+    if one.causality == "parameter":
+        variability = "fixed" if one.fixed else "tunable"
     return {"causality": one.causality, "variability": variability} | (
         {"initial": initial} if initial else {}
     )
@@ -237,6 +280,7 @@ def description2(
     root = head(fmu, title, about, guid=fmu.token, numberOfEventIndicators="0")
     can = (
         "canHandleVariableCommunicationStepSize",
+        "canInterpolateInputs",
         "canGetAndSetFMUstate",
         "canSerializeFMUstate",
         "providesDirectionalDerivative",
@@ -274,7 +318,7 @@ def description3(
     root = head(fmu, title, about, instantiationToken=fmu.token)
     can = (
         "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives",
-        "providesAdjointDerivatives",
+        "providesAdjointDerivatives", "providesIntermediateUpdate", "canReturnEarlyAfterIntermediateUpdate",
     )  # fmt: skip
     xml.SubElement(
         root,
@@ -285,11 +329,17 @@ def description3(
     add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
-        xml.SubElement(
+        between = one.causality in ("input", "output")
+        place = xml.SubElement(
             group,
             "Float64",
-            {"name": one.name, "valueReference": str(k)} | kinds(one) | attributes(one),
+            {"name": one.name, "valueReference": str(k)}
+            | kinds(one)
+            | ({"intermediateUpdate": "true"} if between else {})
+            | attributes(one),
         )
+        if one.size:
+            xml.SubElement(place, "Dimension", start=str(one.size))
     structure = xml.SubElement(root, "ModelStructure")
     outputs, given = places(fmu.variables, "output"), places(fmu.variables, "parameter")
     for name, known in (("Output", []), ("InitialUnknown", given)):

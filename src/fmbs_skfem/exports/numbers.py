@@ -18,6 +18,7 @@ from ..core.storage.records import dataclass
 from ..reduction import cases
 from ..reduction.affine import Order, ParametricCase, Varying, lagrange
 from ..reduction.cases import Case, Place
+from ..systems.system import driving
 from .packing import PackedCase
 from .text import number, replaced, template
 
@@ -40,6 +41,10 @@ READ = (
     "v0",
 )
 UNREAD = ("loads", "springs"), ("near",)
+#: leaves of a system whose numbers may change while it moves: forces of its laws and loads; inertia,
+#: joints and places would change the motion itself. The start is that of a motion alone
+TUNABLE = "elastic", "damping", "stiffness", "loads", "signals"
+AT_START = "x0", "v0"
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,28 @@ def is_read(place: Place) -> bool:
         and place[1] in READ
         and not any(place[1 : 1 + len(one)] == one for one in UNREAD)
     )
+
+
+def tunable_of(numbers: Numbers) -> tuple[str, ...]:
+    """Names of the parameters that change nothing but forces, and so may change in a motion."""
+    if numbers.model is None:
+        return ()
+    drives = {signal for _, signal in driving(numbers.case.system.constraints)}
+    fixed = {
+        p
+        for part in numbers.varying.values()
+        if not may_change(part.place, drives)
+        for p, degree in enumerate(part.order.degrees)
+        if degree > 0
+    }
+    return tuple(one.name for p, one in enumerate(numbers.model.parameters) if p not in fixed)
+
+
+def may_change(place: Place, drives: set[int]) -> bool:
+    """Whether a leaf may change in a motion; functions of time that drive joints (`drives`) may not."""
+    if place[0] != "system" or place[1] not in (*TUNABLE, *AT_START):
+        return False
+    return place[1] != "signals" or place[2] not in drives
 
 
 class LeafChange(NamedTuple):
@@ -203,7 +230,9 @@ def places_of(base: PackedCase, changes: LeafChanges) -> tuple[dict[int, str], l
 def write(
     base: PackedCase, numbers: Numbers, changes: LeafChanges, memory: PackedMemory
 ) -> tuple[str, str]:
-    """Constants of C, and the function `set_numbers`."""
+    """Constants of C, and the function `set_numbers`, which leaves the state as it is but at the
+    start.
+    """
     text = []
     starts: list[str] = []
     mixed: dict[Order, list[str]] = {}
@@ -217,9 +246,10 @@ def write(
             target = f"@{found[0].name}@ + {found[1]}"
         else:
             target = f"m->{'_'.join(map(str, place))}"
+        when = "if (starting)\n        " if place[0] == "state" else ""
         start = unchanged_part(base, numbers, place, known)
         text.append(array(f"BASE_{k}", "double", start))
-        starts.append(f"    EACH (i, {start.size})\n        ({target})[i] = BASE_{k}[i];")
+        starts.append(f"    {when}EACH (i, {start.size})\n        ({target})[i] = BASE_{k}[i];")
         for n, change in enumerate(known):
             t, q = change.part.mixture.shape
             longest = max(longest, t)
@@ -228,7 +258,7 @@ def write(
                 array(f"MIXTURE_{k}_{n}", "double", change.part.mixture),
             ]
             mixed.setdefault(change.part.order, []).append(
-                f"    mix(weights, {t}, {q}, {start.size}, CHANGES_{k}_{n}, MIXTURE_{k}_{n}, {target});"
+                f"    {when}mix(weights, {t}, {q}, {start.size}, CHANGES_{k}_{n}, MIXTURE_{k}_{n}, {target});"
             )
     # polynomials of one order are evaluated once for all that have it
     lines = [
@@ -260,7 +290,7 @@ def tables(numbers: Numbers, orders: Sequence[Order]) -> list[str]:
 def function(lines: Sequence[str], longest: int) -> str:
     """`set_numbers`, with what it calls."""
     if not lines:
-        return "static void set_numbers(NAME_memory *m)\n{\n    (void)m;\n}\n"
+        return "static void set_numbers(NAME_memory *m, int starting)\n{\n    (void)m;\n    (void)starting;\n}\n"
     return replaced(template("numbers.c"), {"LONGEST": longest, "    LINES": "\n".join(lines)})
 
 

@@ -158,7 +158,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))
             targets.append(f"row[{order * count + k}] = {{}};")
             value = sympy.diff(value, T)
-    places: dict[Any, str] = {input_symbol(name): f"m->inputs[{k}]" for name, k in inputs.items()}
+    places: dict[Any, str] = {input_symbol(name): f"m->acting[{k}]" for name, k in inputs.items()}
     for one, path in smooth.items():
         name = next(name for name in inputs if input_symbol(name) == one)
         symbols_of = derivatives_of([path])

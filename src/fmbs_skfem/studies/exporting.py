@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .. import dynamics
 from ..bodies.body import Body
 from ..core import extras
-from ..core.errors import InputError, MissingFeature, say
-from ..core.notices import notify
+from ..core.errors import InputError, MissingFeature, SolverError, say
+from ..core.notices import Notice, notify
 from ..core.storage import container, durable
 from ..core.values import quantities, units
 from ..core.values.display import SI, DisplayUnits
@@ -17,20 +19,24 @@ from ..core.values.fields import AXES
 from ..core.values.problems import Problem
 from ..core.values.units import add_unit
 from ..dynamics import GeneralizedAlpha
-from ..exports import binaries, c_files, fmu, part_ports
+from ..dynamics.scheme import steps_in
+from ..exports import binaries, c_files, fmu, part_ports, shapes
 from ..exports.binaries import Built
 from ..exports.c_files import CModel
 from ..exports.fmu import FMU
+from ..exports.reference import Reference
+from ..exports.shapes import Shape
 from ..families import parametric_model
 from ..parts import files as part_files
 from ..parts import rescaling
-from ..reduction import files
+from ..reduction import cases, files
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from . import models
 from .job import Job
 from .result import ReportTable, Result, conclude, describe_error, list_files
 
+ROWS = 1000  #: of a motion in an FMU, at most
 UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}  #: of numbers of a part that are no lengths
 
 
@@ -41,6 +47,8 @@ class ExportedModel(NamedTuple):
     title: str
     text: str  #: of its errors, or of what acts on it
     display: DisplayUnits  #: in which people read its numbers
+    case: Case | ParametricCase | None = None  #: None of a part
+    notes: Mapping[str, Any] = {}  #: of the training
 
 
 def written(job: Job, name: str, step: float | None = None, gravity: str = "") -> ExportedModel:
@@ -81,9 +89,8 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
     text = error_text(notes, facts)
     notify(*models.say_doubts(facts.get("doubts", ())))
     title = models.title(job.path, notes)
-    return ExportedModel(
-        c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes)
-    )
+    model = c_files.write(case, name or job.path.stem, title, text)
+    return ExportedModel(model, title, text, DisplayUnits.of(notes), case, notes)
 
 
 def error_text(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
@@ -152,8 +159,9 @@ def export(
     fmi: int = 2,
     step: float | None = None,
     gravity: str = "",
+    shape: bool = False,
 ) -> Result:
-    """A model or a part in C, as files in a folder or as an FMU."""
+    """A model or a part in C, as files in a folder or as an FMU, which may show points of a `shape`."""
     if (folder is None) == (fmu_file is None):
         got = "none" if folder is None else "both"
         raise InputError(
@@ -163,24 +171,68 @@ def export(
                 got,
             )
         )
-    found, title, errors, display = written(job, name, step, gravity)
+    made = written(job, name, step, gravity)
+    found, title = made.model, made.title
     if fmu_file is not None:
-        unit = fmu.write(found, fmi, title, errors, display)
+        unit = fmu.write(
+            found,
+            fmi,
+            title,
+            made.text,
+            made.display,
+            reference_of(made),
+            shape_of(made, fmi, shape),
+        )
         return export_fmu(job, found, title, unit, fmu_file)
     assert folder is not None
     names = [folder / f"{found.name}.c", folder / f"{found.name}.h"]
     refuse_taken(job, f"--c {folder}", names)
     with durable.writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    made = [
+    places = [
         durable.write(place, text.encode())
         for place, text in zip(names, (found.source, found.header), strict=True)
     ]
     return Result(
         about=f"{job.path}: {title} as C",
-        report=report_of(job, found, made),
-        lines=views(found, made),
+        report=report_of(job, found, places),
+        lines=views(found, places),
     )
+
+
+def shape_of(made: ExportedModel, fmi: int, wanted: bool) -> Shape | None:
+    """Points of bodies, where they are wanted; InputError where an FMU cannot have them."""
+    if not wanted:
+        return None
+    if fmi == 2 or made.case is None:
+        got = "one of FMI 2" if fmi == 2 else "one of a part"
+        raise InputError(say("--shape", "an FMU of a model, of FMI 3, which has arrays", got))
+    return shapes.find_shape(made.case, "--shape")
+
+
+def reference_of(made: ExportedModel) -> Reference | None:
+    """The motion of a training with its errors; None of a part, and where it cannot be taken."""
+    if made.case is None:
+        return None
+    case = made.case if isinstance(made.case, Case) else made.case.nominal
+    steps = steps_in(case.scheme, case.duration)
+    try:
+        # what speaks against the motion was said by the training
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            motion = cases.run(case, -(-steps // ROWS))
+            columns = dynamics.outputs(motion)
+    except SolverError:
+        return None
+    absolute, relative = (files.read_errors(made.notes, kind) for kind in ("error", "relative"))
+    names = [one.name for one in made.model.columns]
+    errors = {
+        one.name: (one.unit, absolute.get(one.name), relative.get(one.name))
+        for one in made.model.columns
+        if one.name in absolute or one.name in relative
+    }
+    found = {name: columns[name] for name in names}
+    return Reference(case.scheme.step, motion.times, found, errors)
 
 
 def refuse_taken(job: Job, where: str, places: list[Path]) -> None:

@@ -95,6 +95,9 @@ def export_model(
     gravity: Annotated[
         str, Option("Acceleration on a part, such as '0, 0, -9.81'; by default none.", "X,Y,Z")
     ] = "",
+    shape: Annotated[
+        bool, Option("Give an FMU of FMI 3 points of all bodies as an array, for viewers.")
+    ] = False,
     **shared: Unpack[ValueOptions],
 ) -> Result:
     """Write a saved reduced model or a part as C source or as an FMU, for controllers and other
@@ -114,7 +117,7 @@ def export_model(
 
     with jobs.begin(path, **shared) as job:
         places = None if c is None else Path(c), None if fmu is None else Path(fmu)
-        return exporting.export(job, name, *places, fmi, step, gravity)
+        return exporting.export(job, name, *places, fmi, step, gravity, shape)
 
 
 @study

@@ -54,6 +54,11 @@ static void release(const struct connection *link, void *place)
         link->master.freeMemory(place);
 }
 
+static NAME_status take_span(instance *one, double span)
+{
+    return go_on(one, span);
+}
+
 EXPORT const char *FMI(fmi2GetTypesPlatform)(void)
 {
     return "default";
@@ -184,13 +189,22 @@ EXPORT int FMI(fmi2GetDirectionalDerivative)(void *c, const unsigned unknowns[],
     return derive(c, unknowns, rows, knowns, columns, seed, found);
 }
 
+/* Derivatives by time at the begin of the next step: all of them, or none where one is refused. */
 EXPORT int FMI(fmi2SetRealInputDerivatives)(void *c, const unsigned references[], size_t count, const int order[],
     const double value[])
 {
-    (void)references;
-    (void)order;
-    (void)value;
-    return count == 0 ? OK : complain(c, ERROR, "inputs are held over a step: they have no derivatives");
+    instance *one = c;
+    for (size_t k = 0; k < count; k++) {
+        if (references[k] < (unsigned)FIRST_INPUT || references[k] >= (unsigned)FIRST_OUTPUT)
+            return complain(one, ERROR, "only inputs have derivatives that can be set");
+        if (order[k] < 1 || order[k] > 3)
+            return complain(one, ERROR, "derivatives of inputs have the order 1, 2 or 3");
+        if (!is_finite(value[k]))
+            return complain_of(one, DISCARD, references[k] - 1, value[k], " is not finite: the derivative before stays");
+    }
+    for (size_t k = 0; k < count; k++)
+        one->now.model.rates[order[k] - 1][references[k] - FIRST_INPUT] = value[k];
+    return OK;
 }
 
 EXPORT int FMI(fmi2GetRealOutputDerivatives)(void *c, const unsigned references[], size_t count, const int order[], double value[])

@@ -39,9 +39,13 @@ void free(void *place);
 #define RELEASE(place) free(place)
 #endif
 
+typedef void updated(void *environment, double time, bool set, bool get, bool taken, bool can_end, bool *end, double *until);
+
 struct connection {
     void *environment;
     void (*logger)(void *environment, int status, const char *category, const char *text);
+    updated *update; /* asks for inputs within a step, and shows outputs */
+    bool early;      /* whether it may end a step */
 };
 
 SHARED_PART
@@ -64,6 +68,41 @@ static void release(const struct connection *link, void *place)
     RELEASE(place);
 }
 
+/* Whether the master wants to end the step at a time within it [s]. */
+static int ask(instance *one, double time, bool taken)
+{
+    bool end = false;
+    double until = time;
+    one->link.update(one->link.environment, time, !taken, taken, taken, taken && one->link.early, &end, &until);
+    return taken && one->link.early && end && until <= time + 1e-9 * NAME_STEP;
+}
+
+/* A span in steps of the model; between values that a master gives for their ends inputs are lines. */
+static NAME_status take_span(instance *one, double span)
+{
+    NAME_memory *m = &one->now.model;
+    const double whole = (double)(long long)(span / NAME_STEP + 1.0 - 1e-9), parts = whole < 1.0 ? 1.0 : whole, h = span / parts;
+    const double begin = now(one);
+    one->early = 0;
+    if (!one->link.update)
+        return go_on(one, span);
+    for (double k = 1.0; k <= parts && !one->early; k += 1.0) {
+        double before[AT_LEAST_ONE(NAME_INPUTS)];
+        for (int i = 0; i < NAME_INPUTS; i++)
+            before[i] = m->inputs[i];
+        ask(one, begin + k * h, false);
+        for (int i = 0; i < NAME_INPUTS; i++) {
+            m->rates[0][i] = (m->inputs[i] - before[i]) / h;
+            m->inputs[i] = before[i];
+        }
+        const NAME_status found = go_on(one, h);
+        if (found != NAME_OK)
+            return found;
+        one->early = ask(one, now(one), true) && k < parts;
+    }
+    return NAME_OK;
+}
+
 typedef void call(void);
 
 EXPORT const char *FMI(fmi3GetVersion)(void)
@@ -78,21 +117,22 @@ EXPORT int FMI(fmi3SetDebugLogging)(void *c, bool on, size_t count, const char *
 
 EXPORT void *FMI(fmi3InstantiateCoSimulation)(const char *name, const char *token, const char *resources, bool visible, bool logging,
     bool events, bool early, const uint32_t between[], size_t many, void *environment,
-    void (*logger)(void *, int, const char *, const char *), call *update)
+    void (*logger)(void *, int, const char *, const char *), updated *update)
 {
     struct connection link;
     instance *one;
     (void)resources;
     (void)visible;
     (void)logging;
-    (void)early;
-    (void)between;
-    (void)update;
     link.environment = environment;
     link.logger = logger;
+    link.update = update;
+    link.early = early;
     one = make(name, token, &link);
-    if (one && (events || many > 0)) {
-        complain(one, ERROR, "the model has neither events nor values between communication points");
+    for (size_t k = 0; one && k < many; k++)
+        events = events || between[k] < (uint32_t)FIRST_INPUT || between[k] >= (uint32_t)VARIABLES;
+    if (one && events) {
+        complain(one, ERROR, "the model has no events, and only inputs and outputs between communication points");
         forget(one);
         return NULL;
     }
@@ -150,9 +190,52 @@ EXPORT int FMI(fmi3Reset)(void *c)
     return reset(c);
 }
 
+/* Points of bodies are an array behind all other variables, linear in the unknowns of the model. */
+enum { SHAPE = VARIABLES, POINTS = SIZE_OF_SHAPE };
+#if SIZE_OF_SHAPE > 0
+ARRAYS_OF_SHAPE
+#endif
+
+static int get_shape(instance *one, double values[])
+{
+    double unread;
+    const unsigned first = (unsigned)FIRST_OUTPUT;
+    int status = OK;
+    /* any output asks for the start where it is due */
+    if (NAME_OUTPUTS > 0)
+        status = get(one, &first, 1, &unread);
+    else if (one->now.mode < STEPPING && one->now.stale)
+        status = start(one);
+    if (status != OK)
+        return status;
+#if SIZE_OF_SHAPE > 0
+    const int count = (int)(sizeof one->now.model.state_x / sizeof(double));
+    for (int k = 0; k < POINTS; k++) {
+        values[k] = SHAPE_OFFSET[k];
+        for (int i = 0; i < count; i++)
+            values[k] += SHAPE_MATRIX[k * count + i] * one->now.model.state_x[i];
+    }
+#else
+    (void)values;
+#endif
+    return OK;
+}
+
 EXPORT int FMI(fmi3GetFloat64)(void *c, const uint32_t references[], size_t count, double values[], size_t many)
 {
-    return many == count ? get(c, references, count, values) : complain(c, ERROR, "every variable is one number");
+    size_t expected = 0;
+    for (size_t k = 0; k < count; k++)
+        expected += POINTS > 0 && references[k] == SHAPE ? (size_t)POINTS : 1;
+    if (many != expected)
+        return complain(c, ERROR, "every variable is one number, but for the shape");
+    for (size_t k = 0; k < count; k++) {
+        const int whole = POINTS > 0 && references[k] == SHAPE;
+        const int status = whole ? get_shape(c, values) : get(c, references + k, 1, values);
+        if (status != OK)
+            return status;
+        values += whole ? POINTS : 1;
+    }
+    return OK;
 }
 
 EXPORT int FMI(fmi3SetFloat64)(void *c, const uint32_t references[], size_t count, const double values[], size_t many)
@@ -290,7 +373,8 @@ EXPORT int FMI(fmi3DoStep)(void *c, double from, double span, bool forget_before
 {
     const int status = step(c, from, span);
     (void)forget_before;
-    *event = *ends = *early = false;
+    *event = *ends = false;
+    *early = ((instance *)c)->early;
     *reached = now(c);
     return status;
 }

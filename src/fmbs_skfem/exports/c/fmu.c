@@ -16,6 +16,7 @@ static const struct {
     const char *name;
     double least, largest;
     const char *unit;
+    int fixed; /* parameters that cannot change in a motion */
 } GIVEN[AT_LEAST_ONE(NAME_PARAMETERS + NAME_INPUTS)] = {
 TABLE_OF_GIVEN
 };
@@ -35,12 +36,14 @@ typedef struct {
     state now;
     double outputs[AT_LEAST_ONE(NAME_OUTPUTS)];
     int read; /* whether these are those of now */
+    int early; /* whether the last step ended before its communication point */
     int muted;
     char name[ROOM_OF_TEXT];
     struct connection link;
 } instance;
 
 static void tell(instance *one, int status, const char *category, const char *text);
+static NAME_status take_span(instance *one, double span);
 static void *allocate(const struct connection *link, size_t size);
 static void release(const struct connection *link, void *place);
 
@@ -185,7 +188,7 @@ static instance *make(const char *name, const char *token, const struct connecti
     add(&text, name && *name ? name : "NAME");
     copy((unsigned char *)one->name, (unsigned char *)text.text, sizeof one->name);
     one->link = *link;
-    one->muted = 0;
+    one->muted = one->early = 0;
     if (!token || !same(token, TOKEN)) {
         complain(one, ERROR, "the token of the model description is that of another model");
         release(link, one);
@@ -333,8 +336,8 @@ static int set(instance *one, const unsigned references[], size_t count, const d
         const unsigned at = references[k];
         if (at == 0 || at >= (unsigned)FIRST_OUTPUT)
             return complain(one, ERROR, "only parameters and inputs can be set");
-        if (at < (unsigned)FIRST_INPUT && one->now.mode > INITIALISING)
-            return complain(one, ERROR, "parameters are fixed when the motion has started: reset the model");
+        if (GIVEN[at - 1].fixed && one->now.mode > INITIALISING)
+            return complain(one, ERROR, "this parameter is fixed when the motion has started: reset the model");
         if (!is_finite(values[k]))
             return complain_of(one, DISCARD, at - 1, values[k], " is not finite: the value before stays");
         if (at < (unsigned)FIRST_INPUT && is_outside(at - 1, values[k]))
@@ -388,6 +391,14 @@ static int is_near(double time, double other)
     return off <= least && -off <= least;
 }
 
+/* What is outside of a range was told as it was set. */
+static NAME_status go_on(instance *one, double span)
+{
+    const NAME_status found = NAME_step(&one->now.model, span);
+    one->read = 0;
+    return found == NAME_INPUT_OUTSIDE ? NAME_step(&one->now.model, span) : found;
+}
+
 /* Go on by a span [s]; where a step fails the state is that of the last good one. Masters that add up steps are off by their round-off
  * after millions of them: they go on where they have been before, or at the time of the model, which counts its steps. */
 static int step(instance *one, double from, double span)
@@ -414,11 +425,8 @@ static int step(instance *one, double from, double span)
             span = whole;
     }
     tell_steps(one, span);
-    one->read = 0;
-    found = NAME_step(&one->now.model, span);
-    if (found == NAME_INPUT_OUTSIDE) /* was told as it was set */
-        found = NAME_step(&one->now.model, span);
-    one->now.next = found == NAME_OK ? next : now(one);
+    found = take_span(one, span);
+    one->now.next = found == NAME_OK && !one->early ? next : now(one);
     return found == NAME_OK ? OK : complain(one, DISCARD, NAME_message(found));
 }
 

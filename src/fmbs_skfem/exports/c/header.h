@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define NAME_INTERFACE 3 /* version of this header: new fields and statuses */
+#define NAME_INTERFACE 4 /* version of this header: new fields and statuses */
 #define NAME_STEP STEP /* of the model [s] */
 #define NAME_PARAMETERS N_PARAMETERS
 #define NAME_INPUTS N_INPUTS
@@ -39,12 +39,14 @@ typedef enum {
     NAME_NO_DERIVATIVE,
     NAME_TOO_FEW_CORRECTIONS,
     NAME_INPUT_OUTSIDE,
-    NAME_CONTROLLER_NOT_FINITE
+    NAME_CONTROLLER_NOT_FINITE,
+    NAME_PARAMETER_FIXED
 } NAME_status;
 
 typedef struct {
-    double parameters[P_]; /* given by the caller before the start */
-    double inputs[I_];     /* and before a step; behind those of the caller stands what controllers give */
+    double parameters[P_]; /* given by the caller before the start; tunable ones before a step as well */
+    double inputs[I_];     /* and before a step: from its begin on; behind those of the caller stands what controllers give */
+    double rates[3][I_];   /* derivatives of inputs by time at the begin of a step [1/s, 1/s2, 1/s3]; 0 again when it is taken */
     int outside[I_];       /* whether an input was beyond the range of the training, of which the first step says so */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
     double time;           /* [s] */
@@ -55,8 +57,13 @@ typedef struct {
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */
-    /* inputs that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
-    double given[4][D_], smooth[4][D_], given_end, given_span;
+    double told;                  /* when inputs were given last [s] */
+    double given_end, given_span; /* of the last step [s] */
+    double acting[I_];            /* inputs now */
+    double acting_parameters[P_]; /* parameters now */
+    /* those that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
+    double given[4][D_], smooth[4][D_];
+    double begun[B_];              /* x, v, q'' and multipliers at the begin of the last step of the model */
     double turned[T_], sensed[O_], sensed_rates[O_]; /* angles with their turns, and what outputs read */
     /* what the kernels of a step write: the state, the trial state, factors, and rooms */
 FIELDS

@@ -1,8 +1,17 @@
 #define EACH(i, n) for (int i = 0; i < (n); i++)
 
-/* Inputs that drive joints at the time t: the cubic through their values at the ends of the last four spans, and its derivatives. */
+/* An input at the time t, by its value and derivatives when it was given. */
+static double input_at(const NAME_memory *m, int k, double t)
+{
+    const double time = t - m->told;
+    return m->inputs[k] + time * (m->rates[0][k] + time / 2.0 * (m->rates[1][k] + time / 3.0 * m->rates[2][k]));
+}
+
+/* Inputs at the time t. Those that drive joints: the cubic through their values at the ends of the last four spans, and its derivatives. */
 static void follow_inputs(NAME_memory *m, double t)
 {
+    EACH (k, INPUTS + CONTROLLED)
+        m->acting[k] = input_at(m, k, t);
     const double h = m->given_span, s = (t - m->given_end) / h;
     EACH (i, DRIVEN) {
         const double u = m->given[0][i], d = u - m->given[1][i], e = u - 2.0 * m->given[1][i] + m->given[2][i];

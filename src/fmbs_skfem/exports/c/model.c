@@ -1,6 +1,8 @@
 /* ---------------------------------------------------------------------------------------------------------------------------------
  * What NAME.h declares, around the kernels of a time step.
  * ------------------------------------------------------------------------------------------------------------------------------ */
+#define CHANGE 1e-6 /* of an input, for differences */
+#define GIVEN (INPUTS + CONTROLLED) /* inputs of the caller, and what controllers give */
 
 /* Steps of a length [s] are what is taken next. */
 static void set_step(NAME_memory *m, double h)
@@ -24,7 +26,7 @@ static void take_inputs(NAME_memory *m, double span)
 {
     const double end = m->given_end, before = m->given_span;
     double earlier[2][ROOM(DRIVEN)];
-    EACH (k, 2) {
+    EACH (k, DRIVEN > 0 ? 2 : 0) {
         follow_inputs(m, most(end - 3.0 * before, end - (k + 1) * span));
         EACH (i, DRIVEN)
             earlier[k][i] = m->smooth[0][i];
@@ -33,7 +35,7 @@ static void take_inputs(NAME_memory *m, double span)
         m->given[3][i] = earlier[1][i];
         m->given[2][i] = earlier[0][i];
         m->given[1][i] = m->given[0][i];
-        m->given[0][i] = m->inputs[i];
+        m->given[0][i] = input_at(m, i, m->time + span);
     }
     m->given_end = m->time + span;
     m->given_span = span;
@@ -57,16 +59,28 @@ static void change_step(NAME_memory *m, double h)
     forget(m);
 }
 
-#if CONTROLLED > 0 || JUMPS > 0
+#if JUMPING
 /* Accelerations and reactions of the present state jump onto what is given at a time t [s]. */
 static void jump(NAME_memory *m, double t)
 {
     follow_inputs(m, t);
     read_signals(m, t, m->method_h[0], @job_signals@);
-    if (CALL_JUMP(m, 0) != DONE)
+    if (CALL_JUMP(m, 0) != DONE) /* the step finds its own way */
         @work_kind@[0] = 0;
 }
 #endif
+
+/* x, v, q'' and multipliers. */
+static void copy_state(const NAME_memory *m, double *state)
+{
+    EACH (i, UNKNOWNS) {
+        state[i] = @state_x@[i];
+        state[UNKNOWNS + i] = @state_v@[i];
+        state[2 * UNKNOWNS + i] = @state_acceleration@[i];
+    }
+    EACH (k, EQUATIONS)
+        state[3 * UNKNOWNS + k] = @state_multipliers@[k];
+}
 
 /* A step of the method to the time t [s] by `fixed` corrections. */
 static long long take_fixed(NAME_memory *m, double t)
@@ -147,6 +161,7 @@ static long long take_between_jumps(NAME_memory *m, double t)
 static int take_step(NAME_memory *m, double t)
 {
     long long found;
+    copy_state(m, m->begun);
 #if JUMPS > 0
     if (jumps_before(m, t))
         found = take_between_jumps(m, t);
@@ -203,7 +218,8 @@ static void begin_steps(NAME_memory *m)
         @state_multipliers@[k] = @state_past@[k];
 }
 
-/* Go on by a span: whole steps of the model where they fit, else as many equal ones as are not longer. */
+/* Go on by a span: whole steps of the model where they fit, else as many equal ones as are not longer. The state jumps where forces do at
+ * its begin, as what is given has `changed`. */
 static NAME_status go_on(NAME_memory *m, double span, int changed)
 {
     const double round_off = 1e-9 * span + 1e-15 * m->time;
@@ -216,7 +232,7 @@ static NAME_status go_on(NAME_memory *m, double span, int changed)
         begin_steps(m);
     if (size_of(h - m->method_h[0]) > 1e-12 * m->method_h[0])
         change_step(m, h);
-#if CONTROLLED > 0
+#if JUMPING
     if (changed) {
         @work_kind@[0] = @work_kind@[1] = 0; /* factors of another state, and turned tangents, miss a part of it */
 #if JUMPS > 0 /* behind loads that jump at this instant */
@@ -240,11 +256,11 @@ static NAME_status go_on(NAME_memory *m, double span, int changed)
 
 #if CONTROLLED > 0
 /* The same from sample to sample of controllers. */
-static NAME_status go_by_samples(NAME_memory *m, double span)
+static NAME_status go_by_samples(NAME_memory *m, double span, int changed)
 {
     const double end = m->time + span, least_part = 1e-9 * NAME_STEP + 1e-15 * end;
     while (end - m->time > least_part) {
-        int changed = 0;
+        follow_inputs(m, m->time);
         NAME_status found = act(m, &changed);
         if (found != NAME_OK)
             return found;
@@ -260,46 +276,118 @@ static NAME_status go_by_samples(NAME_memory *m, double span)
         found = go_on(m, next - m->time, changed);
         if (found != NAME_OK)
             return found;
+        changed = 0;
     }
     return NAME_OK;
 }
 #endif
 
+/* Numbers at the parameters that act: those of forces, or all and the state at the start. */
+static void set_parameters(NAME_memory *m, int starting)
+{
+    set_numbers(m, starting);
+    @work_kind@[0] = 0;
+#if TURNING
+    CALL_TURN(m, 0);
+#endif
+}
+
+/* Parameters that have changed act from now on; whether one has. */
+static int tune(NAME_memory *m)
+{
+    int changed = 0;
+    EACH (k, PARAMETERS) {
+        changed |= m->acting_parameters[k] != m->parameters[k];
+        m->acting_parameters[k] = m->parameters[k];
+    }
+    if (changed)
+        set_parameters(m, 0);
+    return changed;
+}
+
+/* What inputs change before a step is taken with them is kept, or put back: where it fails they are as if they had not been given. */
+static void copy_begin(NAME_memory *m, double *room, int back)
+{
+    double *const rows[] = {&m->given_end, &m->given_span, m->acting, m->acting_parameters, &m->given[0][0], @state_acceleration@, @state_a@,
+        @state_history@, @state_multipliers@, @state_past@};
+    const int sizes[] = {1, 1, GIVEN, PARAMETERS, 4 * DRIVEN, UNKNOWNS, UNKNOWNS, 3 * UNKNOWNS, EQUATIONS, 3 * EQUATIONS};
+    EACH (row, 10)
+        EACH (i, sizes[row]) {
+            if (back)
+                rows[row][i] = *room;
+            else
+                *room = rows[row][i];
+            room++;
+        }
+    if (!back)
+        *room = m->method_c[0];
+    /* multipliers are c times those in newtons */
+    EACH (k, back ? EQUATIONS : 0)
+        @state_multipliers@[k] *= m->method_c[0] / *room;
+    EACH (k, back ? 3 * EQUATIONS : 0)
+        @state_past@[k] *= m->method_c[0] / *room;
+}
+
+/* Inputs of a span that is taken next; whether forces change at its begin by other ones than before. */
+static int begin_span(NAME_memory *m, double span)
+{
+    double before[ROOM(INPUTS)];
+    int changed = 0;
+    EACH (k, INPUTS)
+        before[k] = m->acting[k];
+    if (!STEERING)
+        take_inputs(m, span);
+    follow_inputs(m, m->time);
+    EACH (k, INPUTS) /* what masters interpolate is there but for round-off */
+        changed |= !DRIVES[k] && size_of(m->acting[k] - before[k]) > 1e-12 * most(size_of(m->acting[k]), size_of(before[k]));
+    return changed;
+}
+
+static int is_outside(const NAME_memory *m, int k)
+{
+    return !(m->parameters[k] >= PARAMETER[k][0] && m->parameters[k] <= PARAMETER[k][1]);
+}
+
 NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
+    double kept[3 + 4 * ROOM(DRIVEN) + ROOM(GIVEN) + ROOM(PARAMETERS) + 5 * ROOM(UNKNOWNS) + 4 * ROOM(EQUATIONS)];
     int told = 0;
-    EACH (k, INPUTS)
-        if (!is_finite(m->inputs[k]))
-            return NAME_INPUT_NOT_FINITE;
     if (!(span > 0.0) || !is_finite(span))
         return NAME_SPAN_NOT_POSITIVE;
+    EACH (k, PARAMETERS)
+        if (m->parameters[k] != m->acting_parameters[k] && (!TUNABLE[k] || is_outside(m, k)))
+            return TUNABLE[k] ? NAME_PARAMETER_OUTSIDE : NAME_PARAMETER_FIXED;
+    m->told = begin;
+    EACH (k, INPUTS)
+        if (!is_finite(m->inputs[k]) || !is_finite(input_at(m, k, begin + span)))
+            return NAME_INPUT_NOT_FINITE;
     EACH (k, INPUTS) {
-        const int beyond = m->inputs[k] < INPUT_LEAST[k] || m->inputs[k] > INPUT_MOST[k];
+        const double low = least(m->inputs[k], input_at(m, k, begin + span)), high = most(m->inputs[k], input_at(m, k, begin + span));
+        const int beyond = low < INPUT_LEAST[k] || high > INPUT_MOST[k];
         told |= beyond && !m->outside[k];
         m->outside[k] |= beyond;
     }
     if (told)
         return NAME_INPUT_OUTSIDE;
-    /* inputs that a step has not been taken with are as if they had not been given: the caller may try it again */
-    const double given_end = m->given_end, given_span = m->given_span;
-    double given[4][ROOM(DRIVEN)];
-    EACH (row, 4)
-        EACH (i, DRIVEN)
-            given[row][i] = m->given[row][i];
-    if (DRIVEN > 0 && !STEERING)
-        take_inputs(m, span);
+    copy_begin(m, kept, 0);
+    const int tuned = tune(m);
+    const int changed = begin_span(m, span) || tuned;
 #if CONTROLLED > 0
-    const NAME_status found = go_by_samples(m, span);
+    const NAME_status found = go_by_samples(m, span, changed);
 #else
-    const NAME_status found = go_on(m, span, 0);
+    const NAME_status found = go_on(m, span, changed);
 #endif
     if (found != NAME_OK && m->time <= begin) {
-        m->given_end = given_end;
-        m->given_span = given_span;
-        EACH (row, 4)
-            EACH (i, DRIVEN)
-                m->given[row][i] = given[row][i];
+        copy_begin(m, kept, 1);
+        if (tuned)
+            set_parameters(m, 0);
+        return found;
+    }
+    follow_inputs(m, m->time); /* those of the last good step */
+    EACH (k, INPUTS) {
+        m->inputs[k] = DRIVES[k] ? m->given[0][k] : m->acting[k];
+        m->rates[0][k] = m->rates[1][k] = m->rates[2][k] = 0.0;
     }
     return found;
 }
@@ -320,6 +408,8 @@ void NAME_init(NAME_memory *m)
 {
     EACH (k, INPUTS)
         m->inputs[k] = INPUT_START[k];
+    EACH (k, GIVEN)
+        m->rates[0][k] = m->rates[1][k] = m->rates[2][k] = 0.0;
     EACH (k, PARAMETERS)
         m->parameters[k] = PARAMETER[k][2];
     m->fixed = 0;
@@ -328,15 +418,16 @@ void NAME_init(NAME_memory *m)
 NAME_status NAME_start(NAME_memory *m)
 {
     EACH (k, PARAMETERS)
-        if (!(m->parameters[k] >= PARAMETER[k][0] && m->parameters[k] <= PARAMETER[k][1]))
+        if (is_outside(m, k))
             return NAME_PARAMETER_OUTSIDE;
     EACH (k, INPUTS)
         if (!is_finite(m->inputs[k]))
             return NAME_INPUT_NOT_FINITE;
     set_start(m);
-    set_numbers(m);
+    EACH (k, PARAMETERS)
+        m->acting_parameters[k] = m->parameters[k];
     set_step(m, NAME_STEP);
-    m->time = m->since = m->given_end = 0.0;
+    m->time = m->since = m->told = m->given_end = 0.0;
     m->whole = 0;
     EACH (k, INPUTS)
         m->outside[k] = 0;
@@ -355,13 +446,13 @@ NAME_status NAME_start(NAME_memory *m)
     m->enough = 0;
     EACH (k, TURNED)
         m->turned[k] = 0.0;
+    set_parameters(m, 1);
     follow_inputs(m, 0.0);
+    EACH (k, GIVEN)
+        m->acting[k] = m->inputs[k];
     read_signals(m, 0.0, 0.0, @job_signals@);
     EACH (k, SIGNALS)
         @state_signals@[k] = @job_signals@[k];
-#if TURNING
-    CALL_TURN(m, 0);
-#endif
     if (CALL_START(m, 0) != 0)
         return NAME_SINGULAR;
     EACH (i, UNKNOWNS)
@@ -375,57 +466,82 @@ NAME_status NAME_start(NAME_memory *m)
     return NAME_OK;
 }
 
-/* Derivatives of all outputs by one input, at the end of a step in which it changes: the step's own tangent. */
+/* The trial state beside a state (x, v, q'', multipliers), along a change of q'' that was there over the whole step and of multipliers, and
+ * forces there. */
+static void find_beside(NAME_memory *m, double t, const double *state, double by, const double *along)
+{
+    const double h = m->method_h[0];
+    EACH (i, UNKNOWNS) {
+        @space_x@[i] = state[i] + 0.5 * h * h * by * along[i];
+        @space_v@[i] = state[UNKNOWNS + i] + h * by * along[i];
+        @space_acceleration@[i] = state[2 * UNKNOWNS + i] + by * along[i];
+    }
+    EACH (k, EQUATIONS)
+        @space_multipliers@[k] = state[3 * UNKNOWNS + k] + by * along[UNKNOWNS + k];
+    @space_c@[0] = m->method_c[0];
+    read_signals(m, t, m->method_h[0], @space_signals@);
+    CALL_RESIDUAL(m, 0);
+}
+
+/* Corrections of the state, and of multipliers, for what an input and such a change of the state leave of forces, per unit. */
+static int correct_beside(NAME_memory *m, int input, double t, const double *state, const double *along, double *found)
+{
+    /* forces are linear in inputs as good as always: their difference is the derivative */
+    const double value = m->acting[input], change = CHANGE * most(1.0, size_of(value));
+    find_beside(m, t, state, 0.0, along);
+    if (CALL_FACTORISE(m, 0) != 0)
+        return 0;
+    EACH (side, 2) {
+        m->acting[input] = side == 0 ? value - change : value + change;
+        find_beside(m, t, state, side == 0 ? -change : change, along);
+        EACH (i, UNKNOWNS + EQUATIONS)
+            @space_f@[i] = found[i] = side == 0 ? @space_f@[i] : (@space_f@[i] - found[i]) / (2.0 * change);
+    }
+    m->acting[input] = value;
+    CALL_SOLVE(m, 0);
+    EACH (i, UNKNOWNS + EQUATIONS)
+        found[i] = @space_f@[i];
+    return 1;
+}
+
+/* Derivatives of all outputs by one input, at the end of a step at whose begin it changes and q'' jumps: the tangents of both its ends. */
 NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
 {
-    double before[ROOM(NAME_OUTPUTS)], x[ROOM(UNKNOWNS)], v[ROOM(UNKNOWNS)], change_of[ROOM(UNKNOWNS + EQUATIONS)];
+    double before[ROOM(NAME_OUTPUTS)], state[ROOM(3 * UNKNOWNS + EQUATIONS)];
+    double along[ROOM(UNKNOWNS + EQUATIONS)] = {0}, found[ROOM(UNKNOWNS + EQUATIONS)];
     if (input < 0 || input >= INPUTS)
         return NAME_NO_SUCH_INPUT;
     if (DRIVES[input])
         return NAME_NO_DERIVATIVE;
-    const double value = m->inputs[input], change = 1e-6 * most(1.0, size_of(value));
-    EACH (i, UNKNOWNS) {
-        @space_x@[i] = x[i] = @state_x@[i];
-        @space_v@[i] = v[i] = @state_v@[i];
-        @space_acceleration@[i] = @state_acceleration@[i];
-    }
-    EACH (k, EQUATIONS)
-        @space_multipliers@[k] = @state_multipliers@[k];
-    @space_c@[0] = m->method_c[0];
-    /* forces are linear in inputs as good as always: their difference is the derivative */
-    EACH (side, 3) {
-        m->inputs[input] = side == 0 ? value - change : side == 1 ? value + change : value;
-        read_signals(m, m->time, m->method_h[0], @space_signals@);
-        CALL_RESIDUAL(m, 0);
-        EACH (i, UNKNOWNS + EQUATIONS)
-            change_of[i] = side == 0 ? @space_f@[i] : side == 1 ? (@space_f@[i] - change_of[i]) / (2.0 * change) : change_of[i];
-    }
+    const double h = m->method_h[0], change = CHANGE * most(1.0, size_of(m->acting[input]));
     @work_kind@[1] = 0;
-    if (CALL_FACTORISE(m, 0) != 0)
+    if (!correct_beside(m, input, m->time - h, m->begun, along, found))
         return NAME_SINGULAR;
     EACH (i, UNKNOWNS + EQUATIONS)
-        @space_f@[i] = change_of[i];
-    CALL_SOLVE(m, 0);
-    EACH (i, UNKNOWNS)
-        change_of[i] = @space_f@[i];
+        along[i] = -found[i] * (i < UNKNOWNS ? m->method_bh[0] : 1.0);
+    copy_state(m, state);
+    @work_kind@[1] = 0;
+    const int solved = correct_beside(m, input, m->time, state, along, found);
+    @work_kind@[0] = 0;
+    if (!solved)
+        return NAME_SINGULAR;
     /* outputs on both sides of the state, along this change of it */
     EACH (side, 2) {
-        const double by = side == 0 ? change : -change;
+        const double by = side == 0 ? -change : change;
         EACH (i, UNKNOWNS) {
-            @state_x@[i] -= by * change_of[i];
-            @state_v@[i] -= by * m->method_gh[0] * change_of[i];
+            @state_x@[i] += by * (0.5 * h * h * along[i] - found[i]);
+            @state_v@[i] += by * (h * along[i] - m->method_gh[0] * found[i]);
         }
         count_turns(m);
-        NAME_outputs(m, side == 0 ? out : before);
+        NAME_outputs(m, side == 0 ? before : out);
         EACH (i, UNKNOWNS) {
-            @state_x@[i] = x[i];
-            @state_v@[i] = v[i];
+            @state_x@[i] = state[i];
+            @state_v@[i] = state[UNKNOWNS + i];
         }
     }
     count_turns(m);
     EACH (k, NAME_OUTPUTS)
         out[k] = (out[k] - before[k]) / (2.0 * change);
-    @work_kind@[0] = 0;
     return NAME_OK;
 }
 
@@ -442,6 +558,7 @@ const char *NAME_message(NAME_status status)
         "an input that drives a joint has no derivatives",
         "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`",
         "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step",
-        "a controller gives no finite number: the state is that of the last good step, look at what it reads"};
+        "a controller gives no finite number: the state is that of the last good step, look at what it reads",
+        "a parameter is fixed when the motion has started: start again, or put its value back"};
     return texts[status];
 }

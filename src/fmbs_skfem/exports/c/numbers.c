@@ -6,7 +6,7 @@ static void weigh(const NAME_memory *m, int order, double *weights)
     for (int p = 0; p < PARAMETERS; p++) {
         const int degree = ORDER[order][p], logarithmic = ORDER[order][PARAMETERS + p];
         const double *node = NODE + p * NODES;
-        const double x = logarithmic ? math_log(m->parameters[p]) : m->parameters[p];
+        const double x = logarithmic ? math_log(m->acting_parameters[p]) : m->acting_parameters[p];
         if (degree == 0)
             continue;
         for (int k = count - 1; k >= 0; k--)
@@ -35,8 +35,9 @@ static void mix(const double *weights, int t, int q, int n, const double *change
     }
 }
 
-static void set_numbers(NAME_memory *m)
+static void set_numbers(NAME_memory *m, int starting)
 {
     double weights[LONGEST];
+    (void)starting;
     LINES
 }
