@@ -15,7 +15,6 @@ arXiv 2407.17032 (2024).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -27,6 +26,7 @@ from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems.signals import inputs_of
 from ..systems.system import System
 from .live import is_count, start
+from .side_by_side import Found, SideBySide
 
 if TYPE_CHECKING:
     from .spaces import NEXT_STEP, Box, Env, VectorEnv
@@ -42,7 +42,10 @@ else:
 
 Columns: TypeAlias = Mapping[str, float]
 Reward: TypeAlias = Callable[[Columns, Columns], float]  #: of outputs and inputs by name, SI
+#: reward, whether the episode has ended, and at its time limit, reasons
+Judgement: TypeAlias = tuple[float, bool, bool, dict[str, Any]]
 Answer: TypeAlias = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
+BEGUN: Judgement = 0.0, False, False, {}  #: of an episode that has begun
 
 
 class Plant(Env):
@@ -140,16 +143,19 @@ class Plant(Env):
         try:
             self.run.step(given, self.every)
         except SolverError as error:
-            return self.observation, self.worth(given), True, False, {"error": str(error)}
-        self.last = self.run.outputs(self.observed)
+            return self.observation, *self.judge(given, error)
+        answer = self.judge(given, self.run.outputs(self.observed))
+        return self.observation, *answer
+
+    def judge(self, given: Columns, found: Found) -> Judgement:
+        """Reward, end, time limit and reasons after a step with inputs by name, of which the outputs
+        or an error are found.
+        """
+        if isinstance(found, SolverError):
+            return self.worth(given), True, False, {"error": str(found)}
+        self.last = found
         late = self.run.time > self.duration - 0.5 * self.run.run.scheme.step
-        return (
-            self.observation,
-            self.worth(given),
-            self.run.ended or self.is_over(),
-            late,
-            {},
-        )
+        return self.worth(given), self.run.ended or self.is_over(), late, {}
 
     def is_over(self) -> bool:
         """Whether the episode ends with the last outputs; InputError where that is no yes or no."""
@@ -199,10 +205,8 @@ class Plants(VectorEnv):
             -np.inf, np.inf, (count, *one.observation_space.shape), np.float64
         )
         self.done = np.zeros(count, bool)
-        self.shares = [
-            share.tolist() for share in np.array_split(np.arange(count), min(threads, count))
-        ]
-        self.pool = ThreadPoolExecutor(len(self.shares))
+        runs = [plant.run for plant in self.plants]
+        self.together = SideBySide(runs, one.observed, threads)
         self.closed_threads = False
 
     def reset(
@@ -210,7 +214,19 @@ class Plants(VectorEnv):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """The observations (p, k) at the start."""
         self.done[:] = False
-        return np.stack([plant.reset(seed=seed)[0] for plant in self.plants]), {}
+        for k in range(self.num_envs):
+            self.begin(k, seed)
+        return self.observations, {}
+
+    def begin(self, k: int, seed: int | None = None) -> None:
+        """Begin an episode of the plant with a number."""
+        self.plants[k].reset(seed=seed)
+        self.together.put(k, self.plants[k].run)
+
+    @property
+    def observations(self) -> np.ndarray:
+        """Of the last states that were reached, (p, k)."""
+        return np.array([list(plant.last.values()) for plant in self.plants])
 
     def step(
         self, actions: np.ndarray
@@ -231,34 +247,28 @@ class Plants(VectorEnv):
                     "make them anew",
                 )
             )
-        found: list[Answer] = [
-            answer
-            for part in self.pool.map(lambda share: self.take(share, actions), self.shares)
-            for answer in part
-        ]
-        observations, rewards, ended, late, told = (list(part) for part in zip(*found, strict=True))
+        given = dict[int, Columns]()
+        values = np.clip(actions, self.action_space.low, self.action_space.high).tolist()
+        for k, (plant, over) in enumerate(zip(self.plants, self.done.tolist(), strict=True)):
+            if over:
+                self.begin(k)
+            else:
+                given[k] = dict(zip(plant.names, values[k], strict=True))
+        found = self.together.step(given, self.plants[0].every)
+        rewards, ended, late, told = zip(
+            *(
+                plant.judge(given[k], found[k]) if k in found else BEGUN
+                for k, plant in enumerate(self.plants)
+            ),
+            strict=True,
+        )
         self.done = np.array(ended) | np.array(late)
         errors = (
             {"error": np.array([one.get("error", "") for one in told], object)} if any(told) else {}
         )
-        return (
-            np.stack(observations),
-            np.array(rewards, float),
-            np.array(ended),
-            np.array(late),
-            errors,
-        )
-
-    def take(self, share: Sequence[int], actions: np.ndarray) -> list[Answer]:
-        """One action of some plants, one after the other."""
-        return [
-            (self.plants[k].reset()[0], 0.0, False, False, {})
-            if self.done[k]
-            else self.plants[k].step(actions[k])
-            for k in share
-        ]
+        return self.observations, np.array(rewards), np.array(ended), np.array(late), errors
 
     def close(self, **more: Any) -> None:
         """End the threads."""
         self.closed_threads = True
-        self.pool.shutdown()
+        self.together.close()

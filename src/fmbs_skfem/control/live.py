@@ -26,7 +26,9 @@ from ..core.values.arguments import checked
 from ..core.values.inputs import Held
 from ..core.values.problems import shown
 from ..dynamics.checkpoint import Checkpoint
-from ..dynamics.integration import begun, take_step
+from ..dynamics.compiled_step import stepping
+from ..dynamics.initial import begin_steps
+from ..dynamics.integration import begun, take_filtered, take_step
 from ..dynamics.measuring import Meter, RowMeter, motion_of
 from ..dynamics.observers import Observer, RunSetting
 from ..dynamics.outputs import require_known
@@ -140,9 +142,13 @@ class LiveRun:
             observers,
         )
         self.feed = self.run.find(Feed)
+        self.repeats = self.feed.holds(self.run)  #: whether steps with the same inputs are alike
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
         self.turns = self.counter()
+        self.due = sys.maxsize  #: number of the step after which turns are counted, if there are any
+        if self.turns.angles:
+            self.plan_count()
         #: of the state that was put back last, for meters that are made later
         self.held: Mapping[str, np.ndarray] = {}
         self.beside: list[Beside] = []  #: runs that say how good this one is
@@ -197,13 +203,45 @@ class LiveRun:
         self.feed.next = inputs or {}
         end = self.run.done + count
         while self.run.done < end and not self.run.ended:
+            if self.is_held:
+                self.take_held(end - self.run.done)
+                continue
             take_step(self.run)
             self.count_turns()
             for one in self.beside:
                 one.step(self.run, inputs or {})
-            if not self.beside and self.feed.holds(self.run) and self.run.done < end:
-                self.feed.take_held(self.run, min(end - self.run.done, max(self.reach, 1)))
-                self.count_turns()
+
+    @property
+    def is_held(self) -> bool:
+        """Whether steps with the same inputs are one call of compiled code."""
+        return self.repeats and not self.beside
+
+    def take_held(self, left: int) -> None:
+        """Take steps with the same inputs, so many or fewer."""
+        many = min(left, self.reach)
+        self.begin_held()
+        self.end_held(self.run.packed.call(stepping.repeat, many), many)
+
+    def begin_held(self) -> None:
+        """Give what steps with the same inputs read."""
+        run = self.run
+        begin_steps(run.step.state)
+        self.feed.give_held(run)
+        run.packed.start(run.scheme.step * run.done)
+
+    def end_held(self, status: int, many: int) -> None:
+        """Go on where so many steps with the same inputs have ended with a status; SolverError where
+        one cannot be taken.
+        """
+        run = self.run
+        status = run.packed.go_on(status, run.done, many)
+        run.packed.check()
+        taken = int(run.step.job.done[0])
+        run.done += taken
+        self.feed.keep_given(taken if status == stepping.DONE else taken + 1)
+        if status != stepping.DONE:
+            take_filtered(run, status)
+        self.count_turns()
 
     @property
     def state(self) -> Checkpoint:
@@ -227,6 +265,8 @@ class LiveRun:
         self.beside = []  # which stand elsewhere
         self.meter.take_up(self.run, held.arrays)
         self.turns.take_up(held.arrays)
+        if self.turns.angles:
+            self.plan_count()
         self.meters = {}
         self.held = held.arrays
 
@@ -244,7 +284,7 @@ class LiveRun:
         key = (*given,)
         if not all(isinstance(name, str) for name in key):
             raise InputError(say("run.outputs", "names of outputs", shown(names)))
-        meter = self.meters.get(key) or self.meter_of(key)
+        meter = self.reader(key)
         if isinstance(meter, Meter):
             return self.measured(meter)
         return self.read(meter)
@@ -258,27 +298,28 @@ class LiveRun:
             for name, one in angles
             if (found := formula_of(one, system.dim)) is not None
         ]
-        return RowMeter(system, self.run.model.order, known, self.begin)
+        return RowMeter(self.run, known)
 
     def count_turns(self) -> None:
         """Count them where an angle may have changed by much since it was read last."""
-        if self.reach <= 0:
+        if self.run.done >= self.due:
             self.read(self.turns)
+            self.plan_count()
+
+    def plan_count(self) -> None:
+        """Find after which step turns are counted again: after OFTEN steps at most."""
+        step = self.run.scheme.step
+        reach = int((self.turns.due(OFTEN * step) - self.time) / step + 1e-6)
+        self.due = self.run.done + max(reach, 1)
 
     @property
     def reach(self) -> int:
-        """Steps that may be taken before turns are counted again: at most OFTEN where there are
-        any.
-        """
-        if not self.turns.angles:
-            return sys.maxsize
-        step = self.run.scheme.step
-        return int((self.turns.due(OFTEN * step) - self.time) / step + 1e-6)
+        """Steps that may be taken before turns are counted again."""
+        return self.due - self.run.done
 
     def read(self, meter: RowMeter) -> dict[str, float]:
         """Columns of the present state by formulas."""
-        state = self.run.step.state
-        return meter.columns(self.time, state.x, state.v, state.acceleration)
+        return meter.columns(self.time)
 
     def measured(self, meter: Meter) -> dict[str, float]:
         """Columns of the present state by a meter, which counts from the begin of the run; turns
@@ -299,8 +340,14 @@ class LiveRun:
         meter.keep()
         return dict(found)
 
-    def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
+    def reader(self, names: tuple[str, ...]) -> Meter | RowMeter:
         """What reads outputs of some names, made when they are first asked for."""
+        if names not in self.meters:
+            self.meters[names] = self.meter_of(names)
+        return self.meters[names]
+
+    def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
+        """What reads outputs of some names."""
         system = self.run.model.system
         require_known("run.outputs", system.outputs, names)
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
@@ -310,13 +357,10 @@ class LiveRun:
             if one is not None
         ]
         if len(known) == len(names):
-            rows = RowMeter(system, self.run.model.order, known, self.begin, self.turns)
-            self.meters[names] = rows
-            return rows
+            return RowMeter(self.run, known, self.turns)
         meter = Meter(names)
         meter.word = f"shown of {', '.join(names)}:"
         meter.take_up(self.run, self.held)
-        self.meters[names] = meter
         return meter
 
     def motion(self) -> Trajectory:

@@ -14,12 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.algebra.linalg import as_dense, narrowed, rows_at
+from ..core.compiling.structs import address_of, packed
 from ..core.notices import notify
 from ..systems.measures import readings
 from ..systems.measures.angles import DOUBT, TURN, change_between
 from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
+from .compiled_step import side_by_side
+from .compiled_step.side_by_side import Reading
 from .initial import Instant, consistent_start
 from .observers import Observer
 from .outputs import outputs
@@ -102,24 +105,32 @@ class RowMeter:
     """Columns of outputs that are formulas of their sensor rows, state by state, as a `Meter` finds
     them.
 
-    Rows are read by one small product, and formulas are evaluated for numbers: after a step of 12.5
-    us of an arm with 16 unknowns a position takes 8 us, all outputs by a `Meter` 256 us.
+    Rows of the present state of a run are read by a compiled product, and formulas are evaluated
+    for numbers.
     """
 
     def __init__(
         self,
-        system: System,
-        order: np.ndarray,
+        run: OpenRun,
         known: Sequence[tuple[str, Output, Formula]],
-        begin: Trajectory,
         turns: RowMeter | None = None,
     ) -> None:
+        system = run.model.system
+        state = run.step.state
         rows = np.array([row for _, output, _ in known for row in output.rows], dtype=np.int64)
-        matrix, self.used = narrowed(rows_at(system.sensors.matrix, rows)[:, order])
-        self.matrix = np.ascontiguousarray(as_dense(matrix).T)
-        self.offset = np.zeros((3, len(rows)))
-        self.offset[0] = system.sensors.offset[rows]
-        self.state = np.zeros((3, len(self.matrix)))
+        matrix, used = narrowed(rows_at(system.sensors.matrix, rows)[:, run.model.order])
+        self.reading = Reading(
+            x=state.x,
+            v=state.v,
+            acceleration=state.acceleration,
+            used=np.arange(system.size)[used],
+            matrix=np.ascontiguousarray(as_dense(matrix), dtype=np.float64),
+            offset=system.sensors.offset[rows],
+            part=np.zeros(matrix.shape[1]),
+            found=np.zeros((3, len(rows))),
+        )
+        self.packed = packed(self.reading)
+        self.address = address_of(self.packed)
         ends = np.cumsum([0, *(len(output.rows) for _, output, _ in known)]).tolist()
         self.known = [
             (name, output.columns, formula, slice(first, last), bool(kind_of(output).counted))
@@ -132,17 +143,16 @@ class RowMeter:
         if turns is not None:
             self.angles = turns.angles  # counted from whoever has read them last
         else:
-            self.columns(
-                float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a))
-            )
+            self.columns(0.0)
 
-    def columns(self, time: float, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, float]:
-        """Columns in a state (n,) of the order in which the model steps [s]; turns are counted from
-        the one before.
-        """
-        state, used = self.state, self.used
-        state[0], state[1], state[2] = x[used], v[used], a[used]
-        y, rate, change = (state @ self.matrix + self.offset).tolist()
+    def columns(self, time: float) -> dict[str, float]:
+        """Columns in the present state [s]; turns are counted from the one before."""
+        side_by_side.read(self.address)
+        return self.evaluate(time)
+
+    def evaluate(self, time: float) -> dict[str, float]:
+        """The same of rows that were read."""
+        y, rate, change = self.reading.found.tolist()
         found: dict[str, float] = {}
         for name, columns, formula, rows, counted in self.known:
             values = formula(y[rows], rate[rows], change[rows])
