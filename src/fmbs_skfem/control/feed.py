@@ -110,8 +110,7 @@ class Feed(SingleSteps):
 
     def before(self, run: OpenRun) -> None:
         """Tell inputs what is given for the step, and let controllers act."""
-        self.require_given()
-        self.keep_given(1)
+        self.tell()
         self.sample(run)
 
     def holds(self, run: OpenRun) -> bool:
@@ -125,39 +124,41 @@ class Feed(SingleSteps):
             and not (self.histories or self.record or run.jumps or run.steps)
         )
 
-    def give_held(self, run: OpenRun) -> None:
-        """Give what is told for the next steps, all of them with the same inputs."""
-        self.require_given()
-        self.write()
-        run.packed.give(self.row, self.stored)
-
-    def require_given(self) -> None:
-        """InputError for a new value that no input takes; a warning of one outside of its range."""
-        for name, value in self.next.items():
-            if name not in self.rising or not is_finite(value):
+    def tell(self) -> None:
+        """New values of inputs for the next step; those that are not named keep theirs."""
+        values, self.next = self.next, {}
+        for name, value in values.items():
+            if name not in self.free or not is_finite(value):
                 self.refuse(name, value)
             if name in self.ranges and not self.ranges[name][0] <= value <= self.ranges[name][1]:
                 self.warn_outside(name, value)
-
-    def keep_given(self, count: int) -> None:
-        """So many steps have the new values of inputs; those that are not named keep theirs."""
-        for name, one in self.given.items():
-            kept = one.values
-            new = self.next.get(name)
-            kept.append(kept[-1] if new is None else float(new))
-            del kept[0]
-            if count > 1:
-                one.values = [*kept, *[kept[-1]] * (count - 1)][-KEPT:]
-            one.first += count
-        for name, value in self.next.items():
+        self.keep(values, 1)
+        for name, levels in self.rising.items():
             if (
-                self.rising[name].add(value)
+                name in values
+                and levels.add(values[name])
                 and not self.told
                 and (text := self.unsteady(Rising.found))
             ):
                 self.told = True
                 notify(text)
-        self.next = {}
+
+    def is_changed(self) -> bool:
+        """Whether the next step has another value of an input."""
+        return any(
+            name in self.given and self.given[name].values[-1] != value
+            for name, value in self.next.items()
+        )
+
+    def keep(self, values: Mapping[str, float], count: int) -> None:
+        """So many steps have these values of inputs, and those that are not named their last ones."""
+        for name, one in self.given.items():
+            kept = one.values
+            kept.append(float(values[name]) if name in values else kept[-1])
+            del kept[0]
+            if count > 1:
+                one.values = [*kept, *[kept[-1]] * (count - 1)][-KEPT:]
+            one.first += count
 
     def refuse(self, name: str, value: float) -> NoReturn:
         """The error of a value that no input takes."""
@@ -234,8 +235,7 @@ class Feed(SingleSteps):
     def write(self) -> None:
         """Columns of inputs that are signals as they are."""
         for column, name in self.columns or ():
-            new = self.next.get(name)
-            self.row[0, column] = self.given[name].values[-1] if new is None else new
+            self.row[0, column] = self.given[name].values[-1]
 
     def recorded(self) -> System:
         """The system with what controllers gave so far as histories."""
@@ -363,4 +363,4 @@ def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
 
 def is_finite(value: Any) -> bool:
     """Whether something is a finite number."""
-    return isinstance(value, Real) and math.isfinite(value)
+    return isinstance(value, float | Real) and math.isfinite(value)

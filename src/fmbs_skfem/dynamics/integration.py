@@ -26,7 +26,7 @@ from .compiled_step.pieces import Unreached, release, take_piece
 from .compiled_step.single_steps import SingleSteps
 from .compiled_step.step import STEPS
 from .compiled_step.touching import HALVINGS
-from .dividing import retry_filtered
+from .dividing import put, retry_filtered
 from .histories import leading_values, signals_of_steps
 from .initial import (
     Instant,
@@ -34,6 +34,7 @@ from .initial import (
     begin_steps,
     begins_by_jump,
     consistent_start,
+    first_state,
     first_step,
     startable,
 )
@@ -246,6 +247,18 @@ def begun(
     if resume is not None:
         take_up(run, resume)
     return run
+
+
+def restart(run: OpenRun, x: np.ndarray, v: np.ndarray) -> None:
+    """Put a run that is at its start to another one, x and v (n,), consistent with the joints."""
+    model = run.model
+    first = Instant(0.0, x, v, open_at_start(model, x), first=True)
+    by_jump = begins_by_jump(model)
+    start = consistent_start(model, run.scheme, first, False if by_jump else None)
+    put(run.step.state, first_state(model, start, run.step.method.c))
+    run.step.space.off[:] = first.off
+    if by_jump:
+        release(run)
 
 
 def keeps_few(

@@ -6,7 +6,6 @@ state that was kept.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -103,7 +102,7 @@ class Meter:
 
 class RowMeter:
     """Columns of outputs that are formulas of their sensor rows, state by state, as a `Meter` finds
-    them.
+    them; rows go to `found` (3, i).
 
     Rows of the present state of a run are read by a compiled product, and formulas are evaluated
     for numbers.
@@ -114,6 +113,7 @@ class RowMeter:
         run: OpenRun,
         known: Sequence[tuple[str, Output, Formula]],
         turns: RowMeter | None = None,
+        found: np.ndarray | None = None,
     ) -> None:
         system = run.model.system
         state = run.step.state
@@ -127,7 +127,7 @@ class RowMeter:
             matrix=np.ascontiguousarray(as_dense(matrix), dtype=np.float64),
             offset=system.sensors.offset[rows],
             part=np.zeros(matrix.shape[1]),
-            found=np.zeros((3, len(rows))),
+            found=np.zeros((3, len(rows))) if found is None else found,
         )
         self.packed = packed(self.reading)
         self.address = address_of(self.packed)
@@ -148,10 +148,6 @@ class RowMeter:
     def columns(self, time: float) -> dict[str, float]:
         """Columns in the present state [s]; turns are counted from the one before."""
         side_by_side.read(self.address)
-        return self.evaluate(time)
-
-    def evaluate(self, time: float) -> dict[str, float]:
-        """The same of rows that were read."""
         y, rate, change = self.reading.found.tolist()
         found: dict[str, float] = {}
         for name, columns, formula, rows, counted in self.known:
@@ -166,13 +162,9 @@ class RowMeter:
     ) -> tuple[float, float]:
         """An angle with the turns that it has made since the state before, and its rate."""
         if (before := self.angles.get(name)) is not None:
-            t, value, w, change = before
-            expected = change_between(time - t, (w, speed), (change, acceleration))
-            angle += TURN * round((expected - (angle - value)) / TURN)
-            if abs(angle - value - expected) > DOUBT:
-                notify(
-                    f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps"
-                )
+            angle, doubt = count_turns(before, (time, angle, speed, acceleration))
+            if doubt:
+                warn_of_turns(name)
         self.angles[name] = time, angle, speed, acceleration
         return angle, speed
 
@@ -180,10 +172,7 @@ class RowMeter:
         """The time [s] by which an angle may have changed by TURNED at its rate and acceleration,
         `longest` after it was read.
         """
-        return min(
-            t + min(time_of(TURNED, abs(w), abs(change)), longest)
-            for t, _, w, change in self.angles.values()
-        )
+        return min(float(due(one, longest)) for one in self.angles.values())
 
     def kept(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
@@ -254,15 +243,38 @@ class Reader(Meter, Observer):
         return max(map(abs, self.last[1].values()), default=0.0) if self.last else 0.0
 
 
-def time_of(angle: float, rate: float, acceleration: float) -> float:
-    """The first time t [s] at which an angle is reached; infinite where both rates are zero.
+def count_turns(before: Any, now: Any) -> tuple[Any, Any]:
+    """An angle with the turns that it has made since it was read last, and whether these are in
+    doubt.
 
-        w t + a t^2 / 2 = angle,    t > 0
-
-    for the rate w and the acceleration a of at least 0.
+    `before` and `now`: time [s], angle, rate and acceleration, numbers or those of many runs (p,).
     """
-    root = rate + math.sqrt(rate * rate + 2.0 * acceleration * angle)
-    return 2.0 * angle / root if root > 0.0 else math.inf
+    (t, value, w, change), (time, angle, speed, acceleration) = before, now
+    expected = change_between(time - t, (w, speed), (change, acceleration))
+    turns = (expected - (angle - value)) / TURN
+    angle = angle + TURN * (round(turns) if isinstance(turns, float) else np.rint(turns))
+    return angle, abs(angle - value - expected) > DOUBT
+
+
+def warn_of_turns(name: str) -> None:
+    """A warning of an output whose turns are in doubt."""
+    notify(
+        f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps"
+    )
+
+
+def due(angle: Any, longest: float) -> Any:
+    """The time [s] by which an angle may have changed by TURNED, `longest` after it was read.
+
+        w t + a t^2 / 2 = TURNED,    t > 0
+
+    with the sizes of its rate w and its acceleration a; `angle` as in `count_turns`.
+    """
+    t, _, w, change = angle
+    rate = np.abs(w)
+    with np.errstate(divide="ignore"):
+        ahead = 2.0 * TURNED / (rate + np.sqrt(rate * rate + 2.0 * np.abs(change) * TURNED))
+    return t + np.minimum(ahead, longest)
 
 
 def counted_columns(found: Mapping[str, Output]) -> set[str]:

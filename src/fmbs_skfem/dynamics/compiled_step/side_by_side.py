@@ -39,7 +39,7 @@ class Runs(NamedTuple):
     readings: Integers  #: (p,) addresses of what is read of them afterwards, 0 for nothing
     chosen: Integers  #: (p,) numbers of those that take steps, in front
     ends: Integers  #: (t + 1,) of the shares of threads among these
-    count: Integers  #: (1,) steps of each
+    many: Integers  #: (1,) steps of each
     status: Integers  #: (p,) of those that took some
 
 
@@ -65,7 +65,7 @@ def multiply(
 ) -> None:
     """A product with some unknowns.
 
-        found_i = sum_k matrix_ik x_used_k
+    found_i = sum_k matrix_ik x_used_k
     """
     # side by side first, so that every row is one sum in lanes
     for k in range(len(used)):
@@ -80,7 +80,7 @@ def take_share(table: Any, share: Any) -> int:
     R = opened_runs(table)
     for k in range(R.ends[share], R.ends[share + 1]):
         one = R.chosen[k]
-        R.status[one] = invoke(R.repeat, R.steps[one], R.count[0])
+        R.status[one] = invoke(R.repeat, R.steps[one], R.many[0])
         if R.readings[one] != 0:
             invoke(R.read, R.readings[one], 0)
     return 0
