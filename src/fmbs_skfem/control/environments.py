@@ -206,7 +206,7 @@ class Plant(Env):
 
     def is_over(self) -> bool:
         """Whether the episode ends with the last outputs; InputError where that is no yes or no."""
-        found = self.ends(self.last)
+        found: Any = self.ends(self.last)
         if type(found) is not bool:  # a check takes as long as a step of a small plant
             arguments.require("Plant: ends, what it gives", found, bool)
         return bool(found)
@@ -215,7 +215,7 @@ class Plant(Env):
         """The reward of the last outputs and of inputs that led to them; InputError for one that is
         no finite number.
         """
-        found = self.reward(self.last, given)
+        found: Any = self.reward(self.last, given)
         if type(found) is not float or not math.isfinite(found):
             arguments.require("Plant: reward, what it gives", found, float)
         return float(found)

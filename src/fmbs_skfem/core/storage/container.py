@@ -249,6 +249,8 @@ def fill(group: h5py.Group, content: Mapping[str, Any]) -> None:
     for name, value in content.items():
         if isinstance(value, Mapping):
             fill(group.create_group(name), value)
+        elif isinstance(value, np.ndarray) and value.ndim and value.dtype.kind in "biuf":
+            put_array(group, name, value)
         elif isinstance(value, np.ndarray | list | Dataset):
             item = value if isinstance(value, Dataset) else Dataset(value)
             kind = {"dtype": h5py.string_dtype()} if isinstance(item.values, list) else {}
@@ -257,6 +259,19 @@ def fill(group: h5py.Group, content: Mapping[str, Any]) -> None:
             )
         else:
             group.attrs[name] = value
+
+
+def put_array(group: h5py.Group, name: str, values: np.ndarray) -> None:
+    """As `create_dataset`, to the byte, in a quarter of the time: a record of a sweep has some
+    twenty arrays.
+    """
+    from h5py import h5d, h5p, h5s, h5t
+
+    plain = h5p.create(h5p.DATASET_CREATE)
+    plain.set_obj_track_times(False)
+    kind, room = h5t.py_create(values.dtype, logical=True), h5s.create_simple(values.shape)
+    made = h5d.create(group.id, name.encode(), kind, room, plain)
+    made.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values))
 
 
 def unpack(data: bytes) -> dict[str, Any]:
