@@ -60,6 +60,7 @@ analysis: {type: dynamic, duration: 1 s, step: 2 ms}
 """
 
 
+@functools.cache
 def system(text: str = SCENE) -> System:
     return eliminate(build.system(reading.loads(text)))
 
