@@ -22,7 +22,7 @@ from ..dynamics.compiled_step import side_by_side, stepping
 from ..dynamics.compiled_step.side_by_side import Runs
 from ..dynamics.measuring import RowMeter, count_turns, due, warn_of_turns
 from ..systems.measures.probes import formula_of
-from .live import OFTEN, LiveRun
+from .live import FEW, OFTEN, LiveRun
 
 
 class SideBySide:
@@ -155,7 +155,7 @@ class SideBySide:
             if name in self.names:
                 self.rows[fast, column] = values[fast, self.names.index(name)]
         # rates change with inputs
-        many = 1 if self.angles else count
+        many = min(count, FEW) if self.angles else count
         while count and fast.any():
             count -= many
             self.take(np.flatnonzero(fast), many, values, failed)
