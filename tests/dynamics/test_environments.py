@@ -398,3 +398,30 @@ def test_systems_of_other_plants_are_refused() -> None:
     with pytest.raises(InputError, match=r"Plants.reset: seed: expected one, or 2 of them, got 3"):
         many.reset(seed=[1, 2, 3])
     many.close()
+
+
+def test_plants_that_are_moved_by_themselves_go_on_side_by_side() -> None:
+    """One of them takes a step, and one begins anew, without the others."""
+    many, alone = Plants(lambda: plant(text=TURNING), 3), [plant(text=TURNING) for _ in range(3)]
+    many.reset()
+    for one in alone:
+        one.reset()
+    actions = np.array([[30.0, 0.2], [-20.0, 0.4], [10.0, 0.9]])
+    for step in range(6):
+        if step == 2:
+            many.plants[0].step([5.0, 0.1])
+            alone[0].step([5.0, 0.1])
+        if step == 4:
+            many.plants[1].reset()
+            alone[1].reset()
+        seen = many.step(actions)[0]
+        expected = [one.step(action)[0] for one, action in zip(alone, actions, strict=True)]
+        np.testing.assert_array_equal(seen, expected)
+        assert [one.run.time for one in many.plants] == [one.run.time for one in alone]
+    many.close()
+
+
+def test_plants_that_differ_are_refused() -> None:
+    durations = iter([0.2, 0.3])
+    with pytest.raises(InputError, match=r"Plants: make: expected plants with the same actions"):
+        Plants(lambda: plant(next(durations)), 2)

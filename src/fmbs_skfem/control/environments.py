@@ -129,8 +129,10 @@ class Plant(Env):
         self.scheme, self.newton, self.start_noise = scheme, newton, start_noise
         self.names, self.observed = tuple(ranges), tuple(observed)
         self.reward, self.ends, self.duration, self.every = reward, ends, duration, every
-        #: tells the run what it has done, where another one takes its steps
+        #: tells the run what it has done, where plants side by side take its steps, and these where
+        #: it is
         self.sync: Callable[[], None] = lambda: None
+        self.show: Callable[[LiveRun], None] = lambda run: None
         #: ranges of actions and columns of observations
         self.facts: tuple[dict[str, tuple[float, float]], list[str]] | None = None
         self.begin(first)
@@ -156,6 +158,7 @@ class Plant(Env):
         if any(self.start_noise):
             self.live.perturb(self.np_random, self.start_noise, self.every * self.scheme.step)
         self.last = self.live.outputs(self.observed)
+        self.show(self.live)
         return self.observation, {}
 
     def drawn(self, random: np.random.Generator) -> System:
@@ -201,6 +204,7 @@ class Plant(Env):
         except SolverError as error:
             return self.observation, self.worth(given), True, False, {"error": str(error)}
         self.last = self.live.outputs(self.observed)
+        self.show(self.live)
         late = self.live.time > self.duration - 0.5 * self.live.run.scheme.step
         return self.observation, self.worth(given), self.live.ended or self.is_over(), late, {}
 
@@ -243,6 +247,10 @@ class Plants(VectorEnv):
                 say("Plants: make", "a function that makes a Plant", f"one that makes {bad[0]!r}")
             )
         one = self.plants[0]
+        alike = lambda plant: (plant.facts, plant.scheme, plant.every, plant.duration)  # noqa: E731
+        if any(alike(plant) != alike(one) for plant in self.plants):
+            expected = "plants with the same actions, observations and times"
+            raise InputError(say("Plants: make", expected, "others"))
         self.single_action_space, self.single_observation_space = (
             one.action_space,
             one.observation_space,
@@ -257,7 +265,7 @@ class Plants(VectorEnv):
         runs = [plant.live for plant in self.plants]
         self.together = SideBySide(runs, one.names, one.observed, threads)
         for k, plant in enumerate(self.plants):
-            plant.sync = partial(self.together.sync, k)
+            plant.sync, plant.show = partial(self.together.sync, k), partial(self.together.put, k)
         #: names of the columns of observations
         self.columns = (*one.last,)
         self.closed_threads = False
@@ -274,20 +282,15 @@ class Plants(VectorEnv):
             [None] * p
             if seed is None
             else [seed + k for k in range(p)]
-            if isinstance(seed, int)
+            if isinstance(seed, int | np.integer)
             else [*seed]
         )
         if len(seeds) != p:
             raise InputError(say("Plants.reset: seed", f"one, or {p} of them", len(seeds)))
         self.done[:] = False
-        for k, one in enumerate(seeds):
-            self.begin(k, one)
+        for plant, one in zip(self.plants, seeds, strict=True):
+            plant.reset(seed=one)
         return self.together.columns.T.copy(), {}
-
-    def begin(self, k: int, seed: int | None = None) -> None:
-        """Begin an episode of the plant with a number."""
-        self.plants[k].reset(seed=seed)
-        self.together.put(k, self.plants[k].live)
 
     def step(
         self, actions: np.ndarray
@@ -310,7 +313,7 @@ class Plants(VectorEnv):
             )
         values = np.clip(actions, self.action_space.low, self.action_space.high)
         for k in np.flatnonzero(self.done).tolist():
-            self.begin(k)
+            self.plants[k].reset()
         moved, one, runs = ~self.done, self.plants[0], self.together
         failed = runs.step(values, moved, one.every)
         seen = runs.columns.T.copy()

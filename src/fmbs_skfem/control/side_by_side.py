@@ -55,6 +55,7 @@ class SideBySide:
         self.stopped = np.zeros(count, bool)  #: by an event
         self.fast = np.zeros(count, bool)  #: which take their steps in one call
         self.rows = np.zeros((count, first.feed.row.shape[1]))  #: of signals
+        self.inputs = first.feed.columns or []  #: columns of these by name
         self.meters: list[RowMeter | None] = [None] * count
         self.read = np.zeros((count, 3, sum(len(one.rows) for _, one, _ in self.known)))
         #: as `RowMeter.angles`
@@ -94,12 +95,12 @@ class SideBySide:
 
     def is_alike(self, run: LiveRun) -> bool:
         """Whether a run has signals and outputs as the first one."""
-        feed, first = run.feed, self.runs[0].feed
-        outputs = run.run.model.system.outputs
+        model, outputs = run.run.model, run.run.model.system.outputs
         return (
             len(self.known) == len(self.outputs)
-            and feed.columns == first.columns
-            and feed.row.shape == first.row.shape
+            and not model.callbacks  # whose errors are looked for behind every call
+            and run.feed.columns == self.inputs
+            and run.feed.row.shape[1] == self.rows.shape[1]
             and all(outputs.get(name) == one for name, one in self.outputs.items())
             and run.turns.angles.keys() == self.angles.keys()
         )
@@ -151,7 +152,7 @@ class SideBySide:
         for k in [k for k in self.fresh if fast[k]]:
             self.runs[k].begin_held()
             self.fresh.remove(k)
-        for column, name in self.runs[0].feed.columns or ():
+        for column, name in self.inputs:
             if name in self.names:
                 self.rows[fast, column] = values[fast, self.names.index(name)]
         # rates change with inputs
