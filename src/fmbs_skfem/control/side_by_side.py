@@ -15,7 +15,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ..core.compiling.structs import address_of, packed
 from ..core.errors import SolverError
 from ..core.values.inputs import KEPT
 from ..dynamics.compiled_step import side_by_side, stepping
@@ -75,8 +74,7 @@ class SideBySide:
             many=np.zeros(1, np.int64),
             status=np.zeros(count, np.int64),
         )
-        self.packed = packed(self.record)
-        self.address = address_of(self.packed)
+        self.packed, self.address = side_by_side.placed(self.record)
         self.helpers = ThreadPoolExecutor(max(self.shares - 1, 1))
         for k, run in enumerate(self.runs):
             self.put(k, run)
@@ -87,6 +85,7 @@ class SideBySide:
             self.runs[k] = run
             self.meters[k] = self.meter(k) if self.is_alike(run) else None
         self.fast[k] = run.is_held and self.meters[k] is not None
+        # parts of steps ask Python for histories: an episode begins without those of the last one
         if self.fast[k] and run.run.packed.lengths is not None:
             run.run.__dict__.pop("packed")
             self.record.steps[k] = run.run.packed.address

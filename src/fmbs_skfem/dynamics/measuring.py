@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.algebra.linalg import as_dense, narrowed, rows_at
-from ..core.compiling.structs import address_of, packed
 from ..core.notices import notify
 from ..systems.measures import readings
 from ..systems.measures.angles import DOUBT, TURN, change_between
@@ -131,8 +130,7 @@ class RowMeter:
             part=np.zeros(matrix.shape[1]),
             found=np.zeros((3, len(rows))) if found is None else found,
         )
-        self.packed = packed(self.reading)
-        self.address = address_of(self.packed)
+        self.packed, self.address = side_by_side.placed(self.reading)
         ends = np.cumsum([0, *(len(output.rows) for _, output, _ in known)]).tolist()
         self.known = [
             (name, output.columns, formula, slice(first, last), bool(kind_of(output).counted))

@@ -13,7 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.compiling.jit import jit
-from ...core.compiling.structs import Integers, Matrix, Vector, invoke, opener, routine
+from ...core.compiling.structs import (
+    Integers,
+    Matrix,
+    Vector,
+    address_of,
+    invoke,
+    opener,
+    packed,
+    routine,
+)
 from ...systems import kernels
 
 
@@ -45,6 +54,12 @@ class Runs(NamedTuple):
 
 opened_reading = opener(Reading)
 opened_runs = opener(Runs)
+
+
+def placed(record: Reading | Runs) -> tuple[np.ndarray, int]:
+    """The integers of a record and their address; the caller keeps both and the record."""
+    table = packed(record)
+    return table, address_of(table)
 
 
 @routine
