@@ -53,6 +53,7 @@ def row(name: str, model: Path, folder: Path, members: int, workers: int | None)
     cells += [
         f"{found['wall_s']:.1f}",
         f"{found['cpu_s']:.1f}",
+        f"{saved['steps'] * members / found['wall_s']:.0f}",
         f"{100 * found['overhead']:.1f} %",
         f"{load:.1f}",
     ]
@@ -124,6 +125,7 @@ def main(count: int = 1000, workers: int | None = None) -> str:
         "workers",
         "wall [s]",
         "CPU [s]",
+        "steps a second",
         "overhead of the engine",
         "load before",
     ]

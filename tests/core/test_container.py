@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -76,3 +77,22 @@ def test_what_is_in_the_file_is_read(tmp_path: Path) -> None:
         np.testing.assert_array_equal(container.array(file, "checked"), SECRET)
         with pytest.raises(ValueError, match="not there"):
             container.array(file, "b")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.arange(6.0).reshape(2, 3)[:, ::2],
+        np.arange(5),
+        np.array([True, False]),
+        np.zeros((0, 3)),
+        np.arange(3, dtype=np.int32),
+    ],
+    ids=["columns", "integers", "booleans", "none", "shorts"],
+)
+def test_arrays_are_written_as_h5py_writes_them(values: np.ndarray) -> None:
+    """To the byte."""
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file.create_dataset("x", data=values)
+    assert bytes(container.image({"x": values})) == buffer.getvalue()

@@ -19,6 +19,7 @@ from fmbs_skfem.dynamics import (
     outputs,
     solve_statics,
 )
+from fmbs_skfem.dynamics.outputs import survey_of
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -83,6 +84,18 @@ def test_a_gain_beside_a_drive_is_still_seen() -> None:
     assert energy_errors(motion).rise < 1e-4
     gained = replace(motion, v=motion.v * np.where(motion.times > 0.05, 1.2, 1.0)[:, None])
     assert energy_errors(gained).rise == pytest.approx(0.44 / 1.44, rel=1e-3)
+
+
+def test_energies_are_the_same_with_and_without_the_power() -> None:
+    """To the bit; the power is that of a motion whose work its steps have not summed."""
+    motion = integrate(driven(lambda t: 0.5 * t**2), GeneralizedAlpha(1e-3), 0.5)
+    stored, power = survey_of(motion)
+    alike, other = survey_of(replace(motion, work=None))
+    np.testing.assert_array_equal(stored, alike)
+    assert np.isnan(power).all()
+    angle = 0.5 * motion.times**2
+    torque = 0.35 + 9.81 * 0.5 * np.cos(angle)
+    assert_allclose(other[1:], (torque * motion.times)[1:], rtol=2e-3)
 
 
 def test_equilibria_have_energies_and_no_balance() -> None:

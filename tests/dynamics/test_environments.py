@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +15,14 @@ from fmbs_skfem.control.environments import Box, Plant, Plants
 from fmbs_skfem.control.live import start
 from fmbs_skfem.control.spaces import Box as OwnBox
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import System, eliminate
+from fmbs_skfem.systems.compiled import gap
+from fmbs_skfem.systems.system import sizes
 
 from .. import pages
-from .test_live import driven, fed
+from .test_live import PLANT, driven, fed
 
 ROOT = Path(__file__).parents[2]
 SCENE = """
@@ -35,23 +39,45 @@ outputs: {cart: {type: position, at: cart, component: x}, bob: {type: velocity, 
 analysis: {type: dynamic, duration: 1 s, step: 2 ms}
 """
 H = 2e-3
+TURNING = """
+schema: 1
+dimension: 2
+inputs: {u: {range: [-40 N m, 60 N m]}, w: {unit: N, start: 1 N, range: [0, 1]}}
+bodies:
+  disc: {type: rigid, mass: 2 kg, inertia: 0.01 kg m^2, center: [0, 0], points: {rim: [0.1, 0]}}
+  cart: {type: point_mass, mass: 1 kg, position: [0, -1]}
+joints: {axle: {type: revolute, at: disc.frame}}
+loads:
+  drive: {type: control_torque, at: disc.frame, torque: u}
+  push: {type: control_force, at: cart, direction: [1, 0], force: w}
+  rope: {type: spring_damper, at: cart, to: disc.rim, stiffness: 900 N/m, damping: 2 N s/m}
+outputs:
+  cart: {type: position, at: cart, component: x}
+  bob: {type: angle, at: disc.frame}
+  spin: {type: angular_velocity, at: disc.frame}
+  energy: {type: energy}
+analysis: {type: dynamic, duration: 1 s, step: 2 ms}
+"""
 
 
-def system() -> System:
-    return eliminate(build.system(reading.loads(SCENE)))
+@functools.cache
+def system(text: str = SCENE) -> System:
+    return eliminate(build.system(reading.loads(text)))
 
 
-def plant(duration: float = 0.2, far: float = np.inf) -> Plant:
+def plant(
+    duration: float = 0.2,
+    far: float = np.inf,
+    text: str = SCENE,
+    observed: Sequence[str] = ("cart", "bob"),
+    of: Any = None,
+    **more: Any,
+) -> Plant:
     reward = lambda outputs, inputs: outputs["cart"] - 0.1 * inputs["u"] ** 2  # noqa: E731
-    return Plant(
-        system(),
-        GeneralizedAlpha(H),
-        ["cart", "bob"],
-        reward,
-        duration,
-        5,
-        lambda now: now["cart"] > far,
-    )
+    ends = lambda now: now["cart"] > far  # noqa: E731
+    scheme = GeneralizedAlpha(H)
+    given = system(text) if of is None else of
+    return Plant(given, scheme, observed, reward, duration, 5, ends, **more)
 
 
 def test_boxes_follow_from_ranges() -> None:
@@ -89,26 +115,44 @@ def test_episodes_are_the_same_to_the_bit_after_a_reset() -> None:
     np.testing.assert_array_equal(*runs)
 
 
-@pytest.mark.parametrize("threads", [1, 2, 3])
-def test_plants_side_by_side_move_as_alone(threads: int) -> None:
+KINDS = {
+    "expressions": {"text": SCENE},
+    "turns": {"text": TURNING, "observed": ("spin", "bob", "cart")},
+    "turns that nobody sees": {"text": TURNING, "observed": ("cart",)},
+    "energies": {"text": TURNING, "observed": ("cart", "energy")},
+    "parts": {"text": TURNING, "newton": Newton(iterations=3)},
+}
+TOGETHER = {"expressions", "turns", "turns that nobody sees", "parts"}  #: in one call
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("kind", KINDS)
+def test_plants_side_by_side_move_as_alone(kind: str, threads: int) -> None:
     """To the bit; one that has ended begins anew with its next action, whatever that is."""
-    many, alone = (
-        Plants(lambda: plant(0.1, 0.003), 5, threads),
-        [plant(0.1, 0.003) for _ in range(5)],
-    )
+    make = functools.partial(plant, 0.1, 0.003, **KINDS[kind])
+    many, alone = Plants(make, 5, threads), [make() for _ in range(5)]
     random, ways = np.random.default_rng(1), set[tuple[bool, bool]]()
     seen, _ = many.reset()
+    assert many.together.fast.all() == (kind in TOGETHER)
     for one in alone:
         one.reset()
     over = np.zeros(5, bool)
-    for _ in range(25):
-        actions = random.uniform([-2.0, 0.0], [3.0, 1.0], (5, 2))
+    for step in range(25):
+        actions = random.uniform(alone[0].low, alone[0].high, (5, 2))
         seen, rewards, ended, late, _ = many.step(actions)
         for k, one in enumerate(alone):
             found = (one.reset()[0], 0.0, False, False) if over[k] else one.step(actions[k])[:4]
             np.testing.assert_array_equal(seen[k], found[0])
             assert (rewards[k], ended[k], late[k]) == found[1:]
             ways.add(found[2:])
+        if step % 7 == 6:  # what they have done is told when somebody asks
+            for one, other in zip(many.plants, alone, strict=True):
+                held, expected = one.run.state.arrays, other.run.state.arrays
+                assert held.keys() == expected.keys()
+                # turns may have been counted at other instants
+                for key in (key for key in held if not key.startswith(("columns", "shown"))):
+                    np.testing.assert_array_equal(held[key], expected[key], err_msg=key)
+                assert one.run.outputs() == other.run.outputs()
         over = ended | late
     many.close()
     assert ways >= {(False, False), (True, False), (False, True)}  # plants have ended in both ways
@@ -170,7 +214,8 @@ def test_gymnasium_takes_them() -> None:
 
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=UserWarning)
-        check_env(plant(), skip_render_check=True)
+        for one in (plant(), plant(start_noise=(1e-3, 1e-2)), plant(of=drawn)):
+            check_env(one, skip_render_check=True)
     many = Plants(plant, 3, 2)
     assert isinstance(many, gymnasium.vector.VectorEnv)
     wrapped = gymnasium.wrappers.vector.RecordEpisodeStatistics(many)
@@ -247,3 +292,136 @@ def test_steps_and_actions_that_are_none_are_refused() -> None:
         run.step(5.0)  # type: ignore[arg-type]
     run.step({}, np.int64(2))
     assert run.time == 2 * H
+
+
+def test_turns_are_counted_whoever_reads_them() -> None:
+    """A disc at rest that a torque turns ten times before its angle is read."""
+    run, other = (start(system(TURNING), GeneralizedAlpha(H)) for _ in range(2))
+    for step in range(60):
+        run.step({"u": 40.0 if step < 30 else -40.0})
+        if step % 30 == 29:
+            other.step({"u": 40.0 if step < 30 else -40.0}, 30)
+        angle = run.outputs(["bob"])["bob"]
+    assert angle > 9.0
+    assert other.outputs(["bob"])["bob"] == angle
+
+
+ROD = "joints: {axle: {type: revolute, at: disc.frame}, rod: {type: distance, at: cart, to: disc.rim}}"
+TIED = "\n".join(
+    ROD if line.startswith("joints") else line
+    for line in TURNING.splitlines()
+    if "rope" not in line
+)
+
+
+def test_starts_are_drawn_near_that_of_the_system() -> None:
+    """Within the sizes that are allowed, on the joints, and as the seed says."""
+    one = plant(text=TIED, start_noise=(0.02, 0.3))
+    model, start_of = one.live.run.model, one.live.begin
+    sizes_of = lambda found: float(sizes(model.system, found)[0])  # noqa: E731
+    found = list[np.ndarray]()
+    for seed in (0, 1, 1, None):
+        one.reset(seed=seed)
+        x, v = one.live.begin.x[0], one.live.begin.v[0]
+        phi, J = gap(model, x)
+        assert np.abs(phi).max() < 1e-12
+        assert np.abs(J @ v).max() < 1e-6  # with what (4) of the first step adds
+        assert 1e-3 < sizes_of(x - start_of.x[0]) < 0.0202
+        assert 1e-2 < sizes_of(v - start_of.v[0]) < 0.303
+        found.append(np.concatenate([one.step([0.5, 0.5])[0] for _ in range(4)]))
+    np.testing.assert_array_equal(found[1], found[2])
+    assert not (found[0] == found[1]).any()
+    assert not (found[2] == found[3]).any()
+
+
+def test_what_is_stiff_stays_at_rest_in_random_starts() -> None:
+    """An arm whose tip moves by 1 cm has not the energy of its fastest modes."""
+    scene = reading.loads(PLANT.read_text(), PLANT.parent)
+    arm = build.chosen_form(scene, build.system(scene))
+    reward = lambda outputs, inputs: 0.0  # noqa: E731
+    one = Plant(arm, GeneralizedAlpha(1e-3), ["tip"], reward, 1.0, 10, start_noise=(0.01, 0.0))
+    one.reset(seed=4)
+    assert 1e-8 < energies(one.run.motion())[0, 1] < 0.1
+
+
+def drawn(random: np.random.Generator) -> System:
+    """Another mass of the cart and another stiffness of the rope."""
+    mass, stiffness = random.uniform(0.5, 2.0), random.uniform(500.0, 1500.0)
+    text = TURNING.replace("mass: 1 kg", f"mass: {mass!r} kg")
+    return system(text.replace("900 N/m", f"{stiffness!r} N/m"))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_systems_of_episodes_are_drawn(threads: int) -> None:
+    """Every episode is that of a plant of the drawn system, also side by side."""
+    reward = lambda outputs, inputs: 0.0  # noqa: E731
+
+    def make(of: Any = drawn) -> Plant:
+        noise = (0.01, 0.1)
+        return Plant(of, GeneralizedAlpha(H), ["cart", "bob"], reward, 0.05, 5, start_noise=noise)
+
+    many = Plants(make, 3, threads)
+    seen, _ = many.reset(seed=7)
+    streams = [np.random.default_rng(7 + k) for k in range(3)]
+    masses = set[float]()
+    for _ in range(2):
+        systems = [drawn(stream) for stream in streams]
+        alone = [make(one) for one in systems]
+        for k, one in enumerate(alone):
+            one.np_random = streams[k]
+            np.testing.assert_array_equal(one.reset()[0], seen[k])
+            masses.add(systems[k].weight)
+        late = np.zeros(3, bool)
+        while not late.all():
+            seen, _, _, late, _ = many.step(np.full((3, 2), 0.5))
+            for k, one in enumerate(alone):
+                np.testing.assert_array_equal(one.step([0.5, 0.5])[0], seen[k])
+        seen = many.step(np.zeros((3, 2)))[0]
+    assert many.together.fast.all()
+    assert len(masses) == 6
+    many.close()
+
+
+def test_systems_of_other_plants_are_refused() -> None:
+    texts = iter([TURNING, TURNING.replace("60 N m", "50 N m")])
+    one = plant(text=TURNING)
+    one.draw = lambda random: system(next(texts))
+    one.reset(seed=1)
+    with pytest.raises(InputError, match=r"Plant: system, what it gives: expected inputs"):
+        one.reset()
+    with pytest.raises(InputError, match=r"Plant: system, what it gives: expected a System"):
+        Plant(lambda random: 1.0, GeneralizedAlpha(H), ["cart"], lambda a, b: 0.0, 1.0)  # type: ignore[arg-type, return-value]
+    for noise in ((0.1,), (-1.0, 0.0), (np.nan, 0.0), (0.0, np.inf)):
+        with pytest.raises(InputError, match=r"Plant: start_noise"):
+            plant(start_noise=noise)
+    many = Plants(plant, 2)
+    with pytest.raises(InputError, match=r"Plants.reset: seed: expected one, or 2 of them, got 3"):
+        many.reset(seed=[1, 2, 3])
+    many.close()
+
+
+def test_plants_that_are_moved_by_themselves_go_on_side_by_side() -> None:
+    """One of them takes a step, and one begins anew, without the others."""
+    many, alone = Plants(lambda: plant(text=TURNING), 3), [plant(text=TURNING) for _ in range(3)]
+    many.reset()
+    for one in alone:
+        one.reset()
+    actions = np.array([[30.0, 0.2], [-20.0, 0.4], [10.0, 0.9]])
+    for step in range(6):
+        if step == 2:
+            many.plants[0].step([5.0, 0.1])
+            alone[0].step([5.0, 0.1])
+        if step == 4:
+            many.plants[1].reset()
+            alone[1].reset()
+        seen = many.step(actions)[0]
+        expected = [one.step(action)[0] for one, action in zip(alone, actions, strict=True)]
+        np.testing.assert_array_equal(seen, expected)
+        assert [one.run.time for one in many.plants] == [one.run.time for one in alone]
+    many.close()
+
+
+def test_plants_that_differ_are_refused() -> None:
+    durations = iter([0.2, 0.3])
+    with pytest.raises(InputError, match=r"Plants: make: expected plants with the same actions"):
+        Plants(lambda: plant(next(durations)), 2)

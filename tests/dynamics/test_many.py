@@ -4,6 +4,7 @@ member.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,6 +16,7 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integra
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.prepared import prepare
 
 from .. import models
 
@@ -37,6 +39,21 @@ def driven(rate: float, growth: float = 0.0, end: float = np.inf) -> System:
 
     push = loads.PointForce("push", tip, (0.0, 0.02), history)
     return eliminate(assemble([beam], held, [push]))
+
+
+def test_numbers_that_differ_share_what_follows_from_the_others() -> None:
+    """Members of a family, as `replace` makes them, are prepared together; one that was prepared
+    before keeps what it knows.
+    """
+    first, own = driven(3.0), driven(4.0)
+    known = prepare(own)
+    loads_of = replace(first.loads, constant=2.0 * first.loads.constant)
+    family = [first, replace(first, loads=loads_of), own]
+    found = integrate_many(family, SCHEME, 0.01, threads=2)
+    assert prepare(family[1]) is prepare(first)
+    assert prepare(own) is known
+    for one, system in zip(found, family, strict=True):
+        assert_equal(one, integrate(replace(system), SCHEME, 0.01))
 
 
 @cache

@@ -391,6 +391,25 @@ def test_members_travel_together_on_an_executor() -> None:
     assert len(sent) < 50
 
 
+def test_workers_have_their_next_batch_before_records_are_kept() -> None:
+    """What a full disk takes to write, no worker waits for."""
+    sent: list[int] = []
+
+    class Counting(ThreadPoolExecutor):
+        def submit(
+            self, function: Callable[..., Any], /, *arguments: Any, **more: Any
+        ) -> Future[Any]:
+            sent.append(len(sent))
+            return super().submit(function, *arguments, **more)
+
+    kept = dict[int, int]()
+    with Counting(1) as pool:
+        keep = lambda record: kept.__setitem__(record.number, len(sent))  # noqa: E731
+        sweeps.run(Squares(), ["x"], [[1.0], [2.0]], keep, SweepOptions(executor=pool))
+    # the first batch went out twice, as its worker has prepared with it
+    assert kept[0] == 3
+
+
 def test_progress_ends_at_one(address: str) -> None:
     told: list[float] = []
     sweeps.run(

@@ -14,8 +14,9 @@ arXiv 2407.17032 (2024).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -26,7 +27,8 @@ from ..core.values.arguments import checked
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems.signals import inputs_of
 from ..systems.system import System
-from .live import is_count, start
+from .live import LiveRun, is_count, start
+from .side_by_side import SideBySide
 
 if TYPE_CHECKING:
     from .spaces import NEXT_STEP, Box, Env, VectorEnv
@@ -41,8 +43,14 @@ else:
         from .spaces import NEXT_STEP, Box, Env, VectorEnv
 
 Columns: TypeAlias = Mapping[str, float]
+Drawn: TypeAlias = Callable[[np.random.Generator], System]  #: the system of an episode
 Reward: TypeAlias = Callable[[Columns, Columns], float]  #: of outputs and inputs by name, SI
 Answer: TypeAlias = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
+
+
+def ranges_of(system: System) -> dict[str, tuple[float, float]]:
+    """Ranges of the inputs that have some."""
+    return {name: one.range for name, one in inputs_of(system).items() if one.range is not None}
 
 
 class Plant(Env):
@@ -53,6 +61,11 @@ class Plant(Env):
     and (`terminated`) where `ends(outputs)` holds, an event stops the run or a step cannot be
     taken, with the reason as `info["error"]`. Every episode begins with the start of the system,
     and follows from its actions to the bit. InputError without inputs that have ranges.
+
+    Domain randomisation: a function of a random generator in place of the system is asked for one
+    before every episode, with the same inputs and outputs. Random starts: `start_noise` are the
+    largest displacement [m] and speed [m/s], root mean squares, by which an episode begins beside
+    the start of its system, see `dynamics.perturbed_starts`. Both follow from the seed of `reset`.
 
         >>> from fmbs_skfem import scenes
         >>> from fmbs_skfem.control.environments import Plant
@@ -82,7 +95,7 @@ class Plant(Env):
     @checked
     def __init__(
         self,
-        system: System,
+        system: System | Drawn,
         scheme: GeneralizedAlpha,
         observed: Sequence[str],
         reward: Reward,
@@ -90,9 +103,12 @@ class Plant(Env):
         every: int = 1,
         ends: Callable[[Columns], bool] = lambda outputs: False,
         newton: Newton | None = None,
+        start_noise: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        known = inputs_of(system)
-        ranges = {name: one.range for name, one in known.items() if one.range is not None}
+        self.draw = None if isinstance(system, System) else system
+        first = system if isinstance(system, System) else self.drawn(np.random.default_rng(0))
+        known = inputs_of(first)
+        ranges = ranges_of(first)
         if not ranges:
             got = f"none of {listed(known, '', 'no inputs')}"
             raise InputError(
@@ -107,10 +123,20 @@ class Plant(Env):
             raise InputError(say("Plant: every", "a whole number of steps, 1 or more", every))
         if not duration > 0.0:
             raise InputError(say("Plant: duration", "a positive time [s]", duration))
+        if len(start_noise) != 2 or not all(0.0 <= one < np.inf for one in start_noise):
+            expected = "a displacement [m] and a speed [m/s], 0 or more"
+            raise InputError(say("Plant: start_noise", expected, start_noise))
+        self.scheme, self.newton, self.start_noise = scheme, newton, start_noise
         self.names, self.observed = tuple(ranges), tuple(observed)
         self.reward, self.ends, self.duration, self.every = reward, ends, duration, every
-        self.run = start(system, scheme, newton)
-        self.first, self.last = self.run.state, self.run.outputs(self.observed)
+        #: tells the run what it has done, where plants side by side take its steps, and these where
+        #: it is
+        self.sync: Callable[[], None] = lambda: None
+        self.show: Callable[[LiveRun], None] = lambda run: None
+        #: ranges of actions and columns of observations
+        self.facts: tuple[dict[str, tuple[float, float]], list[str]] | None = None
+        self.begin(first)
+        self.first = self.live.state
         self.low, self.high = np.array(list(ranges.values())).T
         self.action_space = Box(self.low, self.high, dtype=np.float64)
         self.observation_space = Box(-np.inf, np.inf, (len(self.last),), np.float64)
@@ -119,13 +145,49 @@ class Plant(Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """The observation at the start; InputError for a seed below 0."""
+        """The observation at the start, which follows from a `seed` and the number of resets since;
+        InputError for a seed below 0.
+        """
         if seed is not None and seed < 0:
             raise InputError(say("Plant.reset: seed", "0 or more", seed))
         super().reset(seed=seed)
-        self.run.state = self.first
-        self.last = self.run.outputs(self.observed)
+        if self.draw is None:
+            self.live.state = self.first
+        else:
+            self.begin(self.drawn(self.np_random))
+        if any(self.start_noise):
+            self.live.perturb(self.np_random, self.start_noise, self.every * self.scheme.step)
+        self.last = self.live.outputs(self.observed)
+        self.show(self.live)
         return self.observation, {}
+
+    def drawn(self, random: np.random.Generator) -> System:
+        """A system of an episode; InputError where it is none."""
+        assert self.draw is not None
+        found = self.draw(random)
+        arguments.require("Plant: system, what it gives", found, System)
+        return found
+
+    def begin(self, system: System) -> None:
+        """Begin with a system; InputError where its actions or observations are not those of the one
+        before.
+        """
+        live = start(system, self.scheme, self.newton)
+        last = live.outputs(self.observed)
+        ranges = ranges_of(system)
+        facts = ranges, [*last]
+        if self.facts not in (None, facts):
+            expected = f"inputs and outputs as those before, {self.facts}"
+            raise InputError(say("Plant: system, what it gives", expected, facts))
+        # what is cut to its range rises as no loop does
+        live.feed.rising.clear()
+        self.live, self.facts, self.last = live, facts, last
+
+    @property
+    def run(self) -> LiveRun:
+        """The run, which may be read at any time."""
+        self.sync()
+        return self.live
 
     @property
     def observation(self) -> np.ndarray:
@@ -141,28 +203,25 @@ class Plant(Env):
             self.run.step(given, self.every)
         except SolverError as error:
             return self.observation, self.worth(given), True, False, {"error": str(error)}
-        self.last = self.run.outputs(self.observed)
-        late = self.run.time > self.duration - 0.5 * self.run.run.scheme.step
-        return (
-            self.observation,
-            self.worth(given),
-            self.run.ended or self.is_over(),
-            late,
-            {},
-        )
+        self.last = self.live.outputs(self.observed)
+        self.show(self.live)
+        late = self.live.time > self.duration - 0.5 * self.live.run.scheme.step
+        return self.observation, self.worth(given), self.live.ended or self.is_over(), late, {}
 
     def is_over(self) -> bool:
         """Whether the episode ends with the last outputs; InputError where that is no yes or no."""
-        found = self.ends(self.last)
-        arguments.require("Plant: ends, what it gives", found, bool)
+        found: Any = self.ends(self.last)
+        if type(found) is not bool:  # a check takes as long as a step of a small plant
+            arguments.require("Plant: ends, what it gives", found, bool)
         return bool(found)
 
     def worth(self, given: Columns) -> float:
         """The reward of the last outputs and of inputs that led to them; InputError for one that is
         no finite number.
         """
-        found = self.reward(self.last, given)
-        arguments.require("Plant: reward, what it gives", found, float)
+        found: Any = self.reward(self.last, given)
+        if type(found) is not float or not math.isfinite(found):
+            arguments.require("Plant: reward, what it gives", found, float)
         return float(found)
 
 
@@ -188,6 +247,10 @@ class Plants(VectorEnv):
                 say("Plants: make", "a function that makes a Plant", f"one that makes {bad[0]!r}")
             )
         one = self.plants[0]
+        alike = lambda plant: (plant.facts, plant.scheme, plant.every, plant.duration)  # noqa: E731
+        if any(alike(plant) != alike(one) for plant in self.plants):
+            expected = "plants with the same actions, observations and times"
+            raise InputError(say("Plants: make", expected, "others"))
         self.single_action_space, self.single_observation_space = (
             one.action_space,
             one.observation_space,
@@ -199,18 +262,35 @@ class Plants(VectorEnv):
             -np.inf, np.inf, (count, *one.observation_space.shape), np.float64
         )
         self.done = np.zeros(count, bool)
-        self.shares = [
-            share.tolist() for share in np.array_split(np.arange(count), min(threads, count))
-        ]
-        self.pool = ThreadPoolExecutor(len(self.shares))
+        runs = [plant.live for plant in self.plants]
+        self.together = SideBySide(runs, one.names, one.observed, threads)
+        for k, plant in enumerate(self.plants):
+            plant.sync, plant.show = partial(self.together.sync, k), partial(self.together.put, k)
+        #: names of the columns of observations
+        self.columns = (*one.last,)
         self.closed_threads = False
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """The observations (p, k) at the start."""
+        """The observations (p, k) at the start; of a single `seed` plant k has seed + k."""
+        p = self.num_envs
+        seeds = (
+            [None] * p
+            if seed is None
+            else [seed + k for k in range(p)]
+            if isinstance(seed, int | np.integer)
+            else [*seed]
+        )
+        if len(seeds) != p:
+            raise InputError(say("Plants.reset: seed", f"one, or {p} of them", len(seeds)))
         self.done[:] = False
-        return np.stack([plant.reset(seed=seed)[0] for plant in self.plants]), {}
+        for plant, one in zip(self.plants, seeds, strict=True):
+            plant.reset(seed=one)
+        return self.together.columns.T.copy(), {}
 
     def step(
         self, actions: np.ndarray
@@ -231,34 +311,26 @@ class Plants(VectorEnv):
                     "make them anew",
                 )
             )
-        found: list[Answer] = [
-            answer
-            for part in self.pool.map(lambda share: self.take(share, actions), self.shares)
-            for answer in part
-        ]
-        observations, rewards, ended, late, told = (list(part) for part in zip(*found, strict=True))
-        self.done = np.array(ended) | np.array(late)
-        errors = (
-            {"error": np.array([one.get("error", "") for one in told], object)} if any(told) else {}
-        )
-        return (
-            np.stack(observations),
-            np.array(rewards, float),
-            np.array(ended),
-            np.array(late),
-            errors,
-        )
-
-    def take(self, share: Sequence[int], actions: np.ndarray) -> list[Answer]:
-        """One action of some plants, one after the other."""
-        return [
-            (self.plants[k].reset()[0], 0.0, False, False, {})
-            if self.done[k]
-            else self.plants[k].step(actions[k])
-            for k in share
-        ]
+        values = np.clip(actions, self.action_space.low, self.action_space.high)
+        for k in np.flatnonzero(self.done).tolist():
+            self.plants[k].reset()
+        moved, one, runs = ~self.done, self.plants[0], self.together
+        failed = runs.step(values, moved, one.every)
+        seen = runs.columns.T.copy()
+        rewards, ended = np.zeros(p), np.zeros(p, bool)
+        late = moved & (runs.time > one.duration - 0.5 * runs.h)
+        given, found = values.tolist(), seen.tolist()
+        for k in np.flatnonzero(moved).tolist():
+            plant = self.plants[k]
+            plant.last = dict(zip(self.columns, found[k], strict=True))
+            rewards[k] = plant.worth(dict(zip(one.names, given[k], strict=True)))
+            ended[k] = k in failed or runs.stopped[k] or plant.is_over()
+        told = np.array([str(failed.get(k, "")) for k in range(p)], object) if failed else None
+        late[list(failed)] = False
+        self.done = ended | late
+        return seen, rewards, ended, late, {} if told is None else {"error": told}
 
     def close(self, **more: Any) -> None:
         """End the threads."""
         self.closed_threads = True
-        self.pool.shutdown()
+        self.together.close()

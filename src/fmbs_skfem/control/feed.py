@@ -92,8 +92,8 @@ class Feed(SingleSteps):
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
         #: columns of inputs that are signals as they are; None where others read them, which are
         #: evaluated in every step
-        self.columns: list[tuple[int, GivenInput]] | None = [
-            (k, self.given[one.name])
+        self.columns: list[tuple[int, str]] | None = [
+            (k, one.name)
             for k in reading
             if isinstance(one := plain.signals[k], Input)
             and (k not in driven or isinstance(one, Held))
@@ -103,11 +103,6 @@ class Feed(SingleSteps):
         #: whether there are others beside inputs
         self.histories = len(reading) < len(plain.signals)
         self.next: Mapping[str, float] = {}  #: new values for the next step
-        #: rows of steps that are taken at once
-        self.block, self.nowhere = (
-            np.zeros((0, 0)),
-            np.zeros(0, np.int64),
-        )
 
     def begin(self, run: OpenRun) -> None:
         """Know what reads values for controllers."""
@@ -115,8 +110,7 @@ class Feed(SingleSteps):
 
     def before(self, run: OpenRun) -> None:
         """Tell inputs what is given for the step, and let controllers act."""
-        self.tell(self.next)
-        self.next = {}
+        self.tell()
         self.sample(run)
 
     def holds(self, run: OpenRun) -> bool:
@@ -130,39 +124,41 @@ class Feed(SingleSteps):
             and not (self.histories or self.record or run.jumps or run.steps)
         )
 
-    def take_held(self, run: OpenRun, count: int) -> None:
-        """Take steps with inputs as they are, in one call; fewer where one fails, which is to be
-        taken again by itself.
-        """
-        if len(self.block) != count:
-            self.block, self.nowhere = np.zeros((count, self.row.shape[1])), np.full(count, -1)
-        self.block[:] = self.row
-        _, taken = run.take(self.block, self.nowhere)
-        run.done += taken
-        for one in self.given.values():
-            one.values = [*one.values, *[one.values[-1]] * taken][-KEPT:]
-            one.first += taken
-
-    def tell(self, values: Mapping[str, float]) -> None:
+    def tell(self) -> None:
         """New values of inputs for the next step; those that are not named keep theirs."""
+        values, self.next = self.next, {}
         for name, value in values.items():
             if name not in self.free or not is_finite(value):
                 self.refuse(name, value)
             if name in self.ranges and not self.ranges[name][0] <= value <= self.ranges[name][1]:
                 self.warn_outside(name, value)
-        for name, one in self.given.items():
-            kept = one.values
-            kept.append(float(values[name]) if name in values else kept[-1])
-            del kept[0]
-            one.first += 1
-        for name, value in values.items():
+        self.keep(values, 1)
+        for name, levels in self.rising.items():
             if (
-                self.rising[name].add(value)
+                name in values
+                and levels.add(values[name])
                 and not self.told
                 and (text := self.unsteady(Rising.found))
             ):
                 self.told = True
                 notify(text)
+
+    def is_changed(self) -> bool:
+        """Whether the next step has another value of an input."""
+        return any(
+            name in self.given and self.given[name].values[-1] != value
+            for name, value in self.next.items()
+        )
+
+    def keep(self, values: Mapping[str, float], count: int) -> None:
+        """So many steps have these values of inputs, and those that are not named their last ones."""
+        for name, one in self.given.items():
+            kept = one.values
+            kept.append(float(values[name]) if name in values else kept[-1])
+            del kept[0]
+            if count > 1:
+                one.values = [*kept, *[kept[-1]] * (count - 1)][-KEPT:]
+            one.first += count
 
     def refuse(self, name: str, value: float) -> NoReturn:
         """The error of a value that no input takes."""
@@ -244,8 +240,8 @@ class Feed(SingleSteps):
 
     def write(self) -> None:
         """Columns of inputs that are signals as they are."""
-        for column, one in self.columns or ():
-            self.row[0, column] = one.values[-1]
+        for column, name in self.columns or ():
+            self.row[0, column] = self.given[name].values[-1]
 
     def recorded(self) -> System:
         """The system with what controllers gave so far as histories."""
@@ -373,4 +369,4 @@ def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
 
 def is_finite(value: Any) -> bool:
     """Whether something is a finite number."""
-    return isinstance(value, Real) and math.isfinite(value)
+    return isinstance(value, float | Real) and math.isfinite(value)

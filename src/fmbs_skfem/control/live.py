@@ -26,10 +26,13 @@ from ..core.values.arguments import checked
 from ..core.values.inputs import Held
 from ..core.values.problems import shown
 from ..dynamics.checkpoint import Checkpoint
-from ..dynamics.integration import begun, take_step
+from ..dynamics.compiled_step import stepping
+from ..dynamics.initial import begin_steps
+from ..dynamics.integration import begun, restart, take_filtered, take_step
 from ..dynamics.measuring import Meter, RowMeter, motion_of
 from ..dynamics.observers import Observer, RunSetting
 from ..dynamics.outputs import require_known
+from ..dynamics.perturbed_starts import perturbed_start
 from ..dynamics.run import cost_of, moment, restore
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Happening, Trajectory
@@ -41,6 +44,9 @@ from .feed import Feed
 
 DOUBTFUL = ".* too far apart to count the turns"  #: a warning of a meter that is read seldom, while turns are counted beside it
 OFTEN = 64  #: steps after which turns are counted, at most
+# a wheel at rest that is driven by 4000 rad/s2 turns by 33 rad in OFTEN steps of 2 ms, of which
+# rates before and behind tell no turn for certain
+FEW = 8  #: the same behind a change of an input
 
 
 @checked
@@ -140,9 +146,12 @@ class LiveRun:
             observers,
         )
         self.feed = self.run.find(Feed)
+        self.repeats = self.feed.holds(self.run)  #: whether steps with the same inputs are alike
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
         self.turns = self.counter()
+        self.due: int = sys.maxsize  #: number of the step after which turns are counted
+        self.plan_count()
         #: of the state that was put back last, for meters that are made later
         self.held: Mapping[str, np.ndarray] = {}
         self.beside: list[Beside] = []  #: runs that say how good this one is
@@ -171,6 +180,17 @@ class LiveRun:
             if not isinstance(self.feed.inputs[name], Held)
         }
 
+    def perturb(
+        self, random: np.random.Generator, spread: tuple[float, float], time: float
+    ) -> None:
+        """Put a run that is at its start to one near it, see `perturbed_starts`."""
+        v = self.run.step.job.out[1, 0]  # of the start of the system
+        restart(self.run, *perturbed_start(self.run.model, v, random, spread, time))
+        self.begin = motion_of(self.run, 0.0)
+        self.turns.angles.clear()
+        self.read(self.turns)
+        self.plan_count()
+
     def step(self, inputs: Mapping[str, float] | None = None, count: int = 1) -> None:
         """Take a step, or `count` of them, fewer where an event stops the run; inputs that are not
         named keep their values.
@@ -195,15 +215,55 @@ class LiveRun:
                 say("run.step: inputs", "numbers by the names of inputs", repr(inputs))
             )
         self.feed.next = inputs or {}
+        if self.turns.angles and self.feed.is_changed():
+            if self.age > FEW:
+                self.read(self.turns)
+            self.due = min(self.due, self.run.done + FEW)
         end = self.run.done + count
         while self.run.done < end and not self.run.ended:
+            if self.is_held:
+                self.take_held(end - self.run.done)
+                continue
             take_step(self.run)
             self.count_turns()
             for one in self.beside:
                 one.step(self.run, inputs or {})
-            if not self.beside and self.feed.holds(self.run) and self.run.done < end:
-                self.feed.take_held(self.run, min(end - self.run.done, max(self.reach, 1)))
-                self.count_turns()
+
+    @property
+    def is_held(self) -> bool:
+        """Whether steps with the same inputs are one call of compiled code."""
+        return self.repeats and not self.beside
+
+    def take_held(self, left: int) -> None:
+        """Take steps with the same inputs, so many or fewer."""
+        many = min(left, self.reach)
+        self.feed.tell()
+        self.begin_held()
+        self.end_held(self.run.packed.call(stepping.repeat, many), many)
+
+    def begin_held(self) -> None:
+        """Give what steps with the same inputs read."""
+        run = self.run
+        begin_steps(run.step.state)
+        self.feed.write()
+        run.packed.give(self.feed.row, self.feed.stored)
+        run.packed.start(run.scheme.step * run.done)
+
+    def end_held(self, status: int, many: int) -> None:
+        """Go on where so many steps with the same inputs have ended with a status; SolverError where
+        one cannot be taken.
+        """
+        run = self.run
+        status = run.packed.go_on(status, run.done, many)
+        run.packed.check()
+        taken = int(run.step.job.done[0])
+        run.done += taken
+        # the first one was told when it began
+        if (more := taken if status != stepping.DONE else taken - 1) > 0:
+            self.feed.keep({}, more)
+        if status != stepping.DONE:
+            take_filtered(run, status)
+        self.count_turns()
 
     @property
     def state(self) -> Checkpoint:
@@ -224,9 +284,12 @@ class LiveRun:
     def state(self, held: Checkpoint) -> None:
         arguments.require("run.state", held, Checkpoint)
         restore(self.run, held)
+        if not held.done:
+            self.begin = motion_of(self.run, 0.0)
         self.beside = []  # which stand elsewhere
         self.meter.take_up(self.run, held.arrays)
         self.turns.take_up(held.arrays)
+        self.plan_count()
         self.meters = {}
         self.held = held.arrays
 
@@ -244,7 +307,7 @@ class LiveRun:
         key = (*given,)
         if not all(isinstance(name, str) for name in key):
             raise InputError(say("run.outputs", "names of outputs", shown(names)))
-        meter = self.meters.get(key) or self.meter_of(key)
+        meter = self.reader(key)
         if isinstance(meter, Meter):
             return self.measured(meter)
         return self.read(meter)
@@ -258,27 +321,39 @@ class LiveRun:
             for name, one in angles
             if (found := formula_of(one, system.dim)) is not None
         ]
-        return RowMeter(system, self.run.model.order, known, self.begin)
+        return RowMeter(self.run, known)
 
     def count_turns(self) -> None:
         """Count them where an angle may have changed by much since it was read last."""
-        if self.reach <= 0:
-            self.read(self.turns)
+        if self.run.done >= self.due:
+            step = self.run.scheme.step
+            # who reads angles counts their turns
+            if self.age > FEW - 0.5 or self.turns.due(OFTEN * step) <= self.time + 1e-6 * step:
+                self.read(self.turns)
+            self.plan_count()
+
+    @property
+    def age(self) -> float:
+        """Steps since turns were counted."""
+        first = min(one[0] for one in self.turns.angles.values())
+        return (self.time - first) / self.run.scheme.step
+
+    def plan_count(self) -> None:
+        """Find after which step turns are counted again, if there are any: OFTEN steps at most."""
+        self.due = sys.maxsize
+        if self.turns.angles:
+            step = self.run.scheme.step
+            reach = int((self.turns.due(OFTEN * step) - self.time) / step + 1e-6)
+            self.due = self.run.done + max(reach, 1)
 
     @property
     def reach(self) -> int:
-        """Steps that may be taken before turns are counted again: at most OFTEN where there are
-        any.
-        """
-        if not self.turns.angles:
-            return sys.maxsize
-        step = self.run.scheme.step
-        return int((self.turns.due(OFTEN * step) - self.time) / step + 1e-6)
+        """Steps that may be taken before turns are counted again."""
+        return self.due - self.run.done
 
     def read(self, meter: RowMeter) -> dict[str, float]:
         """Columns of the present state by formulas."""
-        state = self.run.step.state
-        return meter.columns(self.time, state.x, state.v, state.acceleration)
+        return meter.columns(self.time)
 
     def measured(self, meter: Meter) -> dict[str, float]:
         """Columns of the present state by a meter, which counts from the begin of the run; turns
@@ -299,8 +374,14 @@ class LiveRun:
         meter.keep()
         return dict(found)
 
-    def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
+    def reader(self, names: tuple[str, ...]) -> Meter | RowMeter:
         """What reads outputs of some names, made when they are first asked for."""
+        if names not in self.meters:
+            self.meters[names] = self.meter_of(names)
+        return self.meters[names]
+
+    def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
+        """What reads outputs of some names."""
         system = self.run.model.system
         require_known("run.outputs", system.outputs, names)
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
@@ -310,13 +391,10 @@ class LiveRun:
             if one is not None
         ]
         if len(known) == len(names):
-            rows = RowMeter(system, self.run.model.order, known, self.begin, self.turns)
-            self.meters[names] = rows
-            return rows
+            return RowMeter(self.run, known, self.turns)
         meter = Meter(names)
         meter.word = f"shown of {', '.join(names)}:"
         meter.take_up(self.run, self.held)
-        self.meters[names] = meter
         return meter
 
     def motion(self) -> Trajectory:

@@ -53,8 +53,12 @@ class Box:
 class Env:
     """As `gymnasium.Env`, as far as it is needed."""
 
+    np_random = np.random.default_rng()
+
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Nothing random is there to begin anew."""
+        """Begin random numbers anew."""
+        if seed is not None:
+            self.np_random = np.random.default_rng(seed)
 
 
 class VectorEnv:

@@ -234,6 +234,12 @@ def begun(
     return run
 
 
+def restart(run: OpenRun, x: np.ndarray, v: np.ndarray) -> None:
+    """Put a run that is at its start to another one, x and v (n,), consistent with the joints."""
+    first = Instant(0.0, x, v, open_at_start(run.model, x), first=True)
+    start_step(run.packed, run.scheme, first)
+
+
 def keeps_few(
     system: System,
     observers: Sequence[Observer],

@@ -1,6 +1,7 @@
 """Many runs side by side: threads over `integrate`, whose compiled steps hold no interpreter lock.
 
-Every run is that of `integrate` alone, bit by bit: members know nothing of each other.
+Every run is that of `integrate` alone, bit by bit: members know nothing of each other. What follows
+from parts that systems have in common is found once, see `systems.prepared`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import Progress
 from ..core.values.arguments import checked
+from ..systems.prepared import prepare, share
 from ..systems.system import System
 from .integration import integrate
 from .scheme import GeneralizedAlpha, Newton
@@ -58,6 +60,10 @@ def integrate_many(
         )
     if threads < 1:
         raise InputError(say("integrate_many: threads", "at least 1", threads))
+
+    # half of the preparation of a run
+    for system in systems[1:]:
+        share(prepare(systems[0]), system)
 
     def run(system: System, scheme: GeneralizedAlpha) -> Result:
         begin = clock.thread_time()

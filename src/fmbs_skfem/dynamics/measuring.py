@@ -20,6 +20,8 @@ from ..systems.measures.angles import DOUBT, TURN, change_between
 from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
+from .compiled_step import side_by_side
+from .compiled_step.side_by_side import Reading
 from .initial import Instant, consistent_start
 from .observers import Observer
 from .outputs import outputs
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from .run import OpenRun
 
 
+TINY = 1e-30  #: rate [rad/s] that turns nothing
 TURNED = 0.25  #: change of an angle [rad] after which its turns are counted again
 
 
@@ -100,26 +103,34 @@ class Meter:
 
 class RowMeter:
     """Columns of outputs that are formulas of their sensor rows, state by state, as a `Meter` finds
-    them.
+    them; rows go to `found` (3, i).
 
-    Rows are read by one small product, and formulas are evaluated for numbers: after a step of 12.5
-    us of an arm with 16 unknowns a position takes 8 us, all outputs by a `Meter` 256 us.
+    Rows of the present state of a run are read by a compiled product, and formulas are evaluated
+    for numbers.
     """
 
     def __init__(
         self,
-        system: System,
-        order: np.ndarray,
+        run: OpenRun,
         known: Sequence[tuple[str, Output, Formula]],
-        begin: Trajectory,
         turns: RowMeter | None = None,
+        found: np.ndarray | None = None,
     ) -> None:
+        system = run.model.system
+        state = run.step.state
         rows = np.array([row for _, output, _ in known for row in output.rows], dtype=np.int64)
-        matrix, self.used = narrowed(rows_at(system.sensors.matrix, rows)[:, order])
-        self.matrix = np.ascontiguousarray(as_dense(matrix).T)
-        self.offset = np.zeros((3, len(rows)))
-        self.offset[0] = system.sensors.offset[rows]
-        self.state = np.zeros((3, len(self.matrix)))
+        matrix, used = narrowed(rows_at(system.sensors.matrix, rows)[:, run.model.order])
+        self.reading = Reading(
+            x=state.x,
+            v=state.v,
+            acceleration=state.acceleration,
+            used=np.arange(system.size)[used],
+            matrix=np.ascontiguousarray(as_dense(matrix), dtype=np.float64),
+            offset=system.sensors.offset[rows],
+            part=np.zeros(matrix.shape[1]),
+            found=np.zeros((3, len(rows))) if found is None else found,
+        )
+        self.packed, self.address = side_by_side.placed(self.reading)
         ends = np.cumsum([0, *(len(output.rows) for _, output, _ in known)]).tolist()
         self.known = [
             (name, output.columns, formula, slice(first, last), bool(kind_of(output).counted))
@@ -132,17 +143,12 @@ class RowMeter:
         if turns is not None:
             self.angles = turns.angles  # counted from whoever has read them last
         else:
-            self.columns(
-                float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a))
-            )
+            self.columns(0.0)
 
-    def columns(self, time: float, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, float]:
-        """Columns in a state (n,) of the order in which the model steps [s]; turns are counted from
-        the one before.
-        """
-        state, used = self.state, self.used
-        state[0], state[1], state[2] = x[used], v[used], a[used]
-        y, rate, change = (state @ self.matrix + self.offset).tolist()
+    def columns(self, time: float) -> dict[str, float]:
+        """Columns in the present state [s]; turns are counted from the one before."""
+        side_by_side.read(self.address)
+        y, rate, change = self.reading.found.tolist()
         found: dict[str, float] = {}
         for name, columns, formula, rows, counted in self.known:
             values = formula(y[rows], rate[rows], change[rows])
@@ -156,13 +162,9 @@ class RowMeter:
     ) -> tuple[float, float]:
         """An angle with the turns that it has made since the state before, and its rate."""
         if (before := self.angles.get(name)) is not None:
-            t, value, w, change = before
-            expected = change_between(time - t, (w, speed), (change, acceleration))
-            angle += TURN * round((expected - (angle - value)) / TURN)
-            if abs(angle - value - expected) > DOUBT:
-                notify(
-                    f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps"
-                )
+            angle, doubt = count_turns(before, (time, angle, speed, acceleration))
+            if doubt:
+                warn_of_turns(name)
         self.angles[name] = time, angle, speed, acceleration
         return angle, speed
 
@@ -170,10 +172,7 @@ class RowMeter:
         """The time [s] by which an angle may have changed by TURNED at its rate and acceleration,
         `longest` after it was read.
         """
-        return min(
-            t + min(time_of(TURNED, abs(w), abs(change)), longest)
-            for t, _, w, change in self.angles.values()
-        )
+        return min(float(due(one, longest)) for one in self.angles.values())
 
     def kept(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
@@ -244,15 +243,39 @@ class Reader(Meter, Observer):
         return max(map(abs, self.last[1].values()), default=0.0) if self.last else 0.0
 
 
-def time_of(angle: float, rate: float, acceleration: float) -> float:
-    """The first time t [s] at which an angle is reached; infinite where both rates are zero.
+def count_turns(before: Any, now: Any) -> tuple[Any, Any]:
+    """An angle with the turns that it has made since it was read last, and whether these are in
+    doubt.
 
-        w t + a t^2 / 2 = angle,    t > 0
-
-    for the rate w and the acceleration a of at least 0.
+    `before` and `now`: time [s], angle, rate and acceleration, numbers or those of many runs (p,).
     """
-    root = rate + math.sqrt(rate * rate + 2.0 * acceleration * angle)
-    return 2.0 * angle / root if root > 0.0 else math.inf
+    (t, value, w, change), (time, angle, speed, acceleration) = before, now
+    expected = change_between(time - t, (w, speed), (change, acceleration))
+    turns = (expected - (angle - value)) / TURN
+    angle = angle + TURN * (round(turns) if isinstance(turns, float) else np.rint(turns))
+    return angle, abs(angle - value - expected) > DOUBT
+
+
+def warn_of_turns(name: str) -> None:
+    """A warning of an output whose turns are in doubt."""
+    notify(
+        f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps"
+    )
+
+
+def due(angle: Any, longest: float) -> Any:
+    """The time [s] by which an angle may have changed by TURNED, `longest` after it was read.
+
+        w t + a t^2 / 2 = TURNED,    t > 0
+
+    with the sizes of its rate w and its acceleration a; `angle` as in `count_turns`.
+    """
+    t, _, w, change = angle
+    rate, square = abs(w), w * w + 2.0 * abs(change) * TURNED
+    # numpy takes ten times as long for a number
+    if isinstance(w, float):
+        return t + min(2.0 * TURNED / max(rate + math.sqrt(square), TINY), longest)
+    return t + np.minimum(2.0 * TURNED / np.maximum(rate + np.sqrt(square), TINY), longest)
 
 
 def counted_columns(found: Mapping[str, Output]) -> set[str]:

@@ -85,8 +85,8 @@ def work_of(trajectory: Trajectory, power: np.ndarray) -> tuple[np.ndarray, np.n
     them gives differently.
     """
     times = trajectory.times
-    if trajectory.work is not None and len(trajectory.work) == len(times):
-        return trajectory.work, np.zeros(len(times))
+    if is_work_known(trajectory):
+        return np.asarray(trajectory.work), np.zeros(len(times))
     found = work_done(times, power)
     every_second = np.abs(found[::2] - work_done(times[::2], power[::2]))
     return found, UNSURE * np.maximum.accumulate(np.repeat(every_second, 2)[: len(times)])
@@ -114,7 +114,8 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     """Kinetic energy, that of strains and springs, potential one (s, 3) [J], and the power (s,) [W]
     of the rest.
 
-    That is: of drives and damping, and of loads without a potential. Linear springs, which rest in
+    That is: of drives and damping, and of loads without a potential; not a number where the work
+    is known. Linear springs, which rest in
     the reference x0, have
 
         1/2 u^T K u + u . (K x0 - c),    u = x - x0
@@ -123,15 +124,16 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     """
     if trajectory.trace is not None:
         return trajectory.trace.survey[:, :3], trajectory.trace.survey[:, 3]
-    found = survey(
-        compile_system(trajectory.system), trajectory, trajectory.x[0], float(trajectory.times[-1])
-    )
+    model, powered = compile_system(trajectory.system), not is_work_known(trajectory)
+    found = survey(model, trajectory, trajectory.x[0], float(trajectory.times[-1]), powered)
     return found[:, :3], found[:, 3]
 
 
-def survey(model: Compiled, part: Trajectory, start: np.ndarray, end: float) -> np.ndarray:
+def survey(
+    model: Compiled, part: Trajectory, start: np.ndarray, end: float, powered: bool = True
+) -> np.ndarray:
     """Energies and power (s, 4) as of `survey_of`, of a part of a motion that begins with `start`
-    (n,) and lasts up to `end` [s].
+    (n,) and lasts up to `end` [s]; the power is not a number unless it is asked for.
 
     Every row is that of its state alone, to the bit, so that parts of any lengths make the same
     numbers: BLAS sums in an order that depends on their number.
@@ -139,10 +141,9 @@ def survey(model: Compiled, part: Trajectory, start: np.ndarray, end: float) -> 
     system = model.system
     times = part.times
     delta = DELTA * max(end, 1e-12)
-    span = np.maximum(times - delta, 0.0), times + delta
-    found = on_samples(
-        work.survey, model, 3, times, part.x, part.v, part.a, part.multipliers, span, part.memory
-    )
+    span = (np.maximum(times - delta, 0.0), times + delta) if powered else None
+    states = part.x, part.v, part.a, part.multipliers
+    found = on_samples(work.survey, model, 2 + powered, times, *states, span, part.memory)
     loads = system.loads.constant
     K = system.stiffness
     springs = system.loads.springs if len(system.loads.springs) else np.zeros_like(loads)
@@ -151,7 +152,13 @@ def survey(model: Compiled, part: Trajectory, start: np.ndarray, end: float) -> 
         forces = 0.5 * np.asarray(K @ u.T).T + (np.asarray(K @ system.x0) - springs)
         found[:, 1] += np.sum(u * forces, axis=1)
     potential = np.einsum("sn,n->s", part.x - start, springs - loads)
-    return np.column_stack([found[:, :2], potential, found[:, 2]])
+    power = found[:, 2] if powered else np.full(len(times), np.nan)
+    return np.column_stack([found[:, :2], potential, power])
+
+
+def is_work_known(part: Trajectory) -> bool:
+    """Whether the steps of a run have summed the work of all that has no potential."""
+    return part.work is not None and len(part.work) == len(part.times)
 
 
 def on_samples(

@@ -157,13 +157,15 @@ class Desk:
     back: deque[Batch] = field(default_factory=deque)
     busy: dict[Future[Any], Batch] = field(default_factory=dict)
     done: SimpleQueue[Future[Any]] = field(default_factory=SimpleQueue)
+    waiting: deque[Record] = field(default_factory=deque)  #: that are to be kept
     settled: list[Record] = field(default_factory=list)  #: without results
     heard: Heard = field(default_factory=dict)  #: notices of members
     prepared: int = 0  #: workers that have given a batch back
     most: int = 0  #: workers at a time
     deaths: int = 0
     unprepared: int = 0  #: workers that ended before any was prepared
-    busy_s: float = 0.0  #: of all that are settled
+    busy_s: float = 0.0  #: of all members that are back
+    ready: int = 0  #: their number
     began: float | None = None  #: when the first member was sent to a worker that is prepared [s]
     seen: float = field(default_factory=clock.monotonic)  #: when there was a worker [s]
 
@@ -240,11 +242,17 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | Non
     while len(desk.settled) < total and not asked:
         send(desk)
         with contextlib.suppress(Empty):
-            future = desk.done.get(timeout=TICK)
+            # a worker gets its next batch before the records of the last one are kept
+            future = desk.done.get(not desk.waiting, TICK)
             if future in desk.busy:
                 settle(desk, future, desk.busy.pop(future))
+                continue
+        if desk.waiting:
+            enter(desk, desk.waiting.popleft())
         if progress:
             progress(len(desk.settled) / total)
+    while desk.waiting:
+        enter(desk, desk.waiting.popleft())
     if asked:
         raise Stopped(asked[0], len(desk.settled))
 
@@ -314,9 +322,9 @@ def choose_length(desk: Desk, there: int) -> int:
     """Members of the next batch: one at first, then as many as take the wanted time, fewer towards
     the end.
     """
-    if not desk.settled:
+    if not desk.ready:
         return 1
-    mean = max(desk.busy_s / len(desk.settled), SHORTEST)
+    mean = max(desk.busy_s / desk.ready, SHORTEST)
     return max(1, min(round(desk.options.batch / mean), math.ceil(len(desk.queue) / (2 * there))))
 
 
@@ -335,7 +343,7 @@ def settle(desk: Desk, future: Future[Any], batch: Batch) -> None:
         desk.back.appendleft(replace(batch, at_once=True))
         return
     for record in found:
-        enter(desk, record)
+        wait(desk, record)
 
 
 def show(records: Iterable[Record]) -> None:
@@ -369,13 +377,19 @@ def show_others(heard: Heard) -> None:
             notify(f"in {len(others)} more samples ({some}), with other numbers: {text}")
 
 
+def wait(desk: Desk, record: Record) -> None:
+    """A member is back, whose record is to be kept."""
+    desk.waiting.append(record)
+    desk.busy_s += record.wall_s
+    desk.ready += 1
+
+
 def enter(desk: Desk, record: Record) -> None:
     """A member is settled."""
     if desk.options.executor is None:
         hear(desk.heard, record)
     desk.keep(record)
     desk.settled.append(replace(record, result=None))
-    desk.busy_s += record.wall_s
 
 
 def bury(desk: Desk, batch: Batch) -> None:
@@ -409,4 +423,4 @@ def bury(desk: Desk, batch: Batch) -> None:
         status = Status.TIMEOUT
         text = f"took longer than {limit:g} s"
     member = batch.members[0]
-    enter(desk, Record(member.number, member.values, status, status.value, text, wall_s=took))
+    wait(desk, Record(member.number, member.values, status, status.value, text, wall_s=took))

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from ..core.algebra.linalg import Array, as_csr, is_sparse
-from ..core.compiling.structs import packed
+from ..core.compiling.structs import Callback, packed
 from ..core.storage import container
 from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
@@ -98,8 +98,16 @@ class Compiled:
         """
         # an exception cannot pass compiled code: a term keeps it, and it is raised where Python
         # goes on
-        for term in (*self.terms, *self.forces):
-            term.check()
+        for one in self.callbacks:
+            one.check()
+
+    @cached_property
+    def callbacks(self) -> list[Callback]:
+        """Functions of Python in terms and forces: of most models none, whose runs look for them at
+        every step that they are given.
+        """
+        pieces = (*self.terms, *self.forces)
+        return [one for piece in pieces for one in piece.callbacks]
 
     @property
     def memory(self) -> np.ndarray:

@@ -83,6 +83,11 @@ def prepare(system: object) -> Prepared:
     return remembered(system, NAME, Prepared)
 
 
+def share(known: Prepared, system: object) -> None:
+    """Let a system of which nothing is known share what is known of the parts of another one."""
+    memory(system).setdefault(NAME, known)
+
+
 @checked
 def alike(known: Prepared, system: S) -> S:
     """A system that shares what is known of the parts of another one, as `replace(other, ...)` has

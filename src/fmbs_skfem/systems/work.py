@@ -161,21 +161,26 @@ def forces(table: Any, _: Any) -> int:
 @routine
 def survey(table: Any, _: Any) -> int:
     """out (s, 3) = kinetic energy, that of strains [J], and the power of drives, other loads and
-    damping [W].
+    damping [W], which is left out where there are two columns.
 
     The potential E(y, h) of a force counts as stored; what its histories h change of it is power,
     too.
     """
     S = samples_of(table)
     A, s = S.arrays, S.space
+    # half of the time, for nothing where steps have summed the work
+    power = S.out.shape[1] > 2
     for k in range(len(S.x)):
         place_sample(table, k)
         kernels.clear(s.f)
         kernels.add_operator(A.mass, s.v, s.f)
         S.out[k, 0] = 0.5 * kernels.dot(s.v, s.f)
         sum_energies(table)
-        find_forces(table)
+        if power or len(A.forces.records) > 0:
+            find_forces(table)
         S.out[k, 1] = s.energy[0]
+        if not power:
+            continue
         S.out[k, 2] = kernels.dot(s.v, s.f) + changed(table, S.before[k], S.after[k]) / S.span[k]
         if A.elastic.damped:
             find_damping(table)

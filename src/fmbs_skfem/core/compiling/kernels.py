@@ -45,6 +45,7 @@ MODULES = (
     "dynamics/compiled_step/parts.py",
     "dynamics/compiled_step/rotated.py",
     "dynamics/compiled_step/settling.py",
+    "dynamics/compiled_step/side_by_side.py",
     "dynamics/compiled_step/single_steps.py",
     "dynamics/compiled_step/starting.py",
     "dynamics/compiled_step/step.py",

@@ -74,11 +74,8 @@ class PackedStep:
         The job has the number of steps that were taken; it may be smaller although none failed.
         """
         self.give(signals, rows)
-        self.begin = begin
-        if self.lengths is not None:
-            self.lengths.give(begin, self.step.method.h)
+        self.start(begin)
         done = self.step.job.done
-        done[0] = 0
         status = self.call(stepping.advance)
         if status == stepping.DONE or self.lengths is not None:
             return status
@@ -90,6 +87,38 @@ class PackedStep:
             stepping.keep(self.step, rows[done[0]])
         done[0] += 1
         return self.call(stepping.advance)
+
+    def repeat(self, number: int, many: int) -> int:
+        """Take steps from the one of a number in the run on, each with the row of signals that was
+        given last; the status, and their number in the job.
+        """
+        self.start(self.step.method.h * number)
+        return self.go_on(self.call(stepping.repeat, many), number, many)
+
+    def go_on(self, status: int, number: int, many: int) -> int:
+        """Go on where `stepping.repeat` has ended with a status: with the first step that failed,
+        in parts; the status.
+        """
+        if status == stepping.DONE or self.lengths is not None:
+            return status
+        done = self.step.job.done
+        taken = int(done[0])
+        self.start(self.step.method.h * (number + taken))
+        self.lengths = Lengths(self)
+        if (status := self.call(stepping.retake, status)) == stepping.DONE:
+            taken += 1
+            if taken < many:
+                status = self.repeat(number + taken, many - taken)
+                taken += int(done[0])
+        done[0] = taken
+        return status
+
+    def start(self, begin: float) -> None:
+        """Steps of the run from a time on [s] are what is taken next."""
+        self.begin = begin
+        if self.lengths is not None:
+            self.lengths.give(begin, self.step.method.h)
+        self.step.job.done[0] = 0
 
     def take_span(self, begin: float, span: float) -> int:
         """Take a span of time [s] at once, in parts, or from touch to touch, as a piece of a step:

@@ -77,11 +77,10 @@ class Piece:
     def __post_init__(self) -> None:
         object.__setattr__(self, "table", packed(self.record))
 
-    def check(self) -> None:
-        """Raise what went wrong in functions of Python."""
-        for one in self.routines:
-            if isinstance(one, Callback):
-                one.check()
+    @property
+    def callbacks(self) -> list[Callback]:
+        """Those of its routines that are functions of Python, which keep what went wrong in them."""
+        return [one for one in self.routines if isinstance(one, Callback)]
 
     @property
     def address(self) -> int:
