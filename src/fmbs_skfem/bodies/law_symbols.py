@@ -42,7 +42,7 @@ from .laws import Law
 from .symbolic import LawSymbols, Vectors
 
 Strains = Sequence[Expression]
-Keep = Callable[[Any], Any]  #: see `symbolic.Chain.keep`
+Keep = Callable[[Any], Any]  #: see `symbolic.DerivativeChain.keep`
 
 N = sympy.Symbol("n")  #: 3 of the exact curvature, 2 of the material one
 LOOPS = Path(__file__).with_name("law_loops.py")

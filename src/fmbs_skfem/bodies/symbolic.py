@@ -5,7 +5,7 @@ loops.
 
 with an energy W of the gradients u and, for damping of Kelvin-Voigt type, a dissipation R, half the
 power that a damping time beta of 1 s turns into heat. A law may say them of its strains e(u) and of
-their rates, and name steps on the way there (`Chain.keep`). Of all quantities q_n that are named
+their rates, and name steps on the way there (`DerivativeChain.keep`). Of all quantities q_n that are named
 so, of q_a before them and the derivatives g_n = dq_n/du,
 
     f_n = dW/dq_n + beta dR/dq'_n + sum_m f_m dq_m/dq_n                         S = sum_n f_n dq_n/du
@@ -78,7 +78,7 @@ class linear_part(sympy.Function):
         return f"({printer.doprint(self.args[0])} if way == {LINEAR} else 0.0)"
 
 
-class Chain:
+class DerivativeChain:
     """A law at one point in `dim` components, from its gradients to its energy."""
 
     def __init__(self, law: LawSymbols, dim: int) -> None:
@@ -248,7 +248,7 @@ def name(value: Expression, word: str, named: Named) -> Expression:
 
 
 def point(
-    chain: Chain, found: tuple[Named, list[Expression]], target: str
+    chain: DerivativeChain, found: tuple[Named, list[Expression]], target: str
 ) -> tuple[list[str], list[str]]:
     """Views of the arrays that one point reads, and lines that write its results to `target`."""
     count = len(chain.u)
@@ -270,7 +270,7 @@ def point(
     ]
 
 
-def loop(chain: Chain, kind: str, word: str) -> str:
+def loop(chain: DerivativeChain, kind: str, word: str) -> str:
     """Source of the entry `word` for one kind but the modulus."""
     steps = list(chain.steps.items())
     end: list[str] = []
@@ -288,7 +288,7 @@ def loop(chain: Chain, kind: str, word: str) -> str:
     return entry(word, body)
 
 
-def modulus_loops(chain: Chain, word: str) -> str:
+def modulus_loops(chain: DerivativeChain, word: str) -> str:
     """Source of the entry `word` of a modulus: all points, and those of held bending once more."""
     rows = len(chain.u)
     size = rows * (rows + 1) // 2
@@ -300,7 +300,7 @@ def modulus_loops(chain: Chain, word: str) -> str:
     begin += [] if small else [f"T = np.empty(({size}, LANES))"]
     body = over_points("count", lines) if small else over_lanes("count", lines, False)
     if chain.law.bending:
-        bending = Chain(chain.law.bending, chain.dim)
+        bending = DerivativeChain(chain.law.bending, chain.dim)
         more, lines = point(
             bending,
             bending.held_bending(),
@@ -337,7 +337,7 @@ def loops(law: LawSymbols, dim: int, word: str) -> dict[str, str]:
     """Sources of the entries of a law in `dim` components, by their names, `word` and a kind of
     `laws.KINDS`.
     """
-    chain = Chain(law, dim)
+    chain = DerivativeChain(law, dim)
     return {
         f"{word}{kind}": modulus_loops(chain, f"{word}{kind}")
         if kind == "modulus"

@@ -21,7 +21,7 @@ from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
 from .compiled_step import side_by_side
-from .compiled_step.side_by_side import Reading
+from .compiled_step.side_by_side import SensorReading
 from .initial import Instant, consistent_start
 from .observers import Observer
 from .outputs import outputs
@@ -120,7 +120,7 @@ class RowMeter:
         state = run.step.state
         rows = np.array([row for _, output, _ in known for row in output.rows], dtype=np.int64)
         matrix, used = narrowed(rows_at(system.sensors.matrix, rows)[:, run.model.order])
-        self.reading = Reading(
+        self.reading = SensorReading(
             x=state.x,
             v=state.v,
             acceleration=state.acceleration,

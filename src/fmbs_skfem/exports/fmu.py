@@ -28,8 +28,8 @@ from ..core.values.units import measure
 from . import reference, shapes, terminals
 from .binaries import Binary
 from .c_files import CModel
-from .reference import Reference
-from .shapes import Shape
+from .reference import TrainingMotion
+from .shapes import ShownPoints
 from .text import number, replaced, template
 
 #: what messages of a model are about, in the order of fmu.c
@@ -72,7 +72,7 @@ class FMU:
     files: Mapping[str, str]
 
 
-def variables_of(model: CModel, shape: Shape | None = None) -> tuple[Variable, ...]:
+def variables_of(model: CModel, shape: ShownPoints | None = None) -> tuple[Variable, ...]:
     """Time, parameters, inputs and outputs, and points of bodies as an array; a name that is taken
     goes on with what the variable is, as one of blanks is called.
     """
@@ -116,8 +116,8 @@ def write(
     title: str,
     description: str = "",
     display: DisplayUnits = SI,
-    motion: Reference | None = None,
-    shape: Shape | None = None,
+    motion: TrainingMotion | None = None,
+    shape: ShownPoints | None = None,
 ) -> FMU:
     """The texts of an FMU for a model in C; tools show its numbers in units of `display`, and compare
     it with a `motion`; in FMI 3 points of a `shape` are an output.
@@ -153,7 +153,7 @@ def write(
     return FMU(version, model.name, token, variables, files)
 
 
-def wrapper_of(fmu: FMU, shape: Shape | None) -> str:
+def wrapper_of(fmu: FMU, shape: ShownPoints | None) -> str:
     """The functions of FMI in C."""
     arrays = []
     if shape is not None:

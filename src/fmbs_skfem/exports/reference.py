@@ -35,7 +35,7 @@ RELATED = {
 }
 
 
-class Reference(NamedTuple):
+class TrainingMotion(NamedTuple):
     """A motion with the start values of parameters and inputs, and errors of the training."""
 
     step: float  #: of the model [s]
@@ -46,7 +46,7 @@ class Reference(NamedTuple):
 
 
 def texts_of(
-    reference: Reference, title: str, names: Mapping[str, str]
+    reference: TrainingMotion, title: str, names: Mapping[str, str]
 ) -> dict[str, xml.Element | str]:
     """The files by their names in the archive; `names` are those of outputs in the FMU."""
     known = {names[name]: one for name, one in reference.columns.items() if np.isfinite(one).all()}
@@ -67,7 +67,7 @@ def texts_of(
     return {f"{FOLDER}/{name}": one for name, one in found.items()}
 
 
-def experiment(reference: Reference, title: str) -> xml.Element:
+def experiment(reference: TrainingMotion, title: str) -> xml.Element:
     """The experiment: a motion over its times, in steps of the model."""
     root = xml.Element("Experiments", name=title)
     about = {"name": "training", "description": RELATED["training.exp"][2]}

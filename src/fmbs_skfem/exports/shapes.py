@@ -28,7 +28,7 @@ SHOWN = "lift", "lines", "skins", "unit", "origin"
 FILE = "resources/shape.json"
 
 
-class Shape(NamedTuple):
+class ShownPoints(NamedTuple):
     """Points (x, 3) of bodies, x of them, of n unknowns in the order of the step."""
 
     matrix: np.ndarray  #: (3 x, n)
@@ -36,7 +36,7 @@ class Shape(NamedTuple):
     bodies: dict[str, dict[str, Any]]  #: first point, number of points, and cells of surfaces
 
 
-def find_shape(case: Case | ParametricCase, where: str) -> Shape:
+def find_shape(case: Case | ParametricCase, where: str) -> ShownPoints:
     """The points of all bodies with lines or surfaces; InputError, after `where`, where there are
     none or too many, or where parameters move them in their bodies.
     """
@@ -63,7 +63,7 @@ def find_shape(case: Case | ParametricCase, where: str) -> Shape:
         for unit in np.eye(system.size)
     ]
     order = compiled.compile_system(system).order
-    return Shape(np.stack(columns, axis=1)[:, order], offset, bodies)
+    return ShownPoints(np.stack(columns, axis=1)[:, order], offset, bodies)
 
 
 def points_at(system: System, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -73,6 +73,6 @@ def points_at(system: System, x: np.ndarray) -> dict[str, np.ndarray]:
     return lines | {name: spatial(one[0]) for name, one in skins(system, q).items()}
 
 
-def text_of(shape: Shape) -> str:
+def text_of(shape: ShownPoints) -> str:
     """Which points of the array are those of a body, and cells of surfaces, as JSON."""
     return json.dumps({"bodies": shape.bodies}, indent=1)

@@ -24,8 +24,8 @@ from ..exports import binaries, c_files, fmu, part_ports, shapes
 from ..exports.binaries import Built
 from ..exports.c_files import CModel
 from ..exports.fmu import FMU
-from ..exports.reference import Reference
-from ..exports.shapes import Shape
+from ..exports.reference import TrainingMotion
+from ..exports.shapes import ShownPoints
 from ..families import parametric_model
 from ..parts import files as part_files
 from ..parts import rescaling
@@ -200,7 +200,7 @@ def export(
     )
 
 
-def shape_of(made: ExportedModel, fmi: int, wanted: bool) -> Shape | None:
+def shape_of(made: ExportedModel, fmi: int, wanted: bool) -> ShownPoints | None:
     """Points of bodies, where they are wanted; InputError where an FMU cannot have them."""
     if not wanted:
         return None
@@ -210,7 +210,7 @@ def shape_of(made: ExportedModel, fmi: int, wanted: bool) -> Shape | None:
     return shapes.find_shape(made.case, "--shape")
 
 
-def reference_of(made: ExportedModel) -> Reference | None:
+def reference_of(made: ExportedModel) -> TrainingMotion | None:
     """The motion of a training with its errors; None of a part, and where it cannot be taken."""
     if made.case is None:
         return None
@@ -232,7 +232,7 @@ def reference_of(made: ExportedModel) -> Reference | None:
         if one.name in absolute or one.name in relative
     }
     found = {name: columns[name] for name in names}
-    return Reference(case.scheme.step, motion.times, found, errors)
+    return TrainingMotion(case.scheme.step, motion.times, found, errors)
 
 
 def refuse_taken(job: Job, where: str, places: list[Path]) -> None:

@@ -66,7 +66,8 @@ def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
             if abs(x[i]) > abs(x[best]):
                 best = i
         pivots[j] = best + 1
-        if not abs(x[best]) > 0.0:
+        # what is no number goes on, as in LAPACK: the residual of the solution says so
+        if x[best] == 0.0:
             return j + 1
         if best != j:
             for k in range(j + 1):

@@ -26,7 +26,7 @@ from ...core.compiling.structs import (
 from ...systems import kernels
 
 
-class Reading(NamedTuple):
+class SensorReading(NamedTuple):
     """Sensor rows i that read k of the unknowns of a state, whose arrays stay where they are."""
 
     x: Vector  #: (n,)
@@ -52,11 +52,11 @@ class Runs(NamedTuple):
     status: Integers  #: (p,) of those that took some
 
 
-opened_reading = opener(Reading)
+opened_reading = opener(SensorReading)
 opened_runs = opener(Runs)
 
 
-def placed(record: Reading | Runs) -> tuple[np.ndarray, int]:
+def placed(record: SensorReading | Runs) -> tuple[np.ndarray, int]:
     """The integers of a record and their address; the caller keeps both and the record."""
     table = packed(record)
     return table, address_of(table)
