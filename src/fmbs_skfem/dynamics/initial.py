@@ -270,6 +270,9 @@ def start_step(
     step.space.off[:] = 1.0
     step.space.off[rows] = 0.0
     told = flags_of(model, filtered, alone) + starting.KNOWN * (before is not None)
+    if starting.has(told, starting.HELD):
+        # what neither joints nor a mass hold is an error
+        kkt_solver(held(system, ~at.off), system.mass, J[on], at.first)
     if packed.call(starting.start, told) != 0:
         raise weightless(system, system.mass)
     if len(rows) < len(on):
@@ -283,6 +286,8 @@ def flags_of(model: Compiled, filtered: bool | None = None, alone: bool = False)
     """What `starting.start` is told of a model."""
     system = model.system
     massless = has_massless_directors(system)
+    # what factors W and the joints in one takes a singular M
+    bordered = model.arrays.dense and model.layout.loose
     filtered = massless or (not alone and (is_filtered(system) if filtered is None else filtered))
     return (
         starting.FILTERED * filtered
@@ -290,7 +295,14 @@ def flags_of(model: Compiled, filtered: bool | None = None, alone: bool = False)
         + starting.SOFTENED * (not system.components)
         + starting.REACTS * any(force.reacts for force in model.forces)
         + starting.TOUCHES * (not alone and len(model.arrays.forces.judged) > 0)
+        + starting.HELD * (not (massless or bordered) and bool(without_mass(system.mass).any()))
     )
+
+
+def without_mass(M: Array) -> np.ndarray:
+    """Unknowns (n,) bool without mass."""
+    m = M.diagonal()
+    return np.asarray(m <= 1e-12 * m.max(initial=0.0))
 
 
 def closed_rows(model: Compiled, at: Instant) -> np.ndarray:
@@ -505,8 +517,7 @@ def weightless(system: System, M: Array) -> SolverError:
     """The error of a start whose accelerations are not determined, as of unknowns without mass that
     no joint holds.
     """
-    m = M.diagonal()
-    names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
+    names = [coordinate_names(system)[k] for k in np.flatnonzero(without_mass(M))]
     if not names:
         text = f"no motion starts from this state: {Reason.SINGULAR_TANGENT.value}"
         return SolverError(text, Reason.SINGULAR_TANGENT, 0.0)

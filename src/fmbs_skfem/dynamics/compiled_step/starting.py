@@ -30,8 +30,8 @@ from .step import opened
 #: what `start` is told of a model, added up: whether it begins without waves that no step resolves;
 #: whether M alone determines no accelerations, and whether a little stiffness shall; whether forces
 #: read those of joints; whether something may touch that holds the first step; whether the
-#: accelerations in `a` of the state are known
-FILTERED, MASSLESS, SOFTENED, REACTS, TOUCHES, KNOWN = (2**k for k in range(6))
+#: accelerations in `a` of the state are known; whether joints alone determine some accelerations
+FILTERED, MASSLESS, SOFTENED, REACTS, TOUCHES, KNOWN, HELD = (2**k for k in range(7))
 KINETIC, STRAIN = range(2)  #: energies
 # each leaves the friction coefficient squared or less of what is left, where mass and curvature are
 # ordinary
@@ -146,8 +146,10 @@ def find_accelerations(table: Any, more: int) -> int:
             return 1
     if has(more, MASSLESS):
         return balance_softly(table, more) if has(more, SOFTENED) else 0
-    # where nothing holds what begins to move steps begin with M, too
-    if balance(table, TOUCHING if touches and not held else MASS, more) != 0:
+    # where nothing holds what begins to move steps begin with M, too; factors of M alone there are
+    # none where it is singular
+    which = TOUCHING if touches and not held else MASS
+    if balance(table, SOFT if has(more, HELD) else which, more) != 0:
         return 1
     if not held:
         begin_with_these(table)
