@@ -22,7 +22,7 @@ from fmbs_skfem.dynamics import (
 )
 from fmbs_skfem.dynamics.instants import Instants
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems.compiled import compile_system, gaps
+from fmbs_skfem.systems.compiled import compile_system, constraints_at
 from fmbs_skfem.systems.system import System
 
 from .. import models
@@ -171,7 +171,8 @@ def test_joints_hold_within_steps() -> None:
         found = []
         for steps in (coarse, 2 * coarse):
             motion = motion_at(system, steps, duration, duration / steps * (np.arange(steps) + 0.5))
-            found.append(float(np.abs(gaps(compile_system(system), motion.x, motion.times)).max()))
+            gaps, _ = constraints_at(compile_system(system), motion.x, motion.times)
+            found.append(float(np.abs(gaps).max()))
         assert order(found) > 3.7
         assert found[-1] < 1e-6
 

@@ -34,9 +34,19 @@ from fmbs_skfem.dynamics.run import OpenRun
 from fmbs_skfem.dynamics.scheme import method_of
 from fmbs_skfem.exports.text import maths
 from fmbs_skfem.shapes.meshes import segment
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, compile_system, row_programs
+from fmbs_skfem.systems import (
+    At,
+    Motion,
+    Rayleigh,
+    System,
+    assemble,
+    compile_system,
+    row_programs,
+    work,
+)
 from fmbs_skfem.systems import compiled as compilation
 from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.evaluation import NOW
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.forces.along_lines import SlidingFriction
 from tests import models
@@ -172,7 +182,7 @@ def found_by_matrices(begin: Begun) -> dict[str, np.ndarray]:
 
     def along(*rates: np.ndarray) -> np.ndarray:
         path = x + sum((k * d) ** (i + 1) * rate / (i + 1) for i, rate in enumerate(rates))
-        return compilation.gaps(model, path, k.ravel() * d)
+        return compilation.constraints_at(model, path, k.ravel() * d)[0]
 
     def solve(M: Any, f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         A = np.block([[as_dense(M), J.T], [J, np.zeros((len(J), len(J)))]])
@@ -211,7 +221,8 @@ def found_by_matrices(begin: Begun) -> dict[str, np.ndarray]:
         balance[0][light] = found[0][light]
     h, late, order = method.h, method.am - method.af, model.order
     memory = compilation.accepted(model, x, v)
-    push, gradients = compilation.working(model, x, v, 0.0, memory, found[1])
+    placed, table = compilation.place(model, x, v, 0.0, memory, found[1])
+    work.forces(table)
     return {
         "acceleration": balance[0][order],
         "multipliers": method.c * balance[1],
@@ -220,8 +231,8 @@ def found_by_matrices(begin: Begun) -> dict[str, np.ndarray]:
         "history": np.vstack([found[0][order], np.zeros((2, n))]),
         "past": np.vstack([method.c * found[1], np.zeros((2, len(J)))]),
         "memory": memory,
-        "push": push,
-        "gradients": gradients,
+        "push": placed.space.f.copy(),
+        "gradients": placed.space.gradients[NOW].copy(),
         "speed": np.array([compilation.size(model, v)]),
     }
 

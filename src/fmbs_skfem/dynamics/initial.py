@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -56,7 +56,6 @@ ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none,
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
 
 
-Found = TypeVar("Found")
 Inversion = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
 #: (M, J) -> b -> z
 Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]
@@ -307,11 +306,22 @@ def without_mass(M: Array) -> np.ndarray:
 
 
 def closed_rows(model: Compiled, at: Instant) -> np.ndarray:
-    """Phi_x (m, n) of an instant; Contradiction where rows that hold are not closed there."""
-    make = partial(compilation.gap, model, at.x, at.time)
-    phi, J = of_joints(model, at, "gap", make)
+    """Phi_x (m, n) of an instant; Contradiction where rows that hold are not closed there.
+
+    Where motions start it is found once for all numbers.
+    """
+    system = model.system
+
+    def find() -> tuple[np.ndarray, np.ndarray]:
+        return compilation.gap(model, at.x, at.time)
+
+    if at.first and (repeatable(system) or not system.signals):
+        parts = system.constraints, system.probes, system.signals, at.x, at.time
+        phi, J = prepare(system).find("gap", parts, find)
+    else:
+        phi, J = find()
     on = ~at.off
-    closed(held(model.system, on), phi[on], J[on])
+    closed(held(system, on), phi[on], J[on])
     return J
 
 
@@ -354,17 +364,6 @@ def independent(system: System, J: np.ndarray, first: bool) -> np.ndarray:
         return find()
     parts = system.constraints, system.probes, system.lift, system.x0, J.tobytes()
     return prepare(system).find("independent rows", parts, find)
-
-
-def of_joints(model: Compiled, at: Instant, name: str, make: Callable[[], Found]) -> Found:
-    """What follows from joints and their histories at an instant; where motions start it is found
-    once for all numbers.
-    """
-    system = model.system
-    if not at.first or (system.signals and not repeatable(system)):
-        return make()
-    parts = system.constraints, system.probes, system.signals, at.x, at.time
-    return prepare(system).find(name, parts, make)
 
 
 def jump(

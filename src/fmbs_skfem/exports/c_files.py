@@ -291,7 +291,6 @@ def print_kernels(
     """The step of a case, its start and its energies, how it jumps where forces do (`jumping`), and
     its pieces where loads jump (`kicked`).
 
-
     `changing` are numbers in records that parameters change, by their addresses, `changed` addresses
     of such arrays; the tangents of bodies that are `turning` are then found at the start. `rooms` are
     arrays that the program writes.

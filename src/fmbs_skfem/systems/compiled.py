@@ -18,7 +18,7 @@ from ..core.compiling.structs import Callback, packed
 from ..core.storage import container
 from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
-from . import evaluation, layouts, work
+from . import evaluation, layouts
 from .connections import constraint_laws
 from .connections.constraint_laws import Constraint
 from .evaluation import (
@@ -586,25 +586,6 @@ def accepted(
     return found.space.memory.copy()
 
 
-def working(
-    model: Compiled,
-    x: np.ndarray,
-    v: np.ndarray,
-    t: float = 0.0,
-    memory: np.ndarray | None = None,
-    multipliers: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,)
-    of elastic terms that keep them.
-
-    See `work`; `memory` and `multipliers` as in `place`.
-    """
-    found, table = place(model, x, v, t, memory, multipliers)
-    work.forces(table)
-    model.check()
-    return found.space.f.copy(), found.space.gradients[NOW].copy()
-
-
 def memories(
     model: Compiled,
     times: np.ndarray,
@@ -681,11 +662,6 @@ def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.
     """
     phi, jacobian = constraints_at(model, x[None, :], np.array([t]))
     return phi[0], np.asarray(jacobian @ model.system.probes.matrix)
-
-
-def gaps(model: Compiled, x: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Phi (s, m) of states x (s, n) at some times (s,) [s]."""
-    return constraints_at(model, x, times)[0]
 
 
 def constraints_at(

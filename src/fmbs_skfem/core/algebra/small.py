@@ -41,26 +41,7 @@ def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
     n = matrix.shape[0]
     for j in range(n):
         x = matrix[j]
-        for k in range(j):
-            other = pivots[k] - 1
-            x[k], x[other] = x[other], x[k]
-        # all columns before, four at a time, so that this one is read and written once for them
-        full = j // 4 * 4
-        for k in range(0, full, 4):
-            A, B, C, D = matrix[k], matrix[k + 1], matrix[k + 2], matrix[k + 3]
-            a = x[k]
-            b = x[k + 1] - A[k + 1] * a
-            c = x[k + 2] - A[k + 2] * a - B[k + 2] * b
-            d = x[k + 3] - A[k + 3] * a - B[k + 3] * b - C[k + 3] * c
-            x[k + 1], x[k + 2], x[k + 3] = b, c, d
-            rest = x[k + 4 :]
-            A, B, C, D = A[k + 4 :], B[k + 4 :], C[k + 4 :], D[k + 4 :]
-            for i in range(len(rest)):
-                rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
-        for k in range(full, j):
-            before = matrix[k]
-            for i in range(k + 1, n):
-                x[i] -= before[i] * x[k]
+        substitute_forward(matrix, pivots, j, x)
         best = j
         for i in range(j + 1, n):
             if abs(x[i]) > abs(x[best]):
@@ -79,17 +60,42 @@ def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
 
 
 @jit
+def substitute_forward(LU: np.ndarray, pivots: np.ndarray, count: int, x: np.ndarray) -> None:
+    """Solve with the first columns of L, `count` of them.
+
+        x <- L^-1 P x,    P K = L U
+
+    Four columns at a time: the unknowns of a triangle first, then all that they reach.
+    """
+    full = count // 4 * 4
+    # all exchanges first: the triangles then run without a look at the pivots
+    for j in range(count):
+        other = pivots[j] - 1
+        x[j], x[other] = x[other], x[j]
+    # x is read and written once for four columns, so that stores are waited for a quarter as often
+    for j in range(0, full, 4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        a = x[j]
+        b = x[j + 1] - A[j + 1] * a
+        c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
+        d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
+        x[j + 1], x[j + 2], x[j + 3] = b, c, d
+        rest = x[j + 4 :]
+        A, B, C, D = A[j + 4 :], B[j + 4 :], C[j + 4 :], D[j + 4 :]
+        for i in range(len(rest)):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+    for j in range(full, count):
+        for i in range(j + 1, len(x)):
+            x[i] -= LU[j, i] * x[j]
+
+
+@jit
 def getrs(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray, rhs: np.ndarray) -> int:
     """Solve in place with a matrix and pivots from `getrf`, see `lapack.getrs`."""
     n = matrix.shape[0]
     for row in range(len(rhs)):
         x = rhs[row]
-        for k in range(n):
-            other = pivots[k] - 1
-            x[k], x[other] = x[other], x[k]
-        for k in range(n):
-            for i in range(k + 1, n):
-                x[i] -= matrix[k, i] * x[k]
+        substitute_forward(matrix, pivots, n, x)
         for k in range(n - 1, -1, -1):
             x[k] /= matrix[k, k]
             for i in range(k):

@@ -448,32 +448,11 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
         x <- K^-1 x,    P K = L U
 
-    Four columns at a time: the unknowns of a triangle first, then all that they reach.
+    Four columns at a time, as `small.substitute_forward`.
     """
     n = len(x)
     full = n // 4 * 4
-    # all exchanges first: the triangles then run without a look at the pivots
-    for j in range(n):
-        other = pivots[j] - 1
-        x[j], x[other] = x[other], x[j]
-    # x is read and written once for four columns, so that stores are waited for a quarter as often
-    for j in range(0, full, 4):
-        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
-        a = x[j]
-        b = x[j + 1] - A[j + 1] * a
-        c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
-        d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
-        x[j + 1], x[j + 2], x[j + 3] = b, c, d
-        rest = x[j + 4 :]
-        A = A[j + 4 :]
-        B = B[j + 4 :]
-        C = C[j + 4 :]
-        D = D[j + 4 :]
-        for i in range(len(rest)):
-            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
-    for j in range(full, n):
-        for i in range(j + 1, n):
-            x[i] -= LU[j, i] * x[j]
+    small.substitute_forward(LU, pivots, n, x)
     for j in range(n - 1, full - 1, -1):
         x[j] *= LU[j, j]
         for i in range(j):

@@ -52,14 +52,15 @@ def has(more: int, flag: int) -> bool:
 @routine
 def find_rates(table: Any, _: Any) -> int:
     """What velocities of the state break, behind the forces in rhs, with the signals of the first
-    row of the job; 0, or 1 where the state has no forces.
+    row of the job.
 
         Phi_q v + Phi_t
 
     0 in rows that are off.
     """
-    if find_forces(table) != 0:
-        return 1
+    S = opened(table)
+    # of places and rates of probes alone: no force is evaluated
+    kernels.copy(S.job.signals[0], S.space.signals)
     place_paths(table)
     add_drift(table, 0.0, 0.0)
     return 0

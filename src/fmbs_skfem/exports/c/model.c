@@ -41,6 +41,13 @@ static void take_inputs(NAME_memory *m, double span)
     m->given_span = span;
 }
 
+/* All functions of time at the end t [s] of a step. */
+static void read_at(NAME_memory *m, double t)
+{
+    follow_inputs(m, t);
+    read_signals(m, t, m->method_h[0], @job_signals@);
+}
+
 /* What was known of a motion that goes on otherwise: earlier accelerations, and factors. */
 static void forget(NAME_memory *m)
 {
@@ -63,8 +70,7 @@ static void change_step(NAME_memory *m, double h)
 /* Accelerations and reactions of the present state jump onto what is given at a time t [s]. */
 static void jump(NAME_memory *m, double t)
 {
-    follow_inputs(m, t);
-    read_signals(m, t, m->method_h[0], @job_signals@);
+    read_at(m, t);
     if (CALL_JUMP(m, 0) != DONE) /* the step finds its own way */
         @work_kind@[0] = 0;
 }
@@ -85,8 +91,7 @@ static void copy_state(const NAME_memory *m, double *state)
 /* A step of the method to the time t [s] by `fixed` corrections. */
 static long long take_fixed(NAME_memory *m, double t)
 {
-    follow_inputs(m, t);
-    read_signals(m, t, m->method_h[0], @job_signals@);
+    read_at(m, t);
     const long long found = CALL_TAKE_FIXED(m, 0, m->fixed);
     m->left = @job_left@[0];
     if (found == TOO_FEW)
@@ -170,8 +175,7 @@ static int take_step(NAME_memory *m, double t)
     if (m->fixed > 0)
         found = take_fixed(m, t);
     else {
-        follow_inputs(m, t);
-        read_signals(m, t, m->method_h[0], @job_signals@);
+        read_at(m, t);
         place(m);
         found = CALL_TAKE(m, 0);
     }
