@@ -9,15 +9,20 @@ A value is zero where round-off of unknowns alone may have made it so (`noise_of
 where it is zero at the start, and where it is exactly zero at the end of a step in which its event
 has not happened, unless the lock of that event may hold it there: a rate that an event has stopped
 leaves zero when the joint is released, which is no event.
+
+What looks for events here, in `dips` and in `locating` is in the subset that is printed
+(`core.printing`): live runs call it as it stands, and programs in C are the same text. What it
+looks at belongs to a run (`Shell`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from ..core.compiling.structs import Integers, Vector
 from ..dynamics.measuring import Reader
 from ..systems import compiled as compilation
 from ..systems.connections.redundancy import scale_of
@@ -30,96 +35,220 @@ NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitr
 NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
 SMOOTH = 0.9  #: of the change by twice as much, above which a value jumps there: a comparison has no noise (1/2 where it is smooth)
 LEAVING = 1e-14  #: of a value at the other end of a step, beyond which it is not zero there
+HUGE = 1e100  #: values beyond it, and infinite ones, count as this: what is located is their sign
 #: may come to rest at zero, is at rest there, may be held there by what it locked
 FREE, RESTING, HELD = (
     0,
     1,
     -1,
 )
+STATUS, ENDED, PAUSES = range(3)  #: places in `Watch.told`
+BEGIN, PIECE, END = range(3)  #: states of a run that its shell keeps: of the step, and of a piece
 
 
-class Crossings:
-    """Sides of zero of the values of events (t,).
-
-    t events, their values g in the unit of the expression; `noise` is what round-off of the
-    unknowns makes of each.
+class Watch(NamedTuple):
+    """Events t, and values w that say when they happen: one an event, and behind these the margins
+    of conditions. Flags are 0 or 1.
     """
 
-    def __init__(self, triggers: Sequence[Trigger], noise: np.ndarray) -> None:
-        self.triggers, self.noise = triggers, noise  #: noise (t,): values below it are zero
-        #: signs of values; 0 where an event is not on guard
-        self.sides = np.zeros(len(triggers), np.int64)
-        self.rests = np.zeros(len(triggers), np.int64)  #: FREE, RESTING or HELD
+    direction: Integers  #: (t,) 1 rising, -1 falling, 0 both
+    once: Integers  #: (t,) whether it happens the first time alone
+    stopping: Integers  #: (t,) whether the run stops there
+    locking: Integers  #: (t,) whether it locks something
+    owner: Integers  #: (w,) the event that reads a value
+    guarded: Integers  #: (w,) whether one that is no number says nothing
+    noise: Vector  #: (w,) sizes up to which values are zero
+    values: Vector  #: (w,) in the present state
+    rates: Vector  #: (w,) their changes in a step, nan where they are not known
+    now: Vector  #: (w,) at the end of the step
+    latest: Vector  #: (w,) at its begin
+    earlier: Vector  #: (w,) one step earlier
+    first: Vector  #: (w,) at the begin of a piece of it, or rates there
+    last: Vector  #: (w,) at the end of the piece, or rates there
+    signs: Integers  #: (w,) of values that may dip, 0 of others
+    sides: Integers  #: (t,) signs of values; 0 where an event is not on guard
+    rests: Integers  #: (t,) FREE, RESTING or HELD
+    jumped: Integers  #: (t,) whether the value jumped where it happened last
+    lately: Integers  #: (t,) whether it has happened in the present step
+    over: Integers  #: (t,) whether it happens no more
+    due: Integers  #: (t,) whether it happens now
+    acted: Integers  #: (t,) whether it has happened at the present instant
+    touched: Integers  #: (t,) whether its value touches zero where it dips
+    size: Vector  #: (t,) of values in the last piece of a step with an event
+    places: Vector  #: (t,) in the step where events that are due happen
+    reached: Vector  #: (2,) places of a piece's begin, and of the present state
+    told: Integers  #: (3,) STATUS of what could not be taken; whether the run has ENDED; whether it PAUSES behind events
 
-    def signs(self, values: np.ndarray) -> np.ndarray:
-        """Signs of values (t,), 0 for those that are noise."""
-        return np.asarray(
-            np.where(np.abs(values) > self.noise, np.sign(values), 0.0).astype(np.int64)
-        )
 
-    def fits(self, change: np.ndarray) -> np.ndarray:
-        """Whether changes (t,) of values have the direction of their events."""
-        return np.array(
-            [
-                one.direction in (0, int(sign))
-                for one, sign in zip(self.triggers, change, strict=True)
-            ],
-            dtype=bool,
-        )
+class Shell(Protocol):
+    """What the search asks of a run; places are parts of the present step, from 0 to 1."""
 
-    def left(self, values: np.ndarray) -> np.ndarray:
-        """Which events were at rest at zero and have happened where their values are these (t,)."""
-        signs = self.signs(values)
-        return np.asarray((self.rests == RESTING) & (signs != 0) & self.fits(signs))
+    def read_values(self, place: float) -> None:
+        """Values of the present state, at a place."""
 
-    def crossed(self, values: np.ndarray) -> np.ndarray:
-        """Which events have happened where their values are these (t,)."""
-        return np.asarray(
-            (self.sides != 0) & (self.sides * values <= 0.0) & self.fits(-self.sides)
-        ) | self.left(values)
+    def find_rates(self, place: float) -> None:
+        """Changes of values in a step as they are in the present state."""
 
-    def begin(self, values: np.ndarray) -> None:
-        """Take values (t,) for those at the start, where those that are zero are at rest."""
-        self.sides = self.signs(values)
-        self.rests[self.sides == 0] = RESTING
+    def keep_state(self, which: int) -> None:
+        """Keep the present state as BEGIN, PIECE or END."""
 
-    def remember(
-        self, values: np.ndarray, but: Collection[int] = (), lately: Collection[int] = ()
-    ) -> None:
-        """Remember the sides of values (t,), those that are exactly zero as at rest; `but` those of
-        some events.
+    def put_state(self, which: int) -> None:
+        """Put it back."""
 
-        What has happened `lately`, in the same step, is not at rest.
-        """
-        signs = self.signs(values)
-        some = np.ones(len(values), dtype=bool)
-        some[list(but)] = False
-        clear, still = some & (signs != 0), some & (values == 0.0) & (self.rests != HELD)
-        still[list(lately)] = False
-        self.sides = np.where(clear, signs, np.where(still, 0, self.sides))
-        self.rests = np.where(clear, FREE, np.where(still, RESTING, self.rests))
+    def take_part(self, place: float, to: float) -> int:
+        """Go on from a place to another one; the status."""
 
-    def happen(self, due: np.ndarray, jumped: np.ndarray) -> None:
-        """Take events `due` off guard; those that lock are held at zero where they have come there
-        without a jump.
-        """
-        self.sides[due] = 0
-        self.rests[due] = [
-            HELD if self.triggers[k].lock and not jump else FREE
-            for k, jump in zip(due, jumped, strict=True)
-        ]
+    def let_happen(self, place: float) -> int:
+        """Do what the events ask for that are due; the status."""
 
-    def gap(self, k: int, first: float, last: float, value: float) -> float:
-        """What falls through zero where an event happens between values `first` and `last`, at a
-        value between them.
 
-            2 |first| + LEAVING |last| - sign(last) value
+def watch_of(triggers: Sequence[Trigger], noise: np.ndarray) -> Watch:
+    """What is known of events at first, with sizes (w,) of values that are zero."""
+    behind = [k for k, one in enumerate(triggers) if has_margin(one)]
+    owner = np.array([*range(len(triggers)), *behind], np.int64)
+    guarded = np.array([*(False for _ in triggers), *(not triggers[k].alone for k in behind)])
 
-        A value that jumps to zero and stays there, a comparison that ends, is below zero there.
-        """
-        if self.sides[k] != 0:
-            return float(self.sides[k] * value) - LEAVING * abs(first)
-        return 2.0 * abs(first) + LEAVING * abs(last) - float(np.sign(last) * value)
+    def flags(name: str) -> np.ndarray:
+        return np.array([bool(getattr(one, name)) for one in triggers], np.int64)
+
+    count = len(triggers)
+    known = {
+        "direction": np.array([one.direction for one in triggers], np.int64),
+        "once": flags("once"),
+        "stopping": flags("stop"),
+        "locking": flags("lock"),
+        "owner": owner,
+        "guarded": guarded.astype(np.int64),
+        "noise": np.asarray(noise, float),
+        "reached": np.zeros(2),
+        "told": np.zeros(3, np.int64),
+        "size": np.zeros(count),
+        "places": np.zeros(count),
+    }
+    of_values = {"values", "rates", "now", "latest", "earlier", "first", "last"}
+    for name in Watch._fields:
+        if name in of_values:
+            known[name] = np.zeros(len(owner))
+        elif name not in known:
+            known[name] = np.zeros(len(owner) if name == "signs" else count, np.int64)
+    return Watch(**known)
+
+
+def has_margin(one: Trigger) -> bool:
+    """Whether an event is a condition whose margin is read behind its value."""
+    return one.margin is not None and one.margin >= 0
+
+
+def numbers_read(triggers: Sequence[Trigger]) -> list[int]:
+    """Numbers of all values (w,) of events and of margins behind them."""
+    margins = [int(one.margin or 0) for one in triggers if has_margin(one)]
+    return [*(one.value for one in triggers), *margins]
+
+
+def read(W: Watch, run: Shell, place: float) -> None:
+    """All values in the present state; NaN where one is no number."""
+    run.read_values(place)
+    for k in range(len(W.values)):
+        if W.values[k] > HUGE:
+            W.values[k] = HUGE
+        elif W.values[k] < -HUGE:
+            W.values[k] = -HUGE
+
+
+def is_broken(W: Watch) -> bool:
+    """Whether an event reads no number; one that is over reads nothing."""
+    wrong = 0
+    for k in range(len(W.values)):
+        if W.values[k] != W.values[k] and W.guarded[k] == 0 and W.over[W.owner[k]] == 0:
+            wrong += 1
+    return wrong > 0
+
+
+def sign_of(W: Watch, k: int) -> int:
+    """The sign of a value, 0 where it is noise."""
+    if abs(W.values[k]) > W.noise[k]:
+        return 1 if W.values[k] > 0.0 else -1
+    return 0
+
+
+def fits(W: Watch, k: int, change: int) -> bool:
+    """Whether the change of a value has the direction of its event."""
+    return W.direction[k] == 0 or W.direction[k] == change
+
+
+def has_crossed(W: Watch, k: int) -> bool:
+    """Whether an event has happened where its value is what it is."""
+    side = W.sides[k]
+    if side != 0 and side * W.values[k] <= 0.0 and fits(W, k, -side):
+        return True
+    sign = sign_of(W, k)
+    return W.rests[k] == RESTING and sign != 0 and fits(W, k, sign)
+
+
+def find_due(W: Watch) -> int:
+    """Note which events have happened; their number."""
+    count = 0
+    for k in range(len(W.due)):
+        W.due[k] = 0
+        if has_crossed(W, k):
+            W.due[k] = 1
+            count += 1
+    return count
+
+
+def begin(W: Watch) -> None:
+    """Take values for those at the start, where those that are zero are at rest."""
+    for k in range(len(W.sides)):
+        W.sides[k] = sign_of(W, k)
+        if W.sides[k] == 0:
+            W.rests[k] = RESTING
+    W.earlier[:] = W.values
+    W.latest[:] = W.values
+
+
+def remember(W: Watch, k: int) -> None:
+    """Remember the side of a value, one that is exactly zero as at rest.
+
+    What has happened lately, in the same step, is not at rest.
+    """
+    if W.over[k] == 1:
+        return
+    sign = sign_of(W, k)
+    if sign != 0:
+        W.sides[k] = sign
+        W.rests[k] = FREE
+    elif W.values[k] == 0.0 and W.rests[k] != HELD and W.lately[k] == 0:
+        W.sides[k] = 0
+        W.rests[k] = RESTING
+
+
+def take_off_guard(W: Watch) -> None:
+    """Take events that are due off guard; those that lock are held at zero where they have come
+    there without a jump.
+    """
+    for k in range(len(W.due)):
+        if W.due[k] == 1:
+            W.sides[k] = 0
+            W.rests[k] = HELD if W.locking[k] == 1 and W.jumped[k] == 0 else FREE
+            W.lately[k] = W.acted[k] = 1
+            W.over[k] = W.once[k]
+            if W.stopping[k] == 1:
+                W.told[ENDED] = 1
+
+
+def gap(W: Watch, k: int) -> float:
+    """What falls through zero where an event happens in a piece of a step, in the present state.
+
+        2 |first| + LEAVING |last| - sign(last) value
+
+    A value that jumps to zero and stays there, a comparison that ends, is below zero there.
+    """
+    first = W.first[k]
+    last = W.last[k]
+    if W.sides[k] != 0:
+        return W.sides[k] * W.values[k] - LEAVING * abs(first)
+    sign = 1.0 if last > 0.0 else (-1.0 if last < 0.0 else 0.0)
+    return 2.0 * abs(first) + LEAVING * abs(last) - sign * W.values[k]
 
 
 def noise_of(run: OpenRun, numbers: Sequence[int]) -> np.ndarray:

@@ -10,155 +10,144 @@ is looked at at the ends alone. Comparisons have none either: it is their margin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+import math
 
-import numpy as np
+from ..dynamics.compiled_step.pieces import EXACT
+from ..dynamics.compiled_step.stepping import DONE
+from .crossings import BEGIN, END, STATUS, Shell, Watch, fits, read
+from .zeros import find_zero
 
-from ..dynamics.compiled_step.pieces import EXACT, take_piece
-from ..dynamics.dividing import put
-from ..dynamics.measuring import Reader
-from ..systems import compiled as compilation
-
-if TYPE_CHECKING:
-    from ..dynamics.run import OpenRun
-
-NEAR = 1e-3  #: of a step, over which rates are differences
+NEAR = 1e-3  #: of a step, next to whose ends rates are compared
 AGAIN = 1e-6  #: of a step, next to whose ends nothing is looked for
 TOUCHING = 1e-9  #: of a value at the ends of a step, below which it touches zero within it
+NOWHERE = 1e300  #: in place of the value of a dip that there is not
 
 
-class Ends(NamedTuple):
-    """A value at both ends of a step and its rates over the step, with the sign that makes it
-    positive at its begin.
+def find_dip(W: Watch, run: Shell) -> float:
+    """Where in the step that was taken a value is first beyond zero that is not so at its end, or
+    touches it; 1 where none is.
+
+    Events whose values touch zero there and go back are those `touched`. The present state is that
+    at the end of the step, before and afterwards.
     """
+    place = 1.0
+    W.touched[:] = 0
+    if find_near(W) == 0:
+        return place
+    run.keep_state(END)
+    run.find_rates(1.0)
+    W.last[:] = W.rates
+    run.put_state(BEGIN)
+    run.find_rates(0.0)
+    W.first[:] = W.rates
+    for k in range(len(W.signs)):
+        if W.signs[k] != 0 and W.told[STATUS] == DONE:
+            place = min(place, look_at(W, run, k, place))
+    run.put_state(END)
+    return place
 
-    first: float
-    last: float
-    early: float
-    late: float
 
+def find_near(W: Watch) -> int:
+    """Note signs of those values that may have dipped to zero in the step, as they changed in it
+    and in the one before; their number.
 
-class Dip(NamedTuple):
-    """Where in a step a value is smallest beside zero, and what it is there."""
-
-    place: float
-    value: float
-    number: int  #: of the value
-
-
-def near(before: np.ndarray, last: np.ndarray, now: np.ndarray) -> np.ndarray:
-    """Which values (t,) may have dipped to zero in the step from `last` to `now`, as they changed
-    in that and the one before it.
-
-        min(|last|, |now|) <= |now - last| + |last - before|
+        min(|latest|, |now|) <= |now - latest| + |latest - earlier|
     """
-    return np.asarray(
-        np.minimum(np.abs(last), np.abs(now)) <= np.abs(now - last) + np.abs(last - before)
-    )
+    count = 0
+    for k in range(len(W.signs)):
+        latest = W.latest[k]
+        now = W.now[k]
+        W.signs[k] = 0
+        if min(abs(latest), abs(now)) <= abs(now - latest) + abs(latest - W.earlier[k]):
+            if k < len(W.sides):
+                W.signs[k] = W.sides[k]
+            elif latest != 0.0:
+                W.signs[k] = 1 if latest > 0.0 else -1
+        if W.signs[k] != 0:
+            count += 1
+    return count
 
 
-def rates(run: OpenRun, numbers: Sequence[int], time: float) -> np.ndarray:
-    """Changes (t,) of values in a step as they are in the present state, at this time [s]; nan of
-    those that forces do not keep.
+def look_at(W: Watch, run: Shell, k: int, before: float) -> float:
+    """Where a value dips to zero, or beyond it; 1 where it does not.
+
+    It is noted as touched if no other one dips `before`.
     """
-    model = run.model
-    state = run.step.state
-    h = run.scheme.step
-    back = np.argsort(model.order)
-    found = []
-    x, v, a = (part[back] for part in (state.x, state.v, state.acceleration))
-    for d in (-NEAR * h, NEAR * h):
-        found.append(compilation.accepted(model, x + d * v, v + d * a, state.memory, time + d))
-    change = (found[1] - found[0]) / (2 * NEAR)
-    return np.array([np.nan if k < 0 else change[run.kept_values[k]] for k in numbers])
+    floor = W.noise[k] + TOUCHING * (abs(W.latest[k]) + abs(W.now[k]))
+    place, value = deepest(W, run, k, floor)
+    if value > floor:
+        return 1.0
+    if value <= 0.0:
+        if place < before:
+            W.touched[:] = 0
+        return place
+    # margins say where a condition is true: one that touches is none
+    if k >= len(W.sides) or not fits(W, k, -W.sides[k]):
+        return 1.0
+    if place < before:
+        W.touched[:] = 0
+    if place <= before:
+        W.touched[k] = 1
+    return place
 
 
-def search(
-    run: OpenRun,
-    numbers: Sequence[int],
-    before: Sequence[np.ndarray],
-    trail: Sequence[np.ndarray],
-    signs: np.ndarray,
-    noise: np.ndarray,
-) -> Iterable[Dip]:
-    """Dips to zero or beyond it in the step that was taken from the state `before`, which is put
-    back afterwards.
+def deepest(W: Watch, run: Shell, k: int, floor: float) -> tuple[float, float]:
+    """Where in (0, 1) a value is smallest beside zero, and that value, as far as it may be at a
+    `floor` or below it; else NOWHERE.
 
-    `trail` has the values (t,) one step earlier, at the begin, and at the end; `signs` (t,) are 0
-    for those that are not looked at.
+    Where the cubic goes below the floor one look decides. Else the tangents of both ends bound what
+    is convex from below: where they meet above the floor nothing touches it. Below it, the rate's
+    zero says where.
     """
-    early_values, last, now = trail
-    some = np.flatnonzero((signs != 0) & near(early_values, last, now))
-    h = run.scheme.step
-    state = run.step.state
-    if not len(some):
-        return
-    after = [part.copy() for part in state]
-    late = rates(run, numbers, h * run.done)
-    put(state, before)
-    run.done -= 1
-    early = rates(run, numbers, h * run.done)
-    reader = run.find(Reader)
-
-    def look(k: int, place: float) -> tuple[float, float]:
-        put(state, before)
-        take_piece(run, 0.0, place)
-        time = h * (run.done + place)
-        return signs[k] * reader.read(run, [numbers[k]], time)[0], signs[k] * rates(
-            run, [numbers[k]], time
-        )[0]
-
-    for k in some.tolist():
-        ends = Ends(*(float(signs[k] * part[k]) for part in (last, now, early, late)))
-        floor = float(noise[k]) + TOUCHING * (abs(ends.first) + abs(ends.last))
-        place, value = deepest(ends, partial(look, k), floor)
-        if value <= floor:
-            yield Dip(place, value, k)
-    run.done += 1
-    put(state, after)
+    sign = W.signs[k]
+    first = sign * W.latest[k]
+    last = sign * W.now[k]
+    early = sign * W.first[k]
+    late = sign * W.last[k]
+    if not (early < 0.0 and late > 0.0):
+        return 1.0, NOWHERE
+    place, value = cubic(first, last, early, late)
+    if value <= floor:
+        value = value_at(W, run, k, place)
+        if value <= 0.0:
+            return place, value
+    meeting = (last - first - late) / (early - late)
+    if not AGAIN < meeting < 1.0 - AGAIN or first + early * meeting > floor:
+        return 1.0, NOWHERE
+    early = rate_at(W, run, k, NEAR)
+    late = rate_at(W, run, k, 1.0 - NEAR)
+    if not (early < 0.0 and late > 0.0):
+        return 1.0, NOWHERE
+    place = find_zero(W, run, k, rate_at, (NEAR, 1.0 - NEAR), (early, late), EXACT)
+    return place, value_at(W, run, k, place)
 
 
-def deepest(
-    ends: Ends, look: Callable[[float], tuple[float, float]], floor: float
-) -> tuple[float, float]:
-    """Where in (0, 1) a value of these `ends` is smallest, and that value, as far as it may be at a
-    `floor` or below it; else inf.
+def value_at(W: Watch, run: Shell, k: int, place: float) -> float:
+    """A value at a place in the step, with the sign that makes it positive at its begin."""
+    run.put_state(BEGIN)
+    status = run.take_part(0.0, place)
+    if status != DONE:
+        W.told[STATUS] = status
+    read(W, run, place)
+    return W.signs[k] * W.values[k]
 
-    `look` gives value and rate at a place. Where the cubic goes below the floor one look decides.
-    Else the tangents of both ends bound what is convex from below: where they meet above the floor
-    nothing touches it. Below it, the rate's zero says where.
+
+def rate_at(W: Watch, run: Shell, k: int, place: float) -> float:
+    """The change of it in a step, there."""
+    value_at(W, run, k, place)
+    run.find_rates(place)
+    return W.signs[k] * W.rates[k]
+
+
+def cubic(first: float, last: float, early: float, late: float) -> tuple[float, float]:
+    """Place in (0, 1) and value of the smallest value of the cubic with these values and rates at
+    its ends, which first falls and rises at last.
     """
-    if not (ends.early < 0.0 < ends.late):
-        return 1.0, np.inf
-    place, value = cubic(ends)
-    if value <= floor and (value := look(place)[0]) <= 0.0:
-        return place, value
-    meeting = (ends.last - ends.first - ends.late) / (ends.early - ends.late)
-    if not (AGAIN < meeting < 1 - AGAIN) or ends.first + ends.early * meeting > floor:
-        return 1.0, np.inf
-    from scipy.optimize import brentq  # which imports all of scipy.optimize: here alone
-
-    if not (look(NEAR)[1] < 0.0 < look(1.0 - NEAR)[1]):
-        return 1.0, np.inf
-    place = brentq(lambda s: look(s)[1], NEAR, 1.0 - NEAR, xtol=EXACT)
-    return place, look(place)[0]
-
-
-def cubic(ends: Ends) -> tuple[float, float]:
-    """Place in (0, 1) and value of the smallest value of the cubic with these ends, which first
-    falls.
-    """
-    a, b, da, db = ends
-    c, d = 3 * (b - a) - 2 * da - db, da + db - 2 * (b - a)
-    places = [
-        r.real
-        for r in np.roots([3 * d, 2 * c, da])
-        if abs(r.imag) < AGAIN and AGAIN < r.real < 1 - AGAIN
-    ]
-    return min(
-        ((s, a + s * (da + s * (c + s * d))) for s in places),
-        key=lambda one: one[1],
-        default=(0.5, np.inf),
-    )
+    c = 3.0 * (last - first) - 2.0 * early - late
+    d = early + late - 2.0 * (last - first)
+    # the zero of early + 2 c s + 3 d s^2 at which it rises, without differences of what is alike
+    root = math.sqrt(max(c * c - 3.0 * d * early, 0.0))
+    place = -early / (c + root) if c > 0.0 else (root - c) / (3.0 * d)
+    if not AGAIN < place < 1.0 - AGAIN:
+        return 0.5, NOWHERE
+    return place, first + place * (early + place * (c + place * d))

@@ -33,7 +33,7 @@ from ..systems.system import System, driving
 from . import sampled_loops
 from .controllers import Controlled
 from .events import with_locks
-from .locating import EventObserver
+from .happenings import EventObserver
 from .rising import FEW, Rising, rises
 
 if TYPE_CHECKING:
