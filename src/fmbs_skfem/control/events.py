@@ -401,15 +401,6 @@ def appended(known: Constraints, more: Sequence[Constraints]) -> Constraints:
     return Constraints(names, row, value, signal, i, j, known.laws, known.loose, known.edges)
 
 
-def numbers_of(lock: Lock, y: np.ndarray) -> np.ndarray:
-    """The numbers (l,) of a lock where probe rows are y (j,).
-
-    Polynomials of probe rows: distances [m] along axes, and products of directions, which the lock
-    keeps from then on.
-    """
-    return polynomials(lock.numbers, y)
-
-
 def gap_of(lock: Lock, y: np.ndarray) -> tuple[float | None, float | None]:
     """Distance [m] and angle [rad] of the two places of a lock where probe rows are y (j,); None
     for what it lacks.

@@ -22,10 +22,12 @@ from ..core.errors import Reason, SolverError
 from ..core.notices import notify, remark
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
+from ..dynamics.compiled_step.packing import UNSTORED
 from ..dynamics.compiled_step.pieces import Unreached, take_piece
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.compiled_step.touching import restart
 from ..dynamics.dividing import put
+from ..dynamics.histories import leading_signals
 from ..dynamics.initial import Instant, start_step
 from ..dynamics.integration import failure
 from ..dynamics.loose_rows import follows
@@ -33,17 +35,16 @@ from ..dynamics.measuring import Reader, balanced
 from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
-from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
 from .crossings import BEGIN, begin, noise_of, numbers_read, read, watch_of
-from .events import gap_of, numbers_of
+from .events import gap_of
 from .locating import BROKEN, ENDLESS, LATE, MANY, look
+from .row_changes import change, changes_of, signals_of
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun
     from ..systems.system import System
 
-RATES = 1e-3  #: of a step, over which rates of values are differences
 FAR = 0.02  #: distance of places that a latch locks, over the size of the mechanism, which is not meant to stay
 #: in checkpoints: distances and angles, what rests at zero, values of the last two steps
 GAPS, RESTS, TRAIL = "event gaps", "events at rest", "event values"
@@ -66,10 +67,9 @@ class EventObserver(Observer):
         self.set_input = set_input
         self.triggers = system.triggers
         self.locks = {one.joint: one for one in system.locks}
-        self.parks = {one.parks: one.joint for one in system.locks if one.parks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
-        #: rows that are to hold, whether or not others make them hold already
-        self.closed = ~rows_of_locks(system)
+        self.changes = changes_of(system)
+        self.signals = signals_of(system.locks)
         self.numbers = numbers_read(self.triggers)
         self.idle = set[str]()  #: remarks on what changes nothing, each made once
         self.kept = list[list[np.ndarray]]([[], [], []])  #: states BEGIN, PIECE, and END
@@ -125,16 +125,19 @@ class EventObserver(Observer):
         (g(q + d h q', q' + d h q'', t + d h) - g(q - d h q', ...)) / 2 d
         """
         run = self.run
-        model = run.model
-        state = run.step.state
         h = run.scheme.step
-        back = np.argsort(model.order)
-        x, v, a = (part[back] for part in (state.x, state.v, state.acceleration))
-        time = h * (self.first + place)
         found = []
-        for d in (-RATES * h, RATES * h):
-            found.append(compilation.accepted(model, x + d * v, v + d * a, state.memory, time + d))
-        change = (found[1] - found[0]) / (2.0 * RATES)
+        for side in (-1, 1):
+            time = h * (self.first + place + side * stepping.BESIDE)
+            row, _ = leading_signals(run.model.system, np.array([time]), h)
+            if not len(row):
+                self.watch.rates[:] = np.nan
+                return
+            run.packed.give(row, UNSTORED)
+            run.packed.call(stepping.accept_beside, side)
+            run.packed.check()
+            found.append(run.step.space.memory.copy())
+        change = (found[1] - found[0]) / (2.0 * stepping.BESIDE)
         self.watch.rates[:] = [
             np.nan if k < 0 else change[run.kept_values[k]] for k in self.numbers
         ]
@@ -182,11 +185,18 @@ class EventObserver(Observer):
         before = balanced(run, time).a[0]
         self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
-        for one in (self.triggers[k] for k in due):
-            self.release(model, one.name, one.release, x, late)
-            gaps.append(tuple(self.lock(model, one.name, name, x, late) for name in one.lock))
+        C = self.changes
+        C.probes[:-1] = system.probes(x)
+        for k in due.tolist():
+            one = self.triggers[k]
+            self.tell_release(model, one.name, one.release, x, late)
+            gaps.append(tuple(self.tell_lock(model, one.name, name, late) for name in one.lock))
+            change(C, k)
+        for signal, value in zip(self.signals, C.numbers, strict=True):
+            self.set_input(self.plain.signals[signal], float(value))
+        closed = C.closed == 1
         off = run.step.space.off
-        off[:] = ~self.closed | follows(model, x, late, self.closed)
+        off[:] = ~closed | follows(model, x, late, closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
         held = state.speed.copy(), state.parts.copy(), state.work.copy()
         after = start_step(run.packed, run.scheme, at, before=before)
@@ -231,47 +241,39 @@ class EventObserver(Observer):
             )
             remark(f"{text}, at t = {time:.6g} s{again}")
 
-    def lock(self, model: Compiled, event: str, name: str, x: np.ndarray, time: float) -> Gap:
-        """Lock a joint in the state x (n,); the gap between its places, with a notice where a latch
-        is far open.
+    def tell_lock(self, model: Compiled, event: str, name: str, time: float) -> Gap:
+        """The gap between the places of a joint that is locked, with a notice where a latch is far
+        open.
         """
         system = model.system
         lock = self.locks[name]
         mine = self.joints == name
         own = rows_of_locks(system)[mine]
-        y = system.probes(x)
-        already = bool(self.closed[mine][own].any())
-        self.closed[mine] = own
-        for signal, value in zip(lock.signals, numbers_of(lock, y), strict=True):
-            self.set_input(self.plain.signals[signal], float(value))
-        gap = Gap(name, *gap_of(lock, y))
-        if already:
+        gap = Gap(name, *gap_of(lock, self.changes.probes[:-1]))
+        if (self.changes.closed[mine][own] == 1).any():
             self.remark_no_effect(event, "locks", "locked", name, time)
         elif own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
             text = f"event '{event}', t = {time:.6g} s: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
             notify(f"{text}; let 'when' watch their distance, or name places that meet")
         return gap
 
-    def release(
+    def tell_release(
         self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float
     ) -> None:
-        """Release rows of joints; SolverError where a trained space knows no motion in which they
-        do not hold.
+        """A remark of joints that are free already; SolverError where a trained space knows no
+        motion in which they do not hold.
         """
         size = lengths(model, x, time)
         for name in joints:
-            mine = self.joints == name
-            if self.closed[mine].any() and empty(model, size)[mine & self.closed].all():
+            held = (self.joints == name) & (self.changes.closed == 1)
+            if held.any() and empty(model, size)[held].all():
                 text = f"event '{event}' releases joint '{name}', which holds in all motions that the reduced model knows"
                 remedy = "train it with a run in which the event happens"
                 raise SolverError(
                     f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),)
                 )
-            if not self.closed[mine].any():
+            if not held.any():
                 self.remark_no_effect(event, "releases", "free", name, time)
-            elif name in self.parks:
-                self.lock(model, event, self.parks[name], x, time)
-            self.closed[mine] = False
 
     def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:
         numbers = {one.name: k for k, one in enumerate(self.triggers)}
@@ -279,7 +281,7 @@ class EventObserver(Observer):
         rows = [(numbers[one.name], one.time, one.loss) for one in own]
         found: dict[str, np.ndarray] = {
             "events on guard": self.watch.sides,
-            "rows closed": self.closed,
+            "rows closed": self.changes.closed == 1,
             "rows off": run.step.space.off,
         }
         gaps = [(gap.distance, gap.angle) for one in own for gap in one.gaps]
@@ -295,7 +297,7 @@ class EventObserver(Observer):
         W = self.watch
         for name, array in list(self.arrays(run).items())[:3]:
             found = checkpoints.fitting(arrays, name, array)
-            places = {"events on guard": W.sides, "rows closed": self.closed}
+            places = {"events on guard": W.sides, "rows closed": self.changes.closed}
             places.get(name, run.step.space.off)[:] = found
         W.rests[:] = arrays[RESTS]
         W.earlier[:], W.latest[:] = arrays[TRAIL]

@@ -4,7 +4,6 @@ they are too short for it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,15 +79,3 @@ def go_on(run: OpenRun, begin: float, span: float) -> None:
         return
     if span > 0.0 and (status := run.packed.take_series(begin, span)) != stepping.DONE:
         raise Unreached(status)
-
-
-def last_place(broken: Callable[[float], bool], place: float, end: float) -> tuple[float, float]:
-    """The last place of a step, from `place` to `end`, to which values are numbers, and the first
-    one where they are `broken`.
-
-    By bisection, to 1e-12 of the step; places are from 0 to 1.
-    """
-    while end - place > EXACT:
-        middle = 0.5 * (place + end)
-        place, end = (place, middle) if broken(middle) else (middle, end)
-    return place, end

@@ -115,6 +115,7 @@ LAGGING = 0.1  #: of the tolerance, with factors that rotate
 # are none
 SHRINKS = 0.9  #: size of the last of a fixed number of corrections over that of the one before, above which they do not shrink
 UNCERTAIN = 0.02  #: the same over the way of the step, above which the step is not known
+BESIDE = 1e-3  #: of a step, over which rates of what forces keep are differences
 
 
 @jit
@@ -349,6 +350,27 @@ def look_ahead(table: Any, span: float) -> None:
         t.v[i] = s.v[i] + span * s.acceleration[i]
     kernels.copy(s.memory, t.memory)
     evaluation.find_impulse(table)
+
+
+@routine
+def accept_beside(table: Any, side: Any) -> int:
+    """What forces keep beside the accepted state, in the memory of the space, with the signals of
+    the first row of the job; 0.
+
+        q + d h q',    q' + d h q''
+
+    d is `side` times BESIDE.
+    """
+    S = opened(table)
+    s, t = S.state, S.space
+    span = side * BESIDE * S.method.h
+    place_accepted(table)
+    kernels.copy(S.job.signals[0, : len(t.signals)], t.signals)
+    for i in range(len(s.x)):
+        t.x[i] = s.x[i] + span * s.v[i]
+        t.v[i] = s.v[i] + span * s.acceleration[i]
+    evaluation.take_over(table)
+    return 0
 
 
 @jit
