@@ -42,7 +42,7 @@ FREE, RESTING, HELD = (
     1,
     -1,
 )
-STATUS, ENDED, PAUSES = range(3)  #: places in `Watch.told`
+STATUS, ENDED, PAUSES, IN_PIECES = range(4)  #: places in `Watch.told`
 BEGIN, PIECE, END = range(3)  #: states of a run that its shell keeps: of the step, and of a piece
 
 
@@ -77,7 +77,9 @@ class Watch(NamedTuple):
     size: Vector  #: (t,) of values in the last piece of a step with an event
     places: Vector  #: (t,) in the step where events that are due happen
     reached: Vector  #: (2,) places of a piece's begin, and of the present state
-    told: Integers  #: (3,) STATUS of what could not be taken; whether the run has ENDED; whether it PAUSES behind events
+    #: (4,) STATUS of what could not be taken; whether the run has ENDED; whether it PAUSES behind
+    #: events; whether the step is taken IN_PIECES
+    told: Integers
 
 
 class Shell(Protocol):
@@ -121,7 +123,7 @@ def watch_of(triggers: Sequence[Trigger], noise: np.ndarray) -> Watch:
         "guarded": guarded.astype(np.int64),
         "noise": np.asarray(noise, float),
         "reached": np.zeros(2),
-        "told": np.zeros(3, np.int64),
+        "told": np.zeros(4, np.int64),
         "size": np.zeros(count),
         "places": np.zeros(count),
     }
@@ -196,14 +198,18 @@ def find_due(W: Watch) -> int:
     return count
 
 
-def begin(W: Watch) -> None:
-    """Take values for those at the start, where those that are zero are at rest."""
+def begin(W: Watch, run: Shell) -> int:
+    """Take values of the present state for those at the start, where those that are zero are at
+    rest; 1 where one is no number.
+    """
+    read(W, run, 0.0)
     for k in range(len(W.sides)):
         W.sides[k] = sign_of(W, k)
         if W.sides[k] == 0:
             W.rests[k] = RESTING
     W.earlier[:] = W.values
     W.latest[:] = W.values
+    return 1 if is_broken(W) else 0
 
 
 def remember(W: Watch, k: int) -> None:

@@ -38,7 +38,7 @@ from ..dynamics.vanishing import empty, lengths, rows_of_locks
 from ..systems.compiled import Compiled
 from .crossings import BEGIN, begin, noise_of, numbers_read, read, watch_of
 from .events import gap_of
-from .locating import BROKEN, ENDLESS, LATE, MANY, look
+from .locating import BROKEN, LATE, MANY, REPEATED, look
 from .row_changes import change, changes_of, signals_of
 
 if TYPE_CHECKING:
@@ -87,9 +87,8 @@ class EventObserver(Observer):
         self.first = run.done
         self.keep_state(BEGIN)
         if run.done == 0:
-            read(self.watch, self, 0.0)
+            begin(self.watch, self)
             self.reader.keep()
-            begin(self.watch)
 
     def after(self, run: OpenRun) -> None:
         """Let events happen in the step; SolverError where it cannot be taken in parts."""
@@ -100,7 +99,7 @@ class EventObserver(Observer):
         place = self.watch.reached[1]
         if status == BROKEN:
             self.require_numbers(place)
-        if status == ENDLESS:
+        if status == REPEATED:
             names = [self.triggers[k].name for k in np.flatnonzero(self.watch.due)]
             raise endless(names, run.scheme.step * (run.done + place))
         if status != stepping.DONE:

@@ -21,6 +21,7 @@ from ..dynamics.compiled_step.touching import TINY
 from .crossings import (
     BEGIN,
     ENDED,
+    IN_PIECES,
     PAUSES,
     PIECE,
     STATUS,
@@ -43,7 +44,7 @@ STILL = 1e-6  #: of a value in its step, below which it is zero where it has jus
 MANY = 100  #: events in one step
 #: statuses beside those of `dynamics.compiled_step.stepping`: a value is no number, events happen
 #: again and again
-BROKEN, ENDLESS = -1, -2
+BROKEN, REPEATED = -1, -2
 
 
 def look(W: Watch, run: Shell) -> int:
@@ -54,6 +55,7 @@ def look(W: Watch, run: Shell) -> int:
     """
     W.lately[:] = 0
     W.told[STATUS] = DONE
+    W.told[IN_PIECES] = 0
     W.reached[1] = 1.0
     read(W, run, 1.0)
     W.now[:] = W.values
@@ -103,7 +105,7 @@ def take_in_pieces(W: Watch, run: Shell, dip: float) -> int:
             place = reached
         count += count_due(W)
         if count > MANY:
-            return ENDLESS
+            return REPEATED
         status = run.let_happen(place)
         if status != DONE:
             return status
@@ -137,6 +139,7 @@ def go_on(W: Watch, run: Shell, place: float, end: float) -> float:
     which all are numbers.
     """
     run.keep_state(PIECE)
+    W.told[IN_PIECES] = 1
     W.reached[0] = place
     read(W, run, place)
     W.first[:] = W.values

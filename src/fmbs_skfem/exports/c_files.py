@@ -19,6 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import __version__
+from ..control import locating
+from ..control.events import with_locks
 from ..core.algebra import small
 from ..core.algebra.linalg import as_dense
 from ..core.compiling import jit, programs, structs
@@ -40,7 +42,8 @@ from ..systems import change_coordinates, compiled, row_programs
 from ..systems.layouts import Storage
 from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
-from . import controllers, numbers, outputs, refusals, signals
+from . import controllers, events, numbers, outputs, refusals, signals
+from .events import EventsInC
 from .numbers import Numbers
 from .outputs import Column
 from .packing import PackedCase, admissible_velocities, pack
@@ -142,8 +145,13 @@ SPELLED = (programs.run, row_programs.act)
 STATUSES = {
     name: getattr(stepping, name)
     for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOUCHES", "TOO_FEW")
-}
-FOUND = "before_", "held_", "space_gradients"  #: what the begin of a division and the start fill
+} | {"BROKEN": locating.BROKEN, "REPEATED": locating.REPEATED}
+FOUND = (
+    "before_",
+    "held_",
+    "kept_",
+    "space_gradients",
+)  #: what the begin of a division and the start fill
 APART = "\n/* kernels */\n"
 HEAD = """typedef long long whole;
 typedef struct { double real, imag; } pair;
@@ -173,6 +181,8 @@ class CModel:
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
     drives: bool  #: whether inputs drive joints, by which there are no derivatives
+    events: int  #: how many there are
+    counted: tuple[str, ...]  #: columns that count them
     left_out: tuple[str, ...]  #: columns and monitors that the model has and a C file has not
 
 
@@ -287,16 +297,17 @@ def print_kernels(
     rooms: Mapping[str, np.ndarray],
     jumping: bool,
     kicked: bool,
+    happening: EventsInC | None,
 ) -> Kernels:
     """The step of a case, its start and its energies, how it jumps where forces do (`jumping`), and
-    its pieces where loads jump (`kicked`).
+    its pieces where loads jump (`kicked`) or events are `happening`.
 
     `changing` are numbers in records that parameters change, by their addresses, `changed` addresses
     of such arrays; the tangents of bodies that are `turning` are then found at the start. `rooms` are
     arrays that the program writes.
     """
     own = {**base.own, **rooms}
-    mutable = WRITTEN | {f"own_{name}" for name in rooms}
+    mutable = WRITTEN | {f"own_{name}" for name in rooms} | (events.WRITTEN if happening else set())
     step = base.step
     doors = step.doors
     callbacks = (one.address for one in base.lengths.doors)
@@ -325,16 +336,18 @@ def print_kernels(
             asked["TURN"] = starting.turned_tangents, ZERO
         if jumping:
             asked["JUMP"] = stepping.jump, ZERO
-        if kicked:
+        if kicked or happening:
             asked["TAKE_SPAN"] = touching.take_span, ZERO
             asked["TAKE_SERIES"] = touching.take_series, ZERO
-        if kicked and step.method.locating:
+        if (kicked or happening) and step.method.locating:
             asked["TOUCH"] = touching.take, ZERO
         calls = {
             name: printer.entry(kernel, [table, more]).name
             for name, (kernel, more) in asked.items()
         }
         calls |= controllers.calls(printer, memory, base.case.system, own)
+        if happening:
+            calls |= events.calls(printer, memory, table, happening)
         printer.finish()
         wrong = {one.name for one in memory.regions if one.folded and one.written}
         if not wrong <= mutable:
@@ -348,7 +361,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     with these as variables.
 
     `name` is that of the model, `title` and `description` are comments. InputError for what has no
-    C: functions of Python, events and what else runs beside the steps.
+    C: functions of Python, and what else runs beside the steps.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
     check(given, title)
@@ -357,8 +370,11 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     given = replace(given, case=case)
     system = case.system
     controlled = [one.name for one in controllers.controlled_of(system)]
-    inputs = {name: one for name, one in inputs_of(system).items() if name not in controlled}
-    places = {name: k for k, name in enumerate([*inputs, *controlled])}
+    held = events.held_names(system)
+    inputs = {
+        name: one for name, one in inputs_of(system).items() if name not in (*controlled, *held)
+    }
+    places = {name: k for k, name in enumerate([*inputs, *controlled, *held])}
     timed = signals.write_signals(system, places, given)
     v = admissible_velocities(case)
     given_as_they_are = v is system.v0
@@ -373,13 +389,21 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
     known = {*inputs, *numbers.parameters_of(given)}
     acting = controllers.write(system, case.scheme, len(inputs), known)
-    reading, columns, left_out = outputs.write_outputs(system, acting.columns)
+    happening = events.write(case, base.step.state, known, acting.curves, title)
+    own_columns = (*acting.columns, *(happening.columns if happening else ()))
+    reading, columns, left_out = outputs.write_outputs(system, own_columns)
     tunable = numbers.tunable_of(given)
     forced = [name for name in inputs if name not in driving_inputs(system)]
     jumping = bool(forced or tunable or controlled or kicks)
     try:
         kernels = print_kernels(
-            base, *numbers.places_of(base, changes), turning, acting.rooms, jumping, bool(kicks)
+            base,
+            *numbers.places_of(base, changes),
+            turning,
+            acting.rooms,
+            jumping,
+            bool(kicks),
+            happening,
         )
     except OutsideError as error:
         raise InputError(say(title, "a model whose kernels have C", str(error))) from error
@@ -390,6 +414,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         "TURNED": sum(bool(one.turns) for one in columns), "LENGTHS": len(base.tables), "WIDTH": base.lengths.signals.shape[1],
         "SIGNALS": len(base.step.state.signals), "TURNING": int(turning), "LOCATING": int(base.step.method.locating),
         **controllers.counts_of(system), "JUMPING": int(jumping), "JUMPS": len(kicks),
+        **events.counts_of(system),
     }  # fmt: skip
     before = placed(
         replaced(
@@ -397,12 +422,15 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
             {
                 "READ": "\n".join(f"    {line}" for line in timed.lines),
                 "ROUGH": "\n".join(timed.rough),
+                "SEARCH": events.DECLARED if happening else "",
             },
         )
     )
+    search = {"SEARCH_OF_EVENTS": happening.text if happening else ""}
+    model = replaced(template("model.c"), search)
     behind = placed(
         replaced(
-            "\n".join([template("ports.c"), reading, setting, acting.text, template("model.c")]),
+            "\n".join([template("ports.c"), reading, setting, acting.text, model]),
             {f"CALL_{key}": name for key, name in kernels.calls.items()},
         )
     )
@@ -424,6 +452,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
             *(f"#define {key} {value}" for key, value in (STATUSES | counts).items()),
             tables_of(base, inputs, given),
             *([array("JUMP", "double", kicks)] if kicks else []),
+            *([happening.table] if happening else []),
             program.constants,
             *(
                 array(key, "double", table.numbers)
@@ -452,6 +481,8 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         {key: one.range for key, one in inputs.items() if one.range is not None},
         tuple(columns),
         bool(driving_inputs(system)),
+        len(system.triggers),
+        tuple(one.name for one in happening.columns) if happening else (),
         (*left_out, *(f"monitor '{one.name}'" for one in system.monitors)),
     )
 
@@ -466,8 +497,9 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
     what forces keep there.
     """
     case = given.case
-    system = in_dense_unknowns(initial.startable(case.system, case.scheme), where)
-    if len(system.constraints.row) < len(case.system.constraints.row) and given.varies(
+    alone = initial.startable(case.system, case.scheme)
+    system = in_dense_unknowns(with_locks(alone), where)
+    if len(alone.constraints.row) < len(case.system.constraints.row) and given.varies(
         ("system", "constraints")
     ):
         raise InputError(
@@ -515,6 +547,7 @@ def controls(base: PackedCase) -> dict[str, float]:
     return {
         "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "SHARP": scheme.SHARP,
         "HUGE_NUMBER": HUGE, "FALLING": scheme.FALLING, "LEAST": LEAST, "TINY": touching.TINY, "SAME": jumps.SAME,
+        "BESIDE": stepping.BESIDE, "LATE": locating.LATE,
     }  # fmt: skip
 
 
@@ -549,7 +582,8 @@ def header_of(
     parameters = numbers.parameters_of(given)
     tunable = numbers.tunable_of(given)
     lengths = {
-        "I_": len(inputs) + counts["CONTROLLED"], "C_": counts["CONTROLLED"], "D_": counts["DRIVEN"], "P_": len(parameters),
+        "I_": len(inputs) + counts["CONTROLLED"] + counts["LATCHED"],
+        "E_": counts["EVENTS"], "C_": counts["CONTROLLED"], "D_": counts["DRIVEN"], "P_": len(parameters),
         "O_": counts["SENSORS"], "T_": counts["TURNED"], "B_": 3 * counts["UNKNOWNS"] + counts["EQUATIONS"],
     }  # fmt: skip
     told = {
@@ -575,7 +609,7 @@ def header_of(
     )
     words: dict[str, Any] = {key: comment(value) for key, value in texts.items()} | {
         "VERSION": __version__, "PORTS": "\n".join(ports) + "\n", "N_PARAMETERS": len(parameters), "N_INPUTS": len(inputs),
-        "N_OUTPUTS": len(columns), " STEP ": f" {number(step)} ",
+        "N_OUTPUTS": len(columns), "N_EVENTS": counts["EVENTS"], " STEP ": f" {number(step)} ",
     }  # fmt: skip
     return replaced(text, words | {"FIELDS": texts["FIELDS"]})
 

@@ -49,19 +49,23 @@ def refuse(system: System, one: Controlled) -> Problem | None:
         got = f"'{one.name}', a function of Python"
         remedy = "write it as a `laws.NumberLaw`, whose kernel has C"
         return Problem("a controller with a law in numbers", got, remedy)
+    return refuse_reading(system, one.reads, "a controller")
+
+
+def refuse_reading(system: System, numbers: Sequence[int], reader: str) -> Problem | None:
+    """What speaks against values, by their numbers, that a `reader` in C reads: outputs without C."""
     known = {
         column.name
         for name, output in system.outputs.items()
         for column in columns_of(system, name, output)
     }
-    for reading in (system.readings[-1 - number] for number in one.reads if number < 0):
+    for reading in (system.readings[-1 - number] for number in numbers if number < 0):
         for name, _, column in reading.columns:
             if column not in known:
                 there = listed(sorted(known), name, "of which there are none")
+                expected = f"{reader} that reads outputs with C, {there}"
                 remedy = "let it read places, velocities, angles or reactions"
-                return Problem(
-                    f"a controller that reads outputs with C, {there}", f"'{name}'", remedy
-                )
+                return Problem(expected, f"'{name}'", remedy)
     return None
 
 

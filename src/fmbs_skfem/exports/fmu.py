@@ -59,6 +59,7 @@ class Variable(NamedTuple):
     display: str = ""  #: unit in which people read it, where that is another one
     fixed: bool = False  #: whether a motion keeps it
     size: int = 0  #: of an array, 0 for a number
+    discrete: bool = False  #: whether it changes at events alone
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,10 @@ def variables_of(model: CModel, shape: ShownPoints | None = None) -> tuple[Varia
         Variable(name, unit, "input", start, model.ranges.get(name))
         for name, (unit, start) in model.inputs.items()
     ]
-    found += [Variable(one.name, one.unit, "output") for one in model.columns]
+    found += [
+        Variable(one.name, one.unit, "output", discrete=one.name in model.counted)
+        for one in model.columns
+    ]
     if shape is not None:
         found.append(Variable("shape", "m", "output", size=len(shape.offset)))
     taken = set[str]()
@@ -256,7 +260,7 @@ def attributes(one: Variable) -> dict[str, str]:
 
 def kinds(one: Variable) -> dict[str, str]:
     initial = {"parameter": "exact", "output": "calculated"}.get(one.causality)
-    variability = "continuous"
+    variability = "discrete" if one.discrete else "continuous"
     if one.causality == "parameter":
         variability = "fixed" if one.fixed else "tunable"
     return {"causality": one.causality, "variability": variability} | (
@@ -316,10 +320,12 @@ def description3(
 ) -> xml.Element:
     """modelDescription.xml of FMI 3.0; sources are in buildDescription.xml."""
     root = head(fmu, title, about, instantiationToken=fmu.token)
-    can = (
+    can: tuple[str, ...] = (
         "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives",
         "providesAdjointDerivatives", "providesIntermediateUpdate", "canReturnEarlyAfterIntermediateUpdate",
     )  # fmt: skip
+    if model.events:
+        can = (*can, "hasEventMode")
     xml.SubElement(
         root,
         "CoSimulation",

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.compiling import structs
 from ..core.storage.records import dataclass
-from ..dynamics import initial, scheme
+from ..dynamics import initial, loose_rows, scheme
 from ..dynamics.compiled_step.packing import Lengths, PackedStep
 from ..dynamics.compiled_step.step import Step
 from ..reduction.cases import Case
@@ -89,6 +89,7 @@ def pack(
     step = initial.first_step(model, system.x0, v, method, 0)
     if memory is not None:
         step.state.memory[:] = memory
+    step.space.off[:] = loose_rows.open_at_start(model, system.x0)
     packed = PackedStep(model, step, None)
     packed.lengths = lengths = Lengths(packed)
     packed.give(lengths.signals[:1], np.array([-1]))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from ..control import crossings
 from ..core.compiling import structs
 from ..core.values.problems import Problem
 from ..dynamics import GeneralizedAlpha
@@ -19,9 +20,6 @@ from ..systems.system import System
 from . import controllers, signals
 
 LEAVE_OUT = "leave it out of the scene"
-STOPS = "C has no events: leave it out, and let the program stop where its outputs cross"
-#: of events that lock or release joints, and of joints that they lock
-LOCKS = "C neither locks nor releases joints: export what moves before it, without event and locked joint, or run it in Python"
 
 
 class Refusal(NamedTuple):
@@ -47,15 +45,9 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
         if (problem := controllers.refuse(system, one)) is not None:
             yield Refusal(f"controller '{one.name}'", problem)
     for event in system.triggers:
-        remedy = LOCKS if event.lock or event.release else STOPS
-        yield Refusal(
-            f"event '{event.name}'", Problem("a model without events", f"'{event.name}'", remedy)
-        )
-    for joint in dict.fromkeys(one.joint for one in system.locks if not one.parks):
-        expected = "joints that hold from the start on"
-        yield Refusal(
-            f"joint '{joint}'", Problem(expected, f"'{joint}', which an event locks", LOCKS)
-        )
+        numbers = crossings.numbers_read([event])
+        if (problem := controllers.refuse_reading(system, numbers, "an event")) is not None:
+            yield Refusal(f"event '{event.name}'", problem)
     known = origins_of(system) or [Origin("load", system.loads.forces, range(0))]
     for origin in known:
         wrong = map(refuse, origin.forces)

@@ -18,7 +18,7 @@ import sympy
 from ..core.compiling import symbols
 from ..core.values import expressions
 from ..core.values.expressions import Expression
-from ..core.values.inputs import Input
+from ..core.values.inputs import Held, Input
 from ..core.values.problems import Problem
 from ..core.values.tables import Table
 from ..reduction.cases import Place
@@ -152,7 +152,8 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
     values, targets, rough = [], [], dict[int, Any]()
     for k, signal in enumerate(system.signals):
         value = sympy.sympify(in_symbols(signal, ("system", "signals", k), known)).xreplace(smooth)
-        if k in driven and (value.atoms(*BENT) or read_inputs(signal)):
+        follows = read_inputs(signal) and not isinstance(signal, Held)
+        if k in driven and (value.atoms(*BENT) or follows):
             rough[k] = value.xreplace(derivatives_of(smooth.values()))
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))

@@ -22,6 +22,7 @@ from .values import (
     Number,
     OutsideError,
     Pointer,
+    Program,
     Scalar,
     Several,
     Struct,
@@ -97,7 +98,9 @@ class Calls(Expressions):
         return Scalar(f"{MATHS[name]}({', '.join(texts)})", "double")
 
     def method(self, name: str, array: Any, arguments: Sequence[Any]) -> Value:
-        """A method of an array, or of a complex number."""
+        """A method of an array, or of a complex number; a function of the program."""
+        if isinstance(array, Program):
+            return self.asked(f"{name}({', '.join(['m', *map(text_of, arguments)])})", name, array)
         if name == "conjugate" and isinstance(array, Scalar):
             return Scalar(f"pair_conjugate({bare(text_of(array, 'pair'))})", "pair")
         if name == "reshape":
@@ -109,6 +112,17 @@ class Calls(Expressions):
             self.fill(found, array)
             return found
         raise OutsideError(f"'{name}' of an array")
+
+    def asked(self, call: str, name: str, program: Program) -> Value:
+        """What a function of the program gives."""
+        kind = dict(program.kinds)[name]
+        if not kind:
+            self.emit(f"{call};")
+            return NONE
+        found = self.fresh("t")
+        self.emit(f"{found} = {call};")
+        self.root.variables[found] = kind
+        return Scalar(found, kind)
 
     def viewed(self, array: Array, shape: Sequence[Any]) -> Array:
         """The numbers of an array in another shape, of which one size may be left to find (-1)."""

@@ -23,6 +23,7 @@ from .values import (
     Const,
     Number,
     OutsideError,
+    Program,
     Scalar,
     Several,
     Struct,
@@ -102,6 +103,8 @@ class Expressions(Frame):
             return self.lifted(getattr(found.value, one.attr), one.attr)
         if isinstance(found, Scalar):
             return self.part_of(found, one.attr)
+        if isinstance(found, Program):
+            return Callee((one.attr, found))
         raise OutsideError(f"'{one.attr}' of {type(found).__name__.lower()}")
 
     def of_array(self, array: Array, name: str) -> Value:

@@ -26,6 +26,7 @@ from .values import (
     Const,
     Number,
     Pointer,
+    Program,
     Scalar,
     Several,
     Struct,
@@ -133,7 +134,7 @@ class KernelPrinter:
             return getattr(one, "kind", None), one.starts, number
         if isinstance(one, Several):
             return "several", *(self.key_of(part, changes) for part in one.parts)
-        return source_of(one.value)
+        return one if isinstance(one, Program) else source_of(one.value)
 
     def print(
         self, function: Any, names: Sequence[str], values: Sequence[Value], changed: Sequence[bool]
@@ -206,7 +207,7 @@ class KernelPrinter:
         for one in self.kernels:
             regions = set(re.findall(f"{MARK}(\\w+){MARK}", one.text))
             code = re.sub(r"/\*.*?\*/", "", one.text)
-            if regions & written or "m->" in code or "(m, " in code:
+            if regions & written or "m->" in code or re.search(r"\(m\b", code):
                 direct.add(one.name)
             calls[one.name] = set(re.findall(CALLED, one.text))
         found = direct

@@ -100,7 +100,14 @@ class Callee:
     value: Any
 
 
-Value: TypeAlias = Const | Scalar | Array | Pointer | Struct | Several | Callee
+@dataclass(frozen=True)
+class Program:
+    """What a kernel asks of the program: kinds of what its functions return, "" of nothing."""
+
+    kinds: tuple[tuple[str, str], ...]
+
+
+Value: TypeAlias = Const | Scalar | Array | Pointer | Struct | Several | Callee | Program
 
 TRUE, FALSE, NONE, ZERO, ONE = Const(True), Const(False), Const(None), Const(0), Const(1)
 

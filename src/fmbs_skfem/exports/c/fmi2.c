@@ -218,7 +218,9 @@ EXPORT int FMI(fmi2GetRealOutputDerivatives)(void *c, const unsigned references[
 EXPORT int FMI(fmi2DoStep)(void *c, double from, double span, int forget_before)
 {
     (void)forget_before;
-    return step(c, from, span);
+    const int status = step(c, from, span);
+    /* see fmi2GetBooleanStatus */
+    return status == OK && ((instance *)c)->ended ? DISCARD : status;
 }
 
 EXPORT int FMI(fmi2CancelStep)(void *c)
@@ -252,7 +254,7 @@ EXPORT int FMI(fmi2GetBooleanStatus)(void *c, int kind, int *value)
 {
     if (kind != 3) /* terminated */
         return complain(c, DISCARD, "there is no such status");
-    *value = 0;
+    *value = ((instance *)c)->ended;
     return OK;
 }
 

@@ -46,6 +46,7 @@ struct connection {
     void (*logger)(void *environment, int status, const char *category, const char *text);
     updated *update; /* asks for inputs within a step, and shows outputs */
     bool early;      /* whether it may end a step */
+    bool events;     /* whether it handles events */
 };
 
 SHARED_PART
@@ -83,7 +84,7 @@ static NAME_status take_span(instance *one, double span)
     NAME_memory *m = &one->now.model;
     const double whole = (double)(long long)(span / NAME_STEP + 1.0 - 1e-9), parts = whole < 1.0 ? 1.0 : whole, h = span / parts;
     const double begin = now(one);
-    one->early = 0;
+    m->pause = one->link.events && one->link.early;
     if (!one->link.update)
         return go_on(one, span);
     for (double k = 1.0; k <= parts && !one->early; k += 1.0) {
@@ -96,8 +97,10 @@ static NAME_status take_span(instance *one, double span)
             m->inputs[i] = before[i];
         }
         const NAME_status found = go_on(one, h);
-        if (found != NAME_OK)
+        if (found != NAME_OK) {
+            one->early = found == NAME_EVENT && k < parts;
             return found;
+        }
         one->early = ask(one, now(one), true) && k < parts;
     }
     return NAME_OK;
@@ -128,11 +131,14 @@ EXPORT void *FMI(fmi3InstantiateCoSimulation)(const char *name, const char *toke
     link.logger = logger;
     link.update = update;
     link.early = early;
+    link.events = events;
     one = make(name, token, &link);
+    int known = NAME_EVENTS > 0 || !events;
     for (size_t k = 0; one && k < many; k++)
-        events = events || between[k] < (uint32_t)FIRST_INPUT || between[k] >= (uint32_t)VARIABLES;
-    if (one && events) {
-        complain(one, ERROR, "the model has no events, and only inputs and outputs between communication points");
+        known = known && between[k] >= (uint32_t)FIRST_INPUT && between[k] < (uint32_t)VARIABLES;
+    if (one && !known) {
+        complain(one, ERROR, NAME_EVENTS > 0 ? "between communication points there are only inputs and outputs" :
+            "the model has no events, and only inputs and outputs between communication points");
         forget(one);
         return NULL;
     }
@@ -177,7 +183,41 @@ EXPORT int FMI(fmi3EnterInitializationMode)(void *c, bool known, double toleranc
 
 EXPORT int FMI(fmi3ExitInitializationMode)(void *c)
 {
-    return exit_initialisation(c);
+    instance *one = c;
+    const int status = exit_initialisation(one);
+    if (status == OK && one->link.events)
+        one->now.mode = AT_EVENT;
+    return status;
+}
+
+EXPORT int FMI(fmi3EnterEventMode)(void *c)
+{
+    instance *one = c;
+    if (!one->link.events || one->now.mode != STEPPING)
+        return refuse_mode(one, "fmi3EnterEventMode");
+    one->now.mode = AT_EVENT;
+    return OK;
+}
+
+EXPORT int FMI(fmi3EnterStepMode)(void *c)
+{
+    instance *one = c;
+    if (one->now.mode != AT_EVENT)
+        return refuse_mode(one, "fmi3EnterStepMode");
+    one->now.mode = STEPPING;
+    return OK;
+}
+
+/* What events do is done when a step ends behind them. */
+EXPORT int FMI(fmi3UpdateDiscreteStates)(void *c, bool *again, bool *ends, bool *nominals, bool *values, bool *defined, double *next)
+{
+    instance *one = c;
+    if (one->now.mode != AT_EVENT)
+        return refuse_mode(one, "fmi3UpdateDiscreteStates");
+    *again = *nominals = *values = *defined = false;
+    *ends = one->ended;
+    *next = 0.0;
+    return OK;
 }
 
 EXPORT int FMI(fmi3Terminate)(void *c)
@@ -373,9 +413,11 @@ EXPORT int FMI(fmi3DoStep)(void *c, double from, double span, bool forget_before
 {
     const int status = step(c, from, span);
     (void)forget_before;
-    *event = *ends = false;
-    *early = ((instance *)c)->early;
-    *reached = now(c);
+    const instance *one = c;
+    *event = one->link.events && one->event;
+    *ends = one->ended;
+    *early = one->early;
+    *reached = now(one);
     return status;
 }
 
@@ -389,7 +431,7 @@ EXPORT int FMI(fmi3GetOutputDerivatives)(void *c, const uint32_t references[], s
     return count == 0 ? OK : complain(c, ERROR, "derivatives of outputs by time are not there");
 }
 
-/* What belongs to events, clocks, arrays of other sizes and model exchange; dependencies are those of the model description. */
+/* What belongs to clocks, arrays of other sizes and model exchange; dependencies are those of the model description. */
 #define NOT_THERE(name, arguments, unread)                                                                                         \
     EXPORT int FMI(name) arguments                                                                                                 \
     {                                                                                                                              \
@@ -397,8 +439,6 @@ EXPORT int FMI(fmi3GetOutputDerivatives)(void *c, const uint32_t references[], s
         return refuse_mode(c, #name);                                                                                              \
     }
 #define REFERENCES void *c, const uint32_t references[], size_t count
-NOT_THERE(fmi3EnterEventMode, (void *c), (void)0)
-NOT_THERE(fmi3EnterStepMode, (void *c), (void)0)
 NOT_THERE(fmi3EnterConfigurationMode, (void *c), (void)0)
 NOT_THERE(fmi3ExitConfigurationMode, (void *c), (void)0)
 NOT_THERE(fmi3EvaluateDiscreteStates, (void *c), (void)0)
@@ -413,8 +453,6 @@ NOT_THERE(fmi3SetIntervalFraction, (REFERENCES, const uint64_t a[], const uint64
     ((void)references, (void)count, (void)a, (void)b))
 NOT_THERE(fmi3SetShiftDecimal, (REFERENCES, const double a[]), ((void)references, (void)count, (void)a))
 NOT_THERE(fmi3SetShiftFraction, (REFERENCES, const uint64_t a[], const uint64_t b[]), ((void)references, (void)count, (void)a, (void)b))
-NOT_THERE(fmi3UpdateDiscreteStates, (void *c, bool *a, bool *b, bool *d, bool *e, bool *f, double *g),
-    ((void)a, (void)b, (void)d, (void)e, (void)f, (void)g))
 NOT_THERE(fmi3CompletedIntegratorStep, (void *c, bool a, bool *b, bool *d), ((void)a, (void)b, (void)d))
 NOT_THERE(fmi3SetTime, (void *c, double a), (void)a)
 NOT_THERE(fmi3SetContinuousStates, (void *c, const double a[], size_t b), ((void)a, (void)b))

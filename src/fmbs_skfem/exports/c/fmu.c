@@ -4,7 +4,7 @@
  * ------------------------------------------------------------------------------------------------------------------------------ */
 
 enum { OK, WARNING, DISCARD, ERROR };
-enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
+enum { INSTANTIATED, INITIALISING, STEPPING, AT_EVENT, TERMINATED };
 enum { ROOM_OF_TEXT = 512, FIRST_INPUT = 1 + NAME_PARAMETERS, FIRST_OUTPUT = FIRST_INPUT + NAME_INPUTS };
 #define VARIABLES (FIRST_OUTPUT + NAME_OUTPUTS)
 #define AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
@@ -37,6 +37,8 @@ typedef struct {
     double outputs[AT_LEAST_ONE(NAME_OUTPUTS)];
     int read; /* whether these are those of now */
     int early; /* whether the last step ended before its communication point */
+    int event; /* whether an event has happened in it */
+    int ended; /* whether one has stopped the motion */
     int muted;
     char name[ROOM_OF_TEXT];
     struct connection link;
@@ -175,7 +177,7 @@ static int reset(instance *one)
     NAME_init(&one->now.model);
     one->now.mode = INSTANTIATED;
     one->now.stale = 1;
-    one->read = 0;
+    one->read = one->early = one->event = one->ended = 0;
     return OK;
 }
 
@@ -188,7 +190,7 @@ static instance *make(const char *name, const char *token, const struct connecti
     add(&text, name && *name ? name : "NAME");
     copy((unsigned char *)one->name, (unsigned char *)text.text, sizeof one->name);
     one->link = *link;
-    one->muted = one->early = 0;
+    one->muted = 0;
     if (!token || !same(token, TOKEN)) {
         complain(one, ERROR, "the token of the model description is that of another model");
         release(link, one);
@@ -263,7 +265,7 @@ static int exit_initialisation(instance *one)
 
 static int terminate(instance *one)
 {
-    if (one->now.mode != STEPPING)
+    if (one->now.mode != STEPPING && one->now.mode != AT_EVENT)
         return refuse_mode(one, "Terminate");
     one->now.mode = TERMINATED;
     return OK;
@@ -399,6 +401,15 @@ static NAME_status go_on(instance *one, double span)
     return found == NAME_INPUT_OUTSIDE ? NAME_step(&one->now.model, span) : found;
 }
 
+/* How many events have happened so far. */
+static long long events_of(const instance *one)
+{
+    long long found = 0;
+    for (int k = 0; k < NAME_EVENTS; k++)
+        found += one->now.model.happened[k];
+    return found;
+}
+
 /* Go on by a span [s]; where a step fails the state is that of the last good one. Masters that add up steps are off by their round-off
  * after millions of them: they go on where they have been before, or at the time of the model, which counts its steps. */
 static int step(instance *one, double from, double span)
@@ -425,7 +436,14 @@ static int step(instance *one, double from, double span)
             span = whole;
     }
     tell_steps(one, span);
+    one->early = 0;
+    const long long before = events_of(one);
     found = take_span(one, span);
+    one->event = events_of(one) > before;
+    one->ended = found == NAME_STOPPED;
+    one->early |= one->ended || (found == NAME_EVENT && !is_near(now(one), next));
+    if (found == NAME_EVENT || (one->ended && one->event))
+        found = NAME_OK;
     one->now.next = found == NAME_OK && !one->early ? next : now(one);
     return found == NAME_OK ? OK : complain(one, DISCARD, NAME_message(found));
 }

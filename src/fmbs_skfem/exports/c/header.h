@@ -20,11 +20,12 @@
 extern "C" {
 #endif
 
-#define NAME_INTERFACE 4 /* version of this header: new fields and statuses */
+#define NAME_INTERFACE 5 /* version of this header: new fields and statuses */
 #define NAME_STEP STEP /* of the model [s] */
 #define NAME_PARAMETERS N_PARAMETERS
 #define NAME_INPUTS N_INPUTS
 #define NAME_OUTPUTS N_OUTPUTS
+#define NAME_EVENTS N_EVENTS
 
 PORTS
 typedef enum {
@@ -40,20 +41,29 @@ typedef enum {
     NAME_TOO_FEW_CORRECTIONS,
     NAME_INPUT_OUTSIDE,
     NAME_CONTROLLER_NOT_FINITE,
-    NAME_PARAMETER_FIXED
+    NAME_PARAMETER_FIXED,
+    NAME_EVENT,
+    NAME_STOPPED,
+    NAME_EVENT_NOT_FINITE,
+    NAME_EVENTS_ENDLESS
 } NAME_status;
 
 typedef struct {
     double parameters[P_]; /* given by the caller before the start; tunable ones before a step as well */
-    double inputs[I_];     /* and before a step: from its begin on; behind those of the caller stands what controllers give */
+    double inputs[I_];     /* and before a step: from its begin on; behind those of the caller stands what controllers give, and locks hold */
     double rates[3][I_];   /* derivatives of inputs by time at the begin of a step [1/s, 1/s2, 1/s3]; 0 again when it is taken */
     int outside[I_];       /* whether an input was beyond the range of the training, of which the first step says so */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
+    int pause;             /* whether a step ends where an event happens, and says so by NAME_EVENT */
     double time;           /* [s] */
     double since;          /* the time is this plus `whole` steps of the model: sums of steps drift by their round-off [s] */
     long long whole;
     long long samples[C_]; /* of controllers so far */
     int jump; /* number of the next instant at which loads jump */
+    long long happened[E_]; /* how often each event has happened so far */
+    double instant;         /* of the last one [s] */
+    double step_begin, step_end, kept_time[3]; /* of the search for events [s] */
+    int kept_jump[3];
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */

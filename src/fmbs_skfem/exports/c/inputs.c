@@ -1,3 +1,4 @@
+#define GIVEN (INPUTS + CONTROLLED + LATCHED) /* inputs of the caller, what controllers give, and what locks hold */
 #define EACH(i, n) for (int i = 0; i < (n); i++)
 
 /* An input at the time t, by its value and derivatives when it was given. */
@@ -10,7 +11,7 @@ static double input_at(const NAME_memory *m, int k, double t)
 /* Inputs at the time t. Those that drive joints: the cubic through their values at the ends of the last four spans, and its derivatives. */
 static void follow_inputs(NAME_memory *m, double t)
 {
-    EACH (k, INPUTS + CONTROLLED)
+    EACH (k, GIVEN)
         m->acting[k] = input_at(m, k, t);
     const double h = m->given_span, s = (t - m->given_end) / h;
     EACH (i, DRIVEN) {
@@ -24,6 +25,7 @@ static void follow_inputs(NAME_memory *m, double t)
 }
 
 ROUGH
+SEARCH
 /* All functions of time at t; where joints read them with their derivatives, at the end of a step of a length h [s], or at the start (0). */
 static void read_signals(NAME_memory *m, double t, double h, double *row)
 {

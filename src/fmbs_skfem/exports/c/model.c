@@ -2,7 +2,6 @@
  * What NAME.h declares, around the kernels of a time step.
  * ------------------------------------------------------------------------------------------------------------------------------ */
 #define CHANGE 1e-6 /* of an input, for differences */
-#define GIVEN (INPUTS + CONTROLLED) /* inputs of the caller, and what controllers give */
 
 /* Steps of a length [s] are what is taken next. */
 static void set_step(NAME_memory *m, double h)
@@ -107,7 +106,7 @@ static void place(NAME_memory *m)
     @job_done@[0] = 0;
 }
 
-#if JUMPS > 0
+#if JUMPS > 0 || EVENTS > 0
 /* Go on to a time t [s] up to which no load jumps: by the method, or by a series over less than a hundredth of a step. */
 static long long take_piece(NAME_memory *m, double t)
 {
@@ -134,17 +133,19 @@ static long long take_piece(NAME_memory *m, double t)
     return found;
 }
 
+#if JUMPS > 0
 /* The next load that jumps does so up to a time t [s]. */
 static int jumps_before(const NAME_memory *m, double t)
 {
     return m->jump < JUMPS && JUMP[2 * m->jump + 1] <= t + SAME * m->method_h[0];
 }
+#endif
 
-/* A step to the time t [s] from jump to jump: the first of the two times of each is just before it, the second one just behind. */
+/* Go on to the time t [s] from jump to jump: the first of the two times of each is just before it, the second one just behind. */
 static long long take_between_jumps(NAME_memory *m, double t)
 {
-    const long long steps = @job_counters@[0];
     long long found = DONE;
+#if JUMPS > 0
     while (found == DONE && jumps_before(m, t)) {
         const double *at = JUMP + 2 * m->jump;
         found = take_piece(m, at[0]);
@@ -155,22 +156,35 @@ static long long take_between_jumps(NAME_memory *m, double t)
             m->jump++;
         }
     }
-    if (found == DONE)
-        found = take_piece(m, t);
-    @job_counters@[0] = steps + (found == DONE);
-    return found;
+#endif
+    return found == DONE ? take_piece(m, t) : found;
 }
 #endif
 
+/* What is shown of the start balances all forces; steps begin without the waves that none of them resolves. */
+static void begin_steps(NAME_memory *m)
+{
+    EACH (i, UNKNOWNS)
+        @state_acceleration@[i] = @state_history@[i];
+    EACH (k, EQUATIONS)
+        @state_multipliers@[k] = @state_past@[k];
+}
+
+SEARCH_OF_EVENTS
 /* One step of the method to the time t [s], in parts where it fails, or from touch to touch; with `fixed` corrections it is whole. */
 static int take_step(NAME_memory *m, double t)
 {
     long long found;
     copy_state(m, m->begun);
+#if EVENTS > 0
+    keep_state(m, 0);
+#endif
 #if JUMPS > 0
-    if (jumps_before(m, t))
+    const long long steps = @job_counters@[0];
+    if (jumps_before(m, t)) {
         found = take_between_jumps(m, t);
-    else
+        @job_counters@[0] = steps + (found == DONE);
+    } else
 #endif
     if (m->fixed > 0)
         found = take_fixed(m, t);
@@ -179,11 +193,14 @@ static int take_step(NAME_memory *m, double t)
         place(m);
         found = CALL_TAKE(m, 0);
     }
-    count_costs(m);
     if (found == DONE) {
         m->time = t;
+#if EVENTS > 0
+        found = look_for_events(m, t);
+#endif
         count_turns(m);
     }
+    count_costs(m);
     return (int)found;
 }
 
@@ -193,13 +210,26 @@ static NAME_status take_parts(NAME_memory *m, double span, double parts, int who
     const double begin = m->time;
     for (double k = 1.0; k <= parts; k += 1.0) {
         const double end = whole ? m->since + (double)(m->whole + 1) * NAME_STEP : begin + span * (k / parts);
+#if EVENTS > 0
+        const long long before = happened_so_far(m);
+#endif
         const int found = take_step(m, end);
-        m->whole += found == DONE && whole;
-#if JUMPS > 0
-        if (found != DONE) { /* it may have come to a jump */
+        m->whole += found == DONE && whole && m->time >= end;
+#if JUMPS > 0 || EVENTS > 0
+        if (m->time < end) { /* it may have come to a jump, or to an event */
             m->since = m->time;
             m->whole = 0;
         }
+#endif
+#if EVENTS > 0
+        if (found == BROKEN)
+            return NAME_EVENT_NOT_FINITE;
+        if (found == REPEATED)
+            return NAME_EVENTS_ENDLESS;
+        if (found == DONE && @watch_told@[1])
+            return NAME_STOPPED;
+        if (found == DONE && m->pause && happened_so_far(m) > before)
+            return NAME_EVENT;
 #endif
         if (found == NOT_FINITE)
             return NAME_NOT_FINITE;
@@ -211,15 +241,6 @@ static NAME_status take_parts(NAME_memory *m, double span, double parts, int who
             return NAME_NOT_CONVERGED;
     }
     return NAME_OK;
-}
-
-/* What is shown of the start balances all forces; steps begin without the waves that none of them resolves. */
-static void begin_steps(NAME_memory *m)
-{
-    EACH (i, UNKNOWNS)
-        @state_acceleration@[i] = @state_history@[i];
-    EACH (k, EQUATIONS)
-        @state_multipliers@[k] = @state_past@[k];
 }
 
 /* Go on by a span: whole steps of the model where they fit, else as many equal ones as are not longer. The state jumps where forces do at
@@ -374,6 +395,10 @@ NAME_status NAME_step(NAME_memory *m, double span)
     }
     if (told)
         return NAME_INPUT_OUTSIDE;
+#if EVENTS > 0
+    if (@watch_told@[1])
+        return NAME_STOPPED;
+#endif
     copy_begin(m, kept, 0);
     const int tuned = tune(m);
     const int changed = begin_span(m, span) || tuned;
@@ -382,7 +407,7 @@ NAME_status NAME_step(NAME_memory *m, double span)
 #else
     const NAME_status found = go_on(m, span, changed);
 #endif
-    if (found != NAME_OK && m->time <= begin) {
+    if (found != NAME_OK && found != NAME_EVENT && found != NAME_STOPPED && m->time <= begin) {
         copy_begin(m, kept, 1);
         if (tuned)
             set_parameters(m, 0);
@@ -416,7 +441,7 @@ void NAME_init(NAME_memory *m)
         m->rates[0][k] = m->rates[1][k] = m->rates[2][k] = 0.0;
     EACH (k, PARAMETERS)
         m->parameters[k] = PARAMETER[k][2];
-    m->fixed = 0;
+    m->fixed = m->pause = 0;
 }
 
 NAME_status NAME_start(NAME_memory *m)
@@ -467,6 +492,13 @@ NAME_status NAME_start(NAME_memory *m)
         @job_counters@[k] = 0;
     count_costs(m);
     count_turns(m);
+#if EVENTS > 0
+    EACH (k, EVENTS)
+        m->happened[k] = 0;
+    m->instant = m->step_begin = m->step_end = 0.0;
+    if (CALL_WATCH(m) != 0)
+        return NAME_EVENT_NOT_FINITE;
+#endif
     return NAME_OK;
 }
 
@@ -563,6 +595,10 @@ const char *NAME_message(NAME_status status)
         "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`",
         "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step",
         "a controller gives no finite number: the state is that of the last good step, look at what it reads",
-        "a parameter is fixed when the motion has started: start again, or put its value back"};
+        "a parameter is fixed when the motion has started: start again, or put its value back",
+        "an event has happened: the state is that behind it, the rest of the span is not taken",
+        "an event has stopped the motion: the state is that at its instant",
+        "the value of an event is no number: the state is the last one known before it",
+        "events happen again and again at one instant: the state is that behind one of them"};
     return texts[status];
 }
