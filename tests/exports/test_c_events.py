@@ -1,0 +1,136 @@
+"""Events in C as live runs have them: instants, rows that are released and locked, stops, pauses."""
+
+from __future__ import annotations
+
+import ctypes
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics, scenes
+from fmbs_skfem.control.events import Latch
+from fmbs_skfem.core.errors import InputError, SolverError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from fmbs_skfem.exports import c_files
+from fmbs_skfem.exports.c_files import CModel
+from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.scenes import build
+from fmbs_skfem.systems import System
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from tests.dynamics import test_events
+from tests.dynamics.test_events import ANGLE, PIN, ROD, event, rod
+from tests.exports.c_library import COMPILER, CRun, compiled
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+
+STEP = 5e-3
+STOPPED = "an event has stopped the motion: the state is that at its instant"
+PAUSED = "an event has happened: the state is that behind it, the rest of the span is not taken"
+EVENTS = """
+#include "NAME.h"
+long long happened_of(const NAME_memory *m, int k) { return m->happened[k]; }
+double instant_of(const NAME_memory *m) { return m->instant; }
+void set_pause(NAME_memory *m, int pause) { m->pause = pause; }
+"""
+
+
+class EventRun(CRun):
+    """A model in C with its events."""
+
+    def __init__(self, model: CModel, folder: Path) -> None:
+        super().__init__(model, folder)
+        text = EVENTS.replace("NAME", model.name)
+        self.events = compiled(folder, [text], f"{model.name}_events")
+        self.events.instant_of.restype = ctypes.c_double
+
+    def happened(self, number: int) -> int:
+        return int(self.events.happened_of(self.memory, number))
+
+    @property
+    def instant(self) -> float:
+        return float(self.events.instant_of(self.memory))
+
+    def named(self) -> dict[str, float]:
+        columns = [one.name for one in self.model.columns]
+        return dict(zip(columns, self.outputs.tolist(), strict=True))
+
+
+def both(
+    system: System, folder: Path, span: float, step: float = STEP, tolerance: float = 1e-12
+) -> tuple[EventRun, Trajectory, str]:
+    """The same motion in C and in Python, and the last status of C."""
+    case = Case(system, GeneralizedAlpha(step), span, Newton(tolerance=tolerance))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        motion = integrate(system, case.scheme, span, case.newton)
+        run = EventRun(c_files.write(case, "eventful", "a model"), folder)
+    assert run.call("start") == 0
+    status = 0
+    for _ in range(round(span / step)):
+        status = run.step(step)
+        if status:
+            break
+    return run, motion, run.message(status).decode()
+
+
+def difference(run: EventRun, motion: Trajectory) -> float:
+    """The largest one of outputs at the end, over the ranges of each."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        wanted = dynamics.outputs(motion)
+    found = run.named()
+    names = [name for name in wanted if name in found]
+    assert len(names) > 3
+    assert run.time == pytest.approx(motion.times[-1], abs=1e-14)
+    apart = [
+        abs(found[name] - wanted[name][-1]) / max(np.ptp(wanted[name]), 1e-3) for name in names
+    ]
+    return float(max(apart))
+
+
+def brake_and_go() -> System:
+    told = {
+        "brake": event(f"angle - {ANGLE}", lock=("pin",)),
+        "go": event("t - 0.3", release=("pin",)),
+    }
+    return rod(told)
+
+
+
+
+SYSTEMS: dict[str, Callable[[], System]] = {
+    "released": lambda: rod({"fly": event(f"angle - {ANGLE}", release=("pin",))}),
+    "released with multipliers": lambda: rod(
+        {"fly": event(f"angle - {ANGLE}", release=("pin",))}, lambda system: system
+    ),
+    "locked and released": brake_and_go,
+    "again and again": lambda: rod(
+        {"hold": event("sin(40 * t)", lock=("pin",)), "go": event("cos(40 * t)", release=("pin",))}
+    ),
+    "by a reaction": lambda: rod({"fly": event("pin.y > 20 N", release=("pin",))}),
+    "by an energy": lambda: rod({"fly": event("E.kinetic < 4 J", release=("pin",))}),
+    "a touch": lambda: rod({"fly": event("abs(angle - 0.402)", release=("pin",))}),
+    "two pins": lambda: rod(
+        {"fly": event("angle - 0.3", release=("pin",)), "off": event("t - 0.15", release=("two",))},
+        more=[joints.Pin("two", PIN)],
+    ),
+    "arm in the plane": lambda: test_events.arm(2),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_events_in_c_are_those_of_python(name: str, tmp_path: Path) -> None:
+    """Their instants, their number, and the motion behind them."""
+    run, motion, status = both(SYSTEMS[name](), tmp_path, 0.4)
+    assert status == "done"
+    names = [one.name for one in motion.events]
+    assert names
+    for k, one in enumerate(motion.system.triggers):
+        assert run.happened(k) == names.count(one.name)
+        assert run.named()[one.name] == names.count(one.name)
+    assert run.instant == pytest.approx(motion.events[-1].time, abs=1e-13)
+    assert difference(run, motion) < 1e-10
