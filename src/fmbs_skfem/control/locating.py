@@ -32,12 +32,11 @@ from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, take_piece
 from ..dynamics.compiled_step.step import STEPS
-from ..dynamics.compiled_step.touching import TINY, restart
+from ..dynamics.compiled_step.touching import TINY
 from ..dynamics.dividing import put
-from ..dynamics.initial import Instant, start_step
+from ..dynamics.initial import balance, begin_anew
 from ..dynamics.integration import failure
-from ..dynamics.loose_rows import follows
-from ..dynamics.measuring import Reader, balanced
+from ..dynamics.measuring import Reader
 from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
@@ -335,30 +334,20 @@ class EventObserver(Observer):
     def act(self, run: OpenRun, due: np.ndarray, place: float) -> None:
         """Do what events ask for at a place in the step, and start anew from there."""
         model = run.model
-        state = run.step.state
         h = run.scheme.step
-        system = model.system
-        back = np.argsort(model.order)
         time = h * (run.done + place)
-        x = state.x[back]
-        v = state.v[back]
+        x = run.step.state.x[np.argsort(model.order)]
         late = max(time, h * (run.done + LATE))
-        before = balanced(run, time).a[0]
+        before, _ = balance(run.packed, run.scheme, time)
         self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
         for one in (self.triggers[k] for k in due):
             self.release(model, one.name, one.release, x, late)
             gaps.append(tuple(self.lock(model, one.name, name, x, late) for name in one.lock))
-        off = run.step.space.off
-        off[:] = ~self.closed | follows(model, x, late, self.closed)
-        at = Instant(late, x, v, off > 0.0, state.memory)
-        held = state.speed.copy(), state.parts.copy(), state.work.copy()
-        after = start_step(run.packed, run.scheme, at, before=before)
-        restart(state, run.step.work)
-        state.speed[:], state.parts[:], state.work[:] = held
+        run.step.space.off[:] = ~self.closed
+        loss = float(begin_anew(run.packed, run.scheme, late, before).loss[0])
         self.crossings.happen(due, self.jumps[due])
         self.lately |= set(due.tolist())
-        loss = 0.5 * float(v @ (system.mass @ v) - after @ (system.mass @ after))
         for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
             self.happened.append(
                 Happening(
