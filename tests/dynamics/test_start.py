@@ -13,7 +13,9 @@ from fmbs_skfem import scenes, studies
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.control import live
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, initial, integrate, outputs
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, initial, integrate, outputs
+from fmbs_skfem.dynamics.compiled_step.packing import PackedStep
+from fmbs_skfem.dynamics.scheme import method_of
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
 from fmbs_skfem.systems.compiled import compile_system, evaluate
 from fmbs_skfem.systems.connections import joints
@@ -22,6 +24,14 @@ from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from .test_state_space import MESHES
+
+
+def packed_step(system: System, scheme: GeneralizedAlpha) -> PackedStep:
+    """A step before its start."""
+    model = compile_system(system)
+    method = method_of(scheme, Newton(), scheme.step, model)
+    step = initial.first_step(model, system.x0, system.v0, method)
+    return PackedStep(model, step, initial.large_of(model))
 
 
 def driven() -> System:
@@ -45,10 +55,11 @@ def test_velocities_without_compiled_code_are_those_of_a_run(make: Callable[[], 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
         x, v = initial.admissible(system, scheme)
-        start = initial.consistent_start(compile_system(system), scheme)
+        packed = packed_step(system, scheme)
+        exact = initial.start_step(packed, scheme, initial.start_of(packed.model))
     assert np.abs(v - system.v0).max() > 0.1
-    np.testing.assert_array_equal(x, start.x)
-    np.testing.assert_allclose(v, start.v, rtol=0, atol=1e-11 * np.abs(start.v).max())
+    np.testing.assert_array_equal(x[packed.model.order], packed.step.state.x)
+    np.testing.assert_allclose(v, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
 
 
 SPRUNG = """
@@ -157,14 +168,15 @@ def test_what_is_shown_of_a_start_balances_all_forces() -> None:
     assert begun.outputs() == pytest.approx(
         {name: values[-1] for name, values in columns.items()}, abs=1e-12
     )
-    at = initial.start_of(model)
-    starts = [
-        initial.consistent_start(model, scheme, one) for one in (at, at._replace(first=False))
-    ]
-    np.testing.assert_array_equal(starts[0].begin, starts[1].begin)
-    np.testing.assert_array_equal(steps_begin_with, starts[0].begin)
-    np.testing.assert_array_equal(motion.a[0], starts[0].a)
-    assert np.abs(starts[0].begin).max() < 0.1 * np.abs(motion.a[0]).max()
+    packed = packed_step(system, scheme)
+    now = packed.step.state
+    initial.start_step(packed, scheme, initial.start_of(model))
+    np.testing.assert_array_equal(steps_begin_with, now.history[0][back])
+    np.testing.assert_array_equal(motion.a[0], now.acceleration[back])
+    assert np.abs(steps_begin_with).max() < 0.1 * np.abs(motion.a[0]).max()
+    now.x[:], now.v[:] = system.x0[model.order], system.v0[model.order]
+    initial.begin_anew(packed, scheme, 0.0, np.zeros(system.size))
+    np.testing.assert_array_equal(steps_begin_with, now.history[0][back])
 
 
 TURNED = """

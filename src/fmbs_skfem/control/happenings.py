@@ -25,13 +25,11 @@ from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.packing import UNSTORED
 from ..dynamics.compiled_step.pieces import Unreached, take_piece
 from ..dynamics.compiled_step.step import STEPS
-from ..dynamics.compiled_step.touching import restart
 from ..dynamics.dividing import put
 from ..dynamics.histories import leading_signals
-from ..dynamics.initial import Instant, start_step
+from ..dynamics.initial import balance, begin_anew
 from ..dynamics.integration import failure
-from ..dynamics.loose_rows import follows
-from ..dynamics.measuring import Reader, balanced
+from ..dynamics.measuring import Reader
 from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
@@ -173,19 +171,15 @@ class EventObserver(Observer):
         run = self.run
         due = np.flatnonzero(self.watch.due)
         model = run.model
-        state = run.step.state
         h = run.scheme.step
-        system = model.system
-        back = np.argsort(model.order)
-        time = h * (run.done + place)
-        x = state.x[back]
-        v = state.v[back]
-        late = max(time, h * (run.done + LATE))
-        before = balanced(run, time).a[0]
+        time = h * (self.first + place)
+        x = run.step.state.x[np.argsort(model.order)]
+        late = max(time, h * (self.first + LATE))
+        before, _ = balance(run.packed, run.scheme, time)
         self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
         C = self.changes
-        C.probes[:-1] = system.probes(x)
+        C.probes[:-1] = model.system.probes(x)
         for k in due.tolist():
             one = self.triggers[k]
             self.tell_release(model, one.name, one.release, x, late)
@@ -193,15 +187,8 @@ class EventObserver(Observer):
             change(C, k)
         for signal, value in zip(self.signals, C.numbers, strict=True):
             self.set_input(self.plain.signals[signal], float(value))
-        closed = C.closed == 1
-        off = run.step.space.off
-        off[:] = ~closed | follows(model, x, late, closed)
-        at = Instant(late, x, v, off > 0.0, state.memory)
-        held = state.speed.copy(), state.parts.copy(), state.work.copy()
-        after = start_step(run.packed, run.scheme, at, before=before)
-        restart(state, run.step.work)
-        state.speed[:], state.parts[:], state.work[:] = held
-        loss = 0.5 * float(v @ (system.mass @ v) - after @ (system.mass @ after))
+        run.step.space.off[:] = C.closed == 0
+        loss = float(begin_anew(run.packed, run.scheme, late, before).loss[0])
         for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
             self.happened.append(
                 Happening(

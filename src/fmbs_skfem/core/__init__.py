@@ -6,6 +6,7 @@ LAPACK.
     values.expressions.of_time                                     functions of time and parameters, written as texts
     algebra.linalg                                                 sparse or dense arrays
     algebra.ranks                                                  which rows are independent, null space, least norm
+    algebra.pivoting                                               the same of rows in compiled code
     algebra.saddle                                                 matrices bordered by constraints, balanced and solved
     compiling.jit.jit                                              compiled functions with a cache that is never stale
     compiling.lapack                                               factorise and solve inside compiled functions

@@ -18,6 +18,7 @@ from ..bodies.laws import Law
 from ..core.algebra import ranks, saddle, supernodes
 from ..core.algebra.linalg import Array
 from ..core.compiling import lapack
+from ..core.compiling.structs import Routine
 from ..core.errors import Contradiction, Reason, SolverError, say
 from ..systems import assembly, evaluation, layouts
 from ..systems import compiled as compilation
@@ -33,10 +34,11 @@ from ..systems.connections.redundancy import (
 from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
 from ..systems.prepared import prepare
-from ..systems.system import System, driven_rows, is_linear, keep_constraints
+from ..systems.system import System, driven_rows, is_linear, keep_constraints, loose_rows
 from .compiled_step import (
     beam_points,
     factors,
+    impulses,
     large,
     rotated,
     settling,
@@ -44,6 +46,7 @@ from .compiled_step import (
     stepping,
     woodbury,
 )
+from .compiled_step.impulses import Impulse
 from .compiled_step.packing import UNSTORED, PackedStep
 from .compiled_step.step import Doors, Levels, Method, State, Step, StepJob, Workspace
 from .histories import CURVATURE, DRIFT, RATE, finite_signals, signals_at_start
@@ -62,28 +65,16 @@ Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | No
 
 
 class Instant(NamedTuple):
-    """Where a motion starts, or goes on after an event, in the order of the system's unknowns."""
+    """Where a motion starts, in the order of the system's unknowns."""
 
     time: float  #: [s]
     x: np.ndarray  #: (n,)
     v: np.ndarray
     off: np.ndarray  #: (m,) bool, constraint rows that do not hold
     memory: np.ndarray | None = None  #: (l,) what forces keep, see `compiled.place`
-    #: whether the motion starts there: velocities are projected, and no impulse acts
-    first: bool = False
 
 
 DRIVEN = "drives begin with rates that their bodies do not have, an impulse: let them begin gently, or give the bodies these rates"
-
-
-class Start(NamedTuple):
-    """What a motion starts with, in the order of the system's unknowns."""
-
-    x: np.ndarray  #: (n,)
-    v: np.ndarray
-    a: np.ndarray  #: q'' that balances all forces
-    multipliers: np.ndarray  #: (m,) physical
-    begin: np.ndarray  #: (n,) q'' that steps begin with
 
 
 def startable(system: System, scheme: GeneralizedAlpha) -> System:
@@ -124,7 +115,9 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
                 raise
     model = compilation.compile_system(system)
     step = first_step(model, system.x0, system.v0, method_of(scheme, Newton(), scheme.step, model))
-    return system.x0, settle_velocities(PackedStep(model, step, None), scheme, start_of(model))
+    return system.x0, settle_velocities(
+        PackedStep(model, step, large_of(model)), scheme, start_of(model)
+    )
 
 
 def jacobian_at_start(system: System) -> csr_array:
@@ -190,7 +183,7 @@ def closed(system: System, phi: np.ndarray, J: Array) -> None:
     """
     # of axes and angles 1, whatever the size of the system
     large = np.sqrt((J * J) @ scale_of(system) ** 2)
-    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * np.maximum(large, system.scale))
+    wrong = np.flatnonzero(np.abs(phi) > impulses.APART * np.maximum(large, system.scale))
     if len(wrong):
         worst = tuple(
             (".".join(system.constraints.names[k]), abs(float(phi[k])))
@@ -205,29 +198,7 @@ def closed(system: System, phi: np.ndarray, J: Array) -> None:
 
 def start_of(model: Compiled) -> Instant:
     """The start of a motion, in which all rows hold."""
-    return Instant(
-        0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True
-    )
-
-
-def consistent_start(
-    model: Compiled,
-    scheme: GeneralizedAlpha,
-    at: Instant | None = None,
-    alone: bool = False,
-    before: np.ndarray | None = None,
-) -> Start:
-    """Velocities, accelerations and multipliers of an instant, see `start_step`, of a step of its
-    own.
-    """
-    at = at or start_of(model)
-    method = method_of(scheme, Newton(), scheme.step, model)
-    step = first_step(model, at.x, at.v, method)
-    v = start_step(PackedStep(model, step, large_of(model)), scheme, at, alone, before)
-    back = np.argsort(model.order)
-    state = step.state
-    found = state.acceleration[back], state.multipliers / method.c, state.history[0][back]
-    return Start(at.x, v, *found)
+    return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool))
 
 
 def large_of(model: Compiled, solver: Solver = "own") -> large.Large | None:
@@ -236,50 +207,103 @@ def large_of(model: Compiled, solver: Solver = "own") -> large.Large | None:
 
 
 def start_step(
-    packed: PackedStep,
-    scheme: GeneralizedAlpha,
-    at: Instant,
-    alone: bool = False,
-    before: np.ndarray | None = None,
-    filtered: bool | None = None,
+    packed: PackedStep, scheme: GeneralizedAlpha, at: Instant, filtered: bool | None = None
 ) -> np.ndarray:
-    """Put a step to an instant: its state shows what balances all forces, and has what steps begin
-    with, see `begin_steps` and `starting`. The velocities (n,) that joints admit.
+    """Put a step to where a motion starts: its state shows what balances all forces, and has what
+    steps begin with, see `begin_steps` and `starting`. The velocities (n,) that joints admit.
 
         Phi_q v + Phi_t = 0,    M q'' + Phi_q^T lambda = -f,    Phi'' = 0
 
-    of the rows that hold. Of a motion that goes on, accelerations `before` (n,) are kept, and what
-    has changed is `filtered`, as elastic bodies are; what stands `alone` is found by M, but of
-    beams whose M is singular. An impulse, of drives that begin with a rate or of joints that lock,
-    changes velocities by `jump`. By M alone a drive would turn one node of a beam, with rates of
-    strain that no step resolves: a damped beam driven at 1 mrad/s then began with 0.16 J in place
-    of 6e-7 J.
+    of the rows that hold. Velocities that drives do not have change by `impulses`. By M alone a
+    drive would turn one node of a beam, with rates of strain that no step resolves: a damped beam
+    driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
     """
     model, step = packed.model, packed.step
     system = model.system
     state = step.state
-    state.x[:], state.v[:] = at.x[model.order], at.v[model.order]
     state.memory[:] = model.memory if at.memory is None else at.memory
     J = closed_rows(model, at)
     v = settle_velocities(packed, scheme, at, J)
-    state.v[:] = v[model.order]
-    state.a[:] = 0.0 if before is None else before[model.order]
-    on = np.flatnonzero(~at.off)
-    rows = on[independent(held(system, ~at.off), J[on], at.first)]
-    step.space.off[:] = 1.0
-    step.space.off[rows] = 0.0
-    told = flags_of(model, filtered, alone) + starting.KNOWN * (before is not None)
+    on = ~at.off
+    told = flags_of(model, filtered)
     # a kernel that Python called would load numba: no `starting.has`
     if told // starting.HELD % 2 == 1:
         # what neither joints nor a mass hold is an error
-        kkt_solver(held(system, ~at.off), system.mass, J[on], at.first)
+        kkt_solver(held(system, on), system.mass, J[on])
     if packed.call(starting.start, told) != 0:
         raise weightless(system, system.mass)
-    if len(rows) < len(on):
+    rows = np.flatnonzero(step.space.off == 0.0)
+    if len(rows) < on.sum():
         for part in (state.multipliers, state.past[0]):
             part[on] = ranks.least(J[on].T, J[rows].T @ part[rows], len(rows))
     step.space.off[:] = at.off
     return v
+
+
+def impulse_of(packed: PackedStep) -> Impulse:
+    """What a step needs beside it where its motion changes at once, found once; its address is
+    `packed.beside`.
+    """
+    if packed.impulse is None:
+        model = packed.model
+        system, order = model.system, model.order
+        flags = flags_of(model) + starting.KNOWN
+        holds = flags // starting.HELD % 2 == 1
+        packed.put_beside(
+            impulses.impulse_for(
+                flags=flags,
+                alone=flags_of(model, alone=True) + starting.KNOWN,
+                trained=bool(system.components),
+                size=system.scale,
+                units=scale_of(system)[order],
+                loose=loose_rows(system.constraints).astype(np.int64),
+                light=np.flatnonzero(without_mass(system.mass)[order] & holds),
+            )
+        )
+    assert packed.impulse is not None
+    return packed.impulse
+
+
+def call_impulse(packed: PackedStep, scheme: GeneralizedAlpha, time: float, what: Routine) -> int:
+    """What a routine of `impulses` returns for the state of a step at a time [s]."""
+    impulse_of(packed)
+    packed.give(signals_at_start(packed.model.system, time, scheme.step), UNSTORED)
+    status = packed.call(what, packed.beside)
+    packed.check()
+    return status
+
+
+def begin_anew(
+    packed: PackedStep, scheme: GeneralizedAlpha, time: float, before: np.ndarray | None = None
+) -> Impulse:
+    """Let a motion go on from the state of a step at a time [s], with the rows that are not off in
+    its space and without loose ones that follow from others, which are off from then on.
+
+    Accelerations `before` (n,), those of the state by default, are kept, and what has changed is
+    filtered, as elastic bodies are. Contradiction where rows do not hold, SolverError where no
+    acceleration is determined.
+    """
+    model, state = packed.model, packed.step.state
+    state.a[:] = state.acceleration if before is None else before
+    status = call_impulse(packed, scheme, time, impulses.begin_anew)
+    if status == impulses.OPEN:
+        x = state.x[np.argsort(model.order)]
+        closed_rows(model, Instant(time, x, x, packed.step.space.off > 0.0))
+    if status != 0:
+        raise weightless(model.system, model.system.mass)
+    return impulse_of(packed)
+
+
+def balance(
+    packed: PackedStep, scheme: GeneralizedAlpha, time: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n,) and multipliers (m,) that balance the forces of the state of a step at a
+    time [s], in the order of the state; physical ones. The state stays as it is.
+    """
+    if call_impulse(packed, scheme, time, impulses.balance_known) != 0:
+        raise weightless(packed.model.system, packed.model.system.mass)
+    found = impulse_of(packed)
+    return found.acceleration, found.multipliers / packed.step.method.c
 
 
 def flags_of(model: Compiled, filtered: bool | None = None, alone: bool = False) -> int:
@@ -306,96 +330,69 @@ def without_mass(M: Array) -> np.ndarray:
 
 
 def closed_rows(model: Compiled, at: Instant) -> np.ndarray:
-    """Phi_x (m, n) of an instant; Contradiction where rows that hold are not closed there.
-
-    Where motions start it is found once for all numbers.
+    """Phi_x (m, n) of an instant, found once for all numbers; Contradiction where rows that hold are
+    not closed there.
     """
+    make = partial(compilation.gap, model, at.x, at.time)
     system = model.system
-
-    def find() -> tuple[np.ndarray, np.ndarray]:
-        return compilation.gap(model, at.x, at.time)
-
-    if at.first and (repeatable(system) or not system.signals):
+    if repeatable(system) or not system.signals:
         parts = system.constraints, system.probes, system.signals, at.x, at.time
-        phi, J = prepare(system).find("gap", parts, find)
+        phi, J = prepare(system).find("gap", parts, make)
     else:
-        phi, J = find()
+        phi, J = make()
     on = ~at.off
     closed(held(system, on), phi[on], J[on])
-    return J
+    return np.asarray(J)
 
 
 def settle_velocities(
     packed: PackedStep, scheme: GeneralizedAlpha, at: Instant, J: np.ndarray | None = None
 ) -> np.ndarray:
-    """Velocities (n,) that joints with rows J (m, n) admit at an instant of the state of a step."""
-    model, space = packed.model, packed.step.space
+    """Velocities (n,) that joints with rows J (m, n) admit where a motion starts; the state has
+    them, and its space the independent rows.
+    """
+    model, state, space = packed.model, packed.step.state, packed.step.space
     J = closed_rows(model, at) if J is None else J
     on = ~at.off
+    system = held(model.system, on)
+    order = model.order
+    state.x[:], state.v[:], state.a[:] = at.x[order], at.v[order], 0.0
     space.off[:] = at.off
     packed.give(signals_at_start(model.system, at.time, scheme.step), UNSTORED)
     packed.call(starting.find_rates)
     packed.check()
     rates = space.rhs[0, len(at.x) :][on].copy()
-    J = J[on]
+    space.off[:] = 1.0
+    space.off[np.flatnonzero(on)[independent(system, J[on])]] = 0.0
+
+    def leap(v: np.ndarray) -> np.ndarray:
+        state.v[:] = v[order]
+        if call_impulse(packed, scheme, at.time, impulses.close_rates) != 0:
+            raise weightless(system, system.mass)
+        return state.v[np.argsort(order)]
+
+    least = least_rate(at.v, scheme.step)
     invert = partial(augmented, model) if model.pattern else None
-    system = held(model.system, on)
-    leap = partial(jump, model, system, at.x, J, h=scheme.step, invert=invert)
-    if at.first:
-        least = least_rate(at.v, scheme.step)
-        return projected(system, at.v, J, rates - J @ at.v, leap, least, invert)
-    return at.v + leap(rates)
+    v = projected(system, at.v, J[on], rates - J[on] @ at.v, leap, least, invert)
+    state.v[:] = v[order]
+    return v
 
 
-def independent(system: System, J: np.ndarray, first: bool) -> np.ndarray:
+def independent(system: System, J: np.ndarray) -> np.ndarray:
     """Numbers of rows of J (m, n), those that a system holds, on which the others depend: in a
     singular position, where they do for an instant, these determine accelerations.
 
-    Contradiction where they do beyond the `first` instant.
+    Contradiction where they do beyond the start.
     """
 
     def find() -> np.ndarray:
         rows = ranks.independent_rows(J, units=scale_of(system))
-        if len(rows) < len(J) and first and not singular_start(system):
+        if len(rows) < len(J) and not singular_start(system):
             raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
         return rows
 
-    if not first:
-        return find()
     parts = system.constraints, system.probes, system.lift, system.x0, J.tobytes()
     return prepare(system).find("independent rows", parts, find)
-
-
-def jump(
-    model: Compiled,
-    system: System,
-    x: np.ndarray,
-    J: np.ndarray,
-    gap: np.ndarray,
-    h: float,
-    invert: Inverter | None,
-) -> np.ndarray:
-    """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints, which closes a gap
-    Phi_x v + Phi_t (m,).
-
-    M u + J^T mu = 0 of rigid bodies. Of strains that vibrate by w [rad/s], with the damping time
-    beta, rates keep
-
-        (1 + 2 y) / (1 + y)^2,  y = h beta w^2 + (h w)^2 / 4,    u = 2 d(M d0) - d(M d(M d0)),
-        (M + h C + h^2 K / 4) d(f) + J^T mu = f,    J d = J d0 = -gap
-
-    of it: to second order all that a step resolves, and little of what it does not, whose forces
-    would be those of no motion.
-    """
-    M = system.mass
-    if not system.elastic:
-        return change_of(kkt_solver(system, M, J, False, invert), np.zeros(len(x)), gap)
-    # by M alone an arm with 5 ms of damping that catches a mass fails at any step; a bar that does
-    # keeps its energy within 5 % so, and loses 8 to 24 % with M
-    A = M + 0.25 * h * h * csr_array(compilation.elastic_tangent(model, x, 4.0 / h))  # K + 4 / h C
-    solve = kkt_solver(system, csr_array(A), J, False, invert)
-    once = change_of(solve, np.zeros(len(x)), gap)  # M d0 is a force of the rows
-    return 2.0 * once - change_of(solve, M @ once, gap)
 
 
 def change_of(solve: Inversion, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
@@ -432,12 +429,11 @@ def projected(
             keep_constraints(system, np.flatnonzero(fixed)),
             assembly.mass_of_speeds(system),
             J[fixed],
-            True,
             invert,
         )
         v = v + change_of(solve, np.zeros(len(v)), J[fixed] @ v)
-    if np.abs(gap := J @ v + drift).max(initial=0.0) > least:
-        v = v + leap(gap)
+    if np.abs(J @ v + drift).max(initial=0.0) > least:
+        v = leap(v)
     return warned(system, given, v - given, bool(np.abs(drift).max(initial=0.0) > least))
 
 
@@ -464,7 +460,7 @@ def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
 
 
 def kkt_solver(
-    system: System, M: Array, J: np.ndarray, first: bool = True, invert: Inverter | None = None
+    system: System, M: Array, J: np.ndarray, invert: Inverter | None = None
 ) -> Inversion:
     """What solves for changes of velocities with J (m, n) of the rows that a system holds; redundant
     ones are named in the error.
@@ -473,11 +469,11 @@ def kkt_solver(
 
     `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position,
     where rows depend on each other for an instant, independent ones determine a, and l has least
-    norm; behind the `first` instant of a motion no position is looked at any further.
+    norm.
     """
     size = float(abs(M).max()) or 1.0
     rows = ranks.independent_rows(J, units=scale_of(system))
-    if len(rows) < len(J) and first and not singular_start(system):
+    if len(rows) < len(J) and not singular_start(system):
         raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
     inverse = (
         invert(M / size, J[rows]) if invert else saddle.inverse(saddle.matrix(M / size, J[rows]))

@@ -196,7 +196,7 @@ def begun(
     if source:
         system = source.system
         model = replace(model, system=source.system)
-    first = Instant(0.0, x, v, open_at_start(model, x), memory, first=True)
+    first = Instant(0.0, x, v, open_at_start(model, x), memory)
     # a place a step, so that compiled steps store without a search
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
@@ -236,7 +236,7 @@ def begun(
 
 def restart(run: OpenRun, x: np.ndarray, v: np.ndarray) -> None:
     """Put a run that is at its start to another one, x and v (n,), consistent with the joints."""
-    first = Instant(0.0, x, v, open_at_start(run.model, x), first=True)
+    first = Instant(0.0, x, v, open_at_start(run.model, x))
     start_step(run.packed, run.scheme, first)
 
 

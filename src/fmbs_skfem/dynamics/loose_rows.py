@@ -1,5 +1,5 @@
-"""Constraint rows that do not hold where a motion starts, or goes on: of locks, and of loose joints
-where others hold already.
+"""Constraint rows that do not hold where a motion starts: of locks, and of loose joints where others
+hold already.
 """
 
 from __future__ import annotations
@@ -15,28 +15,20 @@ from .vanishing import empty, lengths, rows_of_locks
 
 
 def open_at_start(model: Compiled, x: np.ndarray) -> np.ndarray:
-    """Rows (m,) bool that do not hold where a motion starts, at x (n,): of locks, and of loose
-    joints where others hold.
+    """Rows (m,) bool that do not hold where a motion starts, at x (n,): of locks, and loose ones that
+    follow from others, or hold in the whole space of a reduced model.
+
+    A row follows where it is a combination of the other closed rows, to the tolerance CLOSED of
+    `ranks`; behind the start `compiled_step.impulses` finds them.
     """
     closed = ~rows_of_locks(model.system)
-    return np.asarray(~closed | follows(model, x, 0.0, closed))
-
-
-def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> np.ndarray:
-    """Loose rows (m,) bool among the closed ones that follow from others, or hold in the whole
-    space of a reduced model.
-
-    A row follows at x (n,) and a time [s] where it is a combination of the other closed rows, to
-    the tolerance CLOSED of `ranks`.
-    """
     loose = loose_rows(model.system.constraints)
-    found = np.zeros(len(loose), dtype=bool)
     if not (loose & closed).any():
-        return found
-    J = compilation.gap(model, x, time)[1] * scale_of(model.system)
-    size = lengths(model, x, time)
-    noise = empty(model, size)
+        return ~closed
+    J = compilation.gap(model, x, 0.0)[1] * scale_of(model.system)
+    noise = empty(model, lengths(model, x, 0.0))
     rows = np.flatnonzero(closed & ~(loose & noise))
-    rest = rows[ranks.part(J[rows], ranks.CLOSED, ~loose[rows])[1]]
-    found[rest] = True
-    return np.asarray(loose & closed & (found | noise))
+    found = ~closed | (loose & noise)
+    follows = rows[ranks.part(J[rows], ranks.CLOSED, ~loose[rows])[1]]
+    found[follows] |= loose[follows]
+    return np.asarray(found)

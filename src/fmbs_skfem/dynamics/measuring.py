@@ -22,7 +22,7 @@ from ..systems.system import Output, System
 from . import checkpoint as checkpoints
 from .compiled_step import side_by_side
 from .compiled_step.side_by_side import SensorReading
-from .initial import Instant, consistent_start
+from .initial import balance
 from .observers import Observer
 from .outputs import outputs
 from .trajectory import COLUMNS, Trajectory, joined
@@ -306,8 +306,6 @@ def balanced(run: OpenRun, time: float) -> Trajectory:
     """The same with the accelerations and reactions that balance its forces: those of a short piece
     of a step are noise.
     """
-    now = motion_of(run, time)
-    off = run.step.space.off > 0.0
-    at = Instant(time, now.x[0], now.v[0], off, run.step.state.memory)
-    found = consistent_start(run.model, run.scheme, at, True, now.a[0])
-    return replace(now, a=found.a[None], multipliers=found.multipliers[None])
+    a, multipliers = balance(run.packed, run.scheme, time)
+    back = np.argsort(run.model.order)
+    return replace(motion_of(run, time), a=a[back][None], multipliers=multipliers[None])

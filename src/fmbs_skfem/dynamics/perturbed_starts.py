@@ -63,7 +63,7 @@ def smoothing(model: Compiled, time: float) -> tuple[Inversion, np.ndarray]:
     J = compilation.gap(model, system.x0)[1]
     K = compilation.tangent(model, system.x0, np.zeros(model.constraints))
     invert = partial(augmented, model) if model.pattern else None
-    return kkt_solver(system, csr_array(system.mass) + time**2 * K, J, True, invert), J
+    return kkt_solver(system, csr_array(system.mass) + time**2 * K, J, invert), J
 
 
 def onto_joints(

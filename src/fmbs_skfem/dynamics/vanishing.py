@@ -12,9 +12,8 @@ from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, compile_system
 from ..systems.connections.redundancy import scale_of
 from ..systems.system import System, loose_rows
+from .compiled_step.impulses import VANISHING
 from .trajectory import Trajectory
-
-VANISHING = 1e-6  #: length of a row, over the longest or the size of the mechanism, that is noise of a trained space
 
 
 def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:

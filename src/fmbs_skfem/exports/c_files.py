@@ -347,7 +347,7 @@ def print_kernels(
         }
         calls |= controllers.calls(printer, memory, base.case.system, own)
         if happening:
-            calls |= events.calls(printer, memory, table, happening)
+            calls |= events.calls(printer, memory, base, happening)
         printer.finish()
         wrong = {one.name for one in memory.regions if one.folded and one.written}
         if not wrong <= mutable:
@@ -389,7 +389,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
     known = {*inputs, *numbers.parameters_of(given)}
     acting = controllers.write(system, case.scheme, len(inputs), known)
-    happening = events.write(case, base.step.state, known, acting.curves, title)
+    happening = events.write(base, known, acting.curves, title)
     own_columns = (*acting.columns, *(happening.columns if happening else ()))
     reading, columns, left_out = outputs.write_outputs(system, own_columns)
     tunable = numbers.tunable_of(given)

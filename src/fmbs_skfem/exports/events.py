@@ -18,15 +18,17 @@ from ..core.printing.program import array
 from ..core.printing.values import Const, Program, Scalar, Struct
 from ..core.values.tables import Table
 from ..dynamics import vanishing
-from ..dynamics.compiled_step import parts, stepping
+from ..dynamics.compiled_step import impulses, parts, stepping
+from ..dynamics.compiled_step.impulses import Impulse
 from ..dynamics.compiled_step.packing import Copy
 from ..dynamics.compiled_step.step import State
-from ..reduction.cases import Case
+from ..dynamics.initial import impulse_of
 from ..systems import compiled, evaluation
 from ..systems.forces import responses
 from ..systems.system import System
 from . import controllers
 from .outputs import Column
+from .packing import PackedCase
 from .text import block, replaced, template
 
 #: functions of the program that the search calls, see `control.crossings.Shell`: what they give, and
@@ -101,19 +103,22 @@ def require_free(system: System, where: str) -> None:
 
 
 def write(
-    case: Case, state: State, known: Collection[str], curves: dict[str, Table], where: str
+    base: PackedCase, known: Collection[str], curves: dict[str, Table], where: str
 ) -> EventsInC | None:
-    """All events of a case whose system has the rows of locks, of a step with such a state; None
-    where there are none. Curves that they read are added; InputError, after `where`, for joints
-    that cannot be released.
+    """All events of a case whose system has the rows of locks; None where there are none.
+
+    Curves that they read are added; InputError, after `where`, for joints that cannot be released.
 
     How often one has happened becomes an output where neither an output has its name nor what is
     `known`.
     """
+    case = base.case
     system = case.system
     if not system.triggers:
         return None
     require_free(system, where)
+    # what stands behind its addresses is known then
+    impulse_of(base.packed)
     run = LiveRun(system, case.scheme, case.newton).run
     watch = run.find(EventObserver).watch
     numbers = numbers_read(system.triggers)
@@ -128,7 +133,7 @@ def write(
     )
     places = [kept[k] if k >= 0 else -1 for k in numbers]
     table = array("KEPT_VALUE", "int", places)
-    copies = [Copy(state) for _ in STATES]
+    copies = [Copy(base.step.state) for _ in STATES]
     return EventsInC(watch, changes_of(system), copies, text, table, columns)
 
 
@@ -147,15 +152,20 @@ def name(memory: PackedMemory, found: EventsInC) -> tuple[Struct, Struct]:
 
 
 def calls(
-    printer: KernelPrinter, memory: PackedMemory, table: Any, found: EventsInC
+    printer: KernelPrinter, memory: PackedMemory, base: PackedCase, found: EventsInC
 ) -> dict[str, str]:
     """Calls in C of what is printed for events, by the words that stand for them."""
     watch, changes = name(memory, found)
+    memory.add(Impulse, base.packed.beside, "impulse")
+    table = memory.pointer(base.tables[0])
+    record = memory.pointer(base.packed.beside)
     asked: dict[str, tuple[Any, list[Any]]] = {
         "LOOK": (locating.look, [watch, SHELL]),
         "WATCH": (crossings.begin, [watch, SHELL]),
         "CHANGE": (row_changes.change_rows, [watch, changes]),
         "PROBES": (evaluation.read_probes, [table]),
+        "ANEW": (impulses.begin_anew, [table, record]),
+        "BALANCE": (impulses.balance_known, [table, record]),
         "BESIDE": (stepping.accept_beside, [table, Scalar("", "whole")]),
     }
     for word, copy in zip(STATES, found.copies, strict=True):

@@ -69,11 +69,12 @@ def leaves(value: Any, place: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, ...]
 
 
 def admissible_velocities(case: Case) -> np.ndarray:
-    """v0, or where joints are against it what they leave of it."""
-    system = case.system
+    """v0, or where joints that hold at the start are against it what they leave of it."""
+    open_rows = loose_rows.open_at_start(compiled.compile_system(case.system), case.system.x0)
+    system = initial.held(case.system, ~open_rows)
     _, gap = initial.velocity_gaps(system, case.scheme)
     if np.abs(gap).max(initial=0.0) <= initial.least_rate(system.v0, case.scheme.step):
-        return system.v0
+        return case.system.v0
     return initial.admissible(system, case.scheme)[1]
 
 

@@ -123,8 +123,9 @@ class Large:
         # bodies alone: joints and loads of a step would make every factor one of its own
         self.which = int(work.kind[1])
         if self.which not in (factors.MASS, factors.TOUCHING):
-            K = method.gh * csr_array(system.damping) + csr_array(system.stiffness)
-            K = K + compiled.elastic_tangent(self.model, space.x, method.gh)
+            gh = method.gh * (factors.DAMPING if self.which == factors.ELASTIC else 1.0)
+            K = gh * csr_array(system.damping) + csr_array(system.stiffness)
+            K = K + compiled.elastic_tangent(self.model, space.x, gh)
             W = W + (factors.SOFTNESS * K if self.which == factors.SOFT else K)
         W = csr_array(method.c * W)
         diagonal = W.diagonal()
@@ -225,7 +226,7 @@ class Large:
         """
         space = step.space
         space.gh[0] = step.method.gh
-        if self.which in (factors.MASS, factors.SOFT):
+        if self.which in (factors.MASS, factors.SOFT, factors.ELASTIC):
             space.H[:], space.low.used[0] = 0.0, 0
         else:
             evaluation.probe_slopes(table)

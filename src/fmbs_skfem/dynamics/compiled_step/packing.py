@@ -19,6 +19,7 @@ from ...systems.system import driven_rows
 from ..histories import leading_signals
 from ..scheme import OF_LENGTH, allowed_change, coefficients
 from . import parts, stepping, touching
+from .impulses import Impulse
 from .large import Large
 from .step import (
     JOB,
@@ -64,6 +65,8 @@ class PackedStep:
         self.table = packed(step._replace(doors=step.doors._replace(**behind)))
         self.address = address_of(self.table)
         self.given = (step.job.signals, step.job.rows)
+        self.impulse: Impulse | None = None  #: where a motion changes at once, as few do
+        self.beside = 0  #: its address
         #: of parts; few runs need them, and they take as long as ten small steps
         self.lengths = Lengths(self) if step.method.local else None
 
@@ -152,6 +155,11 @@ class PackedStep:
             put(self.table, JOB_PLACE, packed(JobStart(signals, rows)))
             # the integers hold no array
             self.given = signals, rows
+
+    def put_beside(self, impulse: Impulse) -> None:
+        """Keep what the step needs where its motion changes at once."""
+        self.impulse, self.integers = impulse, packed(impulse)
+        self.beside = address_of(self.integers)
 
     def call(self, routine: Routine, more: int = 0) -> int:
         """What a routine of `stepping` returns for what was given; a warning where the shortest

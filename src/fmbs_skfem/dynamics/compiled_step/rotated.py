@@ -127,7 +127,7 @@ def follow(table: Any, _: Any) -> int:
     S = opened(table)
     if S.rotations.on[0] == 0:
         return 0
-    factors.gather_joints(table)
+    factors.gather_joints(table, S.work.J)
     if rotate(table) != 0:
         S.work.kind[0] = 0
     return 0

@@ -75,16 +75,9 @@ def start(table: Any, more: Any) -> int:
     `more` is a sum of the flags above; accelerations that are known are in `a` of the state, which
     is overwritten.
     """
-    S = opened(table)
-    kind = S.work.kind
-    turns = kind[1]
-    # factors of a storage itself: those that rotate are for what comes
-    if S.doors.whole != 0:
-        S.rotations.on[0] = 0
+    turns = opened(table).work.kind[1]
     failed = find_accelerations(table, more)
-    # new factors in the first step, of tangents that are turned or not as before
-    kind[0] = kind[2] = kind[3] = 0
-    kind[1] = turns
+    forget_factors(table, turns)
     if failed == 0:
         begin_state(table)
     return failed
@@ -127,9 +120,17 @@ def turned_tangents(table: Any, _: Any) -> int:
 
 
 @jit
-def find_accelerations(table: Any, more: int) -> int:
+def forget_factors(table: Any, turns: int) -> None:
+    """New factors in the next step, of tangents that are turned or not, as its kind was before."""
+    kind = opened(table).work.kind
+    kind[0] = kind[2] = kind[3] = 0
+    kind[1] = turns
+
+
+@routine
+def find_accelerations(table: Any, more: Any) -> int:
     """Accelerations and multipliers that balance all forces, and those that steps begin with in the
-    first rows of history and past; 0, or 1.
+    first rows of history and past; 0, or 1. `more` as of `start`.
 
     What changes with time of the accelerations is in the second row of history.
     """
@@ -185,9 +186,9 @@ def balance_softly(table: Any, more: int) -> int:
 
 
 @jit
-def find_forces(table: Any) -> int:
-    """Forces f (n,) [N] of the state without inertia and joints, in `moved`, 0, or the number of
-    forces that failed; rows that joints read, and Phi_y, become current.
+def place_state(table: Any) -> None:
+    """The trial state is the state with the signals of the first row of the job; accelerations and
+    multipliers are zero.
     """
     S = opened(table)
     s = S.state
@@ -198,12 +199,21 @@ def find_forces(table: Any) -> int:
     kernels.copy(s.memory, t.memory)
     kernels.clear(t.acceleration)
     kernels.clear(t.multipliers)
+
+
+@jit
+def find_forces(table: Any) -> int:
+    """Forces f (n,) [N] of the state without inertia and joints, in `moved`, 0, or the number of
+    forces that failed; rows that joints read, and Phi_y, become current.
+    """
+    S = opened(table)
+    place_state(table)
     # forces in newtons and physical multipliers
-    t.c[0] = 1.0
+    S.space.c[0] = 1.0
     failed = invoke(S.doors.residual, table, 0)
-    kernels.copy(t.f, S.work.moved)
+    kernels.copy(S.space.f, S.work.moved)
     # of the derivatives of joints below the third one multiplies it
-    kernels.clear(s.acceleration)
+    kernels.clear(S.state.acceleration)
     return failed
 
 
@@ -222,9 +232,7 @@ def balance(table: Any, which: int, more: int) -> int:
     n = len(S.state.x)
     scale = S.method.c * S.method.bh
     # the space is in the state, whose multipliers are zero
-    S.work.kind[1] = which
-    t.c[0], t.gh[0] = S.method.c, S.method.gh
-    if invoke(S.doors.whole if S.doors.whole != 0 else S.doors.factorise, table, 0) != 0:
+    if factorise(table, which) != 0:
         return 1
     for k in range(1 + REACTIONS if has(more, REACTS) else 1):
         if k > 0:
@@ -245,6 +253,21 @@ def balance(table: Any, which: int, more: int) -> int:
             for i in range(n):
                 s.acceleration[i] += s.a[i]
     return 0
+
+
+@jit
+def factorise(table: Any, which: int) -> int:
+    """Factors of the matrix of a start at the trial state, see `factors`; 0, or 1 where it is
+    singular.
+    """
+    S = opened(table)
+    S.work.kind[1] = which
+    S.space.c[0], S.space.gh[0] = S.method.c, S.method.gh
+    if S.doors.whole == 0:
+        return invoke(S.doors.factorise, table, 0)
+    # factors of a storage itself: those that rotate are for what comes
+    S.rotations.on[0] = 0
+    return invoke(S.doors.whole, table, 0)
 
 
 @jit

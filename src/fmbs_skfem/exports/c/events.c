@@ -36,13 +36,13 @@ static void swap_balanced(NAME_memory *m)
 {
     EACH (i, UNKNOWNS) {
         const double own = @state_acceleration@[i];
-        @state_acceleration@[i] = @anew_acceleration@[i];
-        @anew_acceleration@[i] = own;
+        @state_acceleration@[i] = @impulse_acceleration@[i];
+        @impulse_acceleration@[i] = own;
     }
     EACH (k, EQUATIONS) {
         const double own = @state_multipliers@[k];
-        @state_multipliers@[k] = @anew_multipliers@[k];
-        @anew_multipliers@[k] = own;
+        @state_multipliers@[k] = @impulse_multipliers@[k];
+        @impulse_multipliers@[k] = own;
     }
 }
 #endif
@@ -99,13 +99,11 @@ static long long take_part(NAME_memory *m, double place, double to)
 static long long let_happen(NAME_memory *m, double place)
 {
     const double t = time_at(m, place), late = most(t, m->step_begin + LATE * m->method_h[0]);
-    double held[4];
-    const long long parts = @state_parts@[0];
     follow_inputs(m, t);
     read_signals(m, t, 0.0, @job_signals@);
     CALL_BALANCE(m, 0);
     EACH (i, UNKNOWNS) {
-        @state_a@[i] = @anew_acceleration@[i];
+        @state_a@[i] = @impulse_acceleration@[i];
         @space_x@[i] = @state_x@[i];
     }
     CALL_PROBES(m, 0);
@@ -118,14 +116,7 @@ static long long let_happen(NAME_memory *m, double place)
         m->inputs[INPUTS + CONTROLLED + k] = @change_numbers@[k];
     follow_inputs(m, late);
     read_signals(m, late, 0.0, @job_signals@);
-    held[0] = @state_speed@[0];
-    held[1] = @state_work@[0];
-    held[2] = @state_work@[1];
     const int failed = CALL_ANEW(m, 0) != 0;
-    @state_speed@[0] = held[0];
-    @state_work@[0] = held[1];
-    @state_work@[1] = held[2];
-    @state_parts@[0] = parts;
     forget(m);
     EACH (k, EVENTS)
         if (@watch_due@[k]) {
