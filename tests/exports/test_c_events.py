@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import dynamics, scenes
+from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.exports import c_files
@@ -197,4 +198,84 @@ def test_events_in_c_are_those_of_python(name: str, tmp_path: Path) -> None:
         assert run.happened(k) == names.count(one.name)
         assert run.named()[one.name] == names.count(one.name)
     assert run.instant == pytest.approx(motion.events[-1].time, abs=1e-13)
+    # derivatives of what drives are differences in Python
+    assert difference(run, motion) < (1e-6 if name == "a joint that is driven" else 1e-10)
+
+
+@pytest.mark.parametrize("when", ["angle - 0.3", "angle > 0", "(angle > 0.2) * (angle < 0.4)"])
+def test_a_motion_stops_at_the_instant_of_its_event(when: str, tmp_path: Path) -> None:
+    """Also at the first one; no step is taken behind it, until the motion starts again."""
+    run, motion, status = both(rod({"e": event(when, stop=True)}), tmp_path, 0.2)
+    assert status == STOPPED
+    assert run.time == run.instant == pytest.approx(motion.events[0].time, abs=1e-13)
     assert difference(run, motion) < 1e-10
+    here = run.outputs
+    assert run.message(run.step(STEP)).decode() == STOPPED
+    assert run.time == run.instant
+    np.testing.assert_array_equal(run.outputs, here)
+    assert run.call("start") == 0
+    assert run.time == run.happened(0) == 0
+
+
+def test_a_caller_may_want_to_see_events(tmp_path: Path) -> None:
+    """A step ends behind each of them, and the rest of it leads to the same motion."""
+    system = brake_and_go()
+    run, motion, _ = both(system, tmp_path, 0.4)
+    here = run.outputs
+    run.events.set_pause(run.memory, 1)
+    assert run.call("start") == 0
+    seen = []
+    for k in range(80):
+        while run.time < (k + 1) * STEP - 1e-12:
+            status = run.step((k + 1) * STEP - run.time)
+            if status:
+                assert run.message(status).decode() == PAUSED
+                seen.append(run.time)
+    np.testing.assert_allclose(seen, [one.time for one in motion.events], atol=1e-12)
+    # pieces of a step are taken as steps of their own
+    np.testing.assert_allclose(run.outputs, here, atol=1e-6)
+
+
+def test_a_saved_state_goes_on_with_its_events(tmp_path: Path) -> None:
+    """All memory is in one struct: what has happened is part of it."""
+    run, _, _ = both(brake_and_go(), tmp_path, 0.2)
+    kept = bytes(run.memory)
+    ends = []
+    for _ in range(2):
+        for _ in range(40):
+            assert run.step(STEP) == 0
+        ends.append(run.outputs)
+        ctypes.memmove(run.memory, kept, len(kept))
+    np.testing.assert_array_equal(*ends)
+    assert run.happened(0) == 1
+
+
+def test_values_that_are_no_numbers_are_a_status(tmp_path: Path) -> None:
+    """The state is the last one known before it; a parameter of a range may lead there."""
+    system = rod({"e": event("log(0.3 - angle) + 20", release=("pin",))}, weight=(0.0, 0.0))
+    case = Case(system, GeneralizedAlpha(STEP), 0.2, Newton())
+    with pytest.raises(SolverError, match="is no number"):
+        integrate(system, case.scheme, 0.2)
+    run = EventRun(c_files.write(case, "eventful", "a model"), tmp_path)
+    assert run.call("start") == 0
+    statuses = [run.step(STEP) for _ in range(20)]
+    (status,) = {one for one in statuses if one}
+    assert "the value of an event is no number" in run.message(status).decode()
+    assert run.time == pytest.approx(0.075, abs=STEP)
+    assert np.isfinite(run.outputs).all()
+
+
+def test_what_a_model_cannot_release_is_refused(tmp_path: Path) -> None:
+    """A space that was trained without the event knows no motion behind it."""
+    raw = test_events.arm(2)
+    full = integrate(eliminate(raw), GeneralizedAlpha(1e-3), 0.1, Newton(tolerance=1e-12))
+    data, level = galerkin.snapshots(full), component.body_level(raw)
+    bases = {
+        name: pod.basis(data.q[:, component.rows_of(raw, part)].T, 1e-10)
+        for name, part in level.items()
+    }
+    made = galerkin.reduce_system(raw, level, bases)
+    with pytest.raises(
+        InputError, match="event 'fly' can release, got 'hinge', which holds in all"
+    ):
+        c_files.write(Case(made, GeneralizedAlpha(1e-3), 0.1, Newton()), "bad", "a model")
