@@ -174,6 +174,7 @@ class CModel:
     columns: tuple[Column, ...]  #: outputs
     drives: bool  #: whether inputs drive joints, by which there are no derivatives
     left_out: tuple[str, ...]  #: columns and monitors that the model has and a C file has not
+    system: System  #: at the start of its motion
 
 
 def identifier(name: str) -> str:
@@ -453,6 +454,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         tuple(columns),
         bool(driving_inputs(system)),
         (*left_out, *(f"monitor '{one.name}'" for one in system.monitors)),
+        system,
     )
 
 

@@ -1,0 +1,248 @@
+r"""Bodies at one instant as binary glTF 2.0 (Khronos Group, registry.khronos.org/glTF/specs/2.0),
+one node with one mesh each.
+
+    glTF = R scene,    R (x, y, z) = (x, z, -y) in space, R = 1 in the plane
+
+as y is up in glTF, and z in space. R is the rotation of the node above all bodies, so that vertices
+have the coordinates of the scene [m]. Lines become tubes of their radius, single points octahedra;
+skins and middle surfaces stay as they are. Morph targets are none: viewers need to mix eight only,
+and leave out further ones, where a model has dozens of unknowns. Vertices follow points instead.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping, Sequence
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from .. import __version__
+from . import palette, surfaces, swept
+from .frames import Array, Indices, Shown
+
+SIDES = 10  #: of a tube: 36 degrees apart, smooth beside `surfaces.CREASE`, which 8 are not
+#: cosine of half the angle by which a line turns at a corner, from which its tube is not mitred
+FOLDED = 0.5
+POINTS, LINE_STRIP, TRIANGLES = 0, 3, 4  #: modes
+FLOAT, UINT16, UINT32 = 5126, 5123, 5125  #: types of numbers
+VERTICES, INDICES = 34962, 34963  #: what a buffer is for
+#: colours of glTF are linear
+GAMMA = 2.2
+
+
+class Mesh(NamedTuple):
+    """v vertices, of which each moves with one of the points of its body."""
+
+    points: Array  #: (v, 3) [m]
+    moved_by: Indices  #: (v,)
+    normals: Array | None = None  #: (v, 3) of triangles
+    cells: Indices | None = None  #: (f, 3) triangles; a line, or one point, has none
+
+
+def make_mesh(body: Shown, count: int) -> Mesh:
+    """The mesh of a body at its first instant, which has so many points for viewers: as many as are
+    shown, or sections.
+    """
+    if not body.is_surface:
+        if not body.size.all():
+            return Mesh(body.points[0], follow(body, count))
+        body = tube(body) if len(body.points[0]) > 1 else octahedron(body)
+    points = body.points[0]
+    place = surfaces.places(body.reference) if body.is_shell else np.arange(len(points))
+    of, normals, triangles = split(points, body.cells, place)
+    return Mesh(points[of], follow(body, count)[of], normals, triangles)
+
+
+def follow(body: Shown, count: int) -> Indices:
+    """Numbers (x,) of the `count` points along a line or of a surface with which those of a body
+    move.
+    """
+    sections, around = body.sections if body.sections[0] else (len(body.reference), 1)
+    ends = len(body.reference) - sections * around
+    found = np.append(
+        np.repeat(np.arange(sections), around), np.repeat([0, sections - 1], ends // 2)
+    )
+    return found * ((count - 1) // max(sections - 1, 1))
+
+
+def split(points: Array, quads: Indices, place: Indices) -> tuple[Indices, Array, Indices]:
+    """Vertices as numbers (v,) of points (x, 3), their normals (v, 3) and triangles (f, 3).
+
+    A point is several vertices where facets meet in a crease.
+    """
+    area = surfaces.facet_normals(points, quads)
+    size = np.linalg.norm(area, axis=1)
+    quads, area, size = (one[size > 0.0] for one in (quads, area, size))
+    unit = area / size[:, None]
+    corner, facet = quads.ravel(), np.repeat(np.arange(len(quads)), 4)
+    at = csr_array((np.ones(len(corner)), (place[corner], np.arange(len(corner)))))
+    i, j = (at.T @ at).nonzero()
+    smooth = np.einsum("fc,fc->f", unit[facet[i]], unit[facet[j]]) > surfaces.CREASE
+    graph = coo_array(
+        (np.ones(smooth.sum()), (i[smooth], j[smooth])), shape=(len(corner), len(corner))
+    )
+    count, group = connected_components(graph, directed=False)
+    normals = np.zeros((count, 3))
+    np.add.at(normals, group, area[facet])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    pairs, number = np.unique(np.column_stack([corner, group]), axis=0, return_inverse=True)
+    halves = [[0, 1, 2], [0, 2, 3]]
+    ends, triangles = (one.reshape(-1, 4)[:, halves].reshape(-1, 3) for one in (corner, number))
+    real = (ends != np.roll(ends, 1, axis=1)).all(axis=1)
+    return pairs[:, 0], normals[pairs[:, 1]], triangles[real]
+
+
+def tube(line: Shown) -> Shown:
+    """A line at its first instant as a tube of its radius, mitred at corners, closed at its ends."""
+    points = line.points[0]
+    along = directions(points)
+    # across the line without a twist: by the least rotation from segment to segment
+    across = np.empty_like(along)
+    across[0] = np.cross(along[0], np.eye(3)[np.abs(along[0]).argmin()])
+    across[0] /= np.linalg.norm(across[0])
+    for k, (a, b) in enumerate(pairwise(along)):
+        turned = across[k] - across[k] @ b / max(1.0 + a @ b, 1e-12) * (a + b)
+        across[k + 1] = turned / np.linalg.norm(turned)
+    angles = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    contour = np.column_stack([np.cos(angles), np.sin(angles)])
+    # every point has the segment behind it, the last one that before it
+    own = np.append(along, along[-1:], axis=0)
+    e = np.stack([across, np.cross(along, across)])
+    ring = np.einsum("na,axc->xnc", contour, np.append(e, e[:, -1:], axis=1))
+    middle = own + np.append(own[:1], along, axis=0)
+    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
+    cosine = np.einsum("xc,xc->x", own, middle)
+    middle = np.where(cosine[:, None] < FOLDED, own, middle)
+    slant = np.einsum("xnc,xc->xn", ring, middle) / np.einsum("xc,xc->x", own, middle)[:, None]
+    ring -= slant[:, :, None] * own[:, None]
+    mesh = swept.closed(contour, np.zeros(1, np.int64), len(points))
+    found = mesh.spread((points[:, None] + line.size[0] * ring)[None])
+    size = np.full(found.shape[1], line.size[0])
+    return Shown(found, {}, size, found[0], mesh.cells, (len(points), SIDES))
+
+
+def directions(points: Array) -> Array:
+    """Unit vectors (x - 1, 3) along segments between points (x, 3); those without a length have the
+    one of a neighbour.
+    """
+    apart = np.diff(points, axis=0)
+    length = np.linalg.norm(apart, axis=1)
+    known = np.maximum.accumulate(np.where(length > 0.0, np.arange(len(length)), 0))
+    known = np.where(length[known] > 0.0, known, length.argmax())
+    return np.asarray(apart[known] / length[known, None])
+
+
+def octahedron(point: Shown) -> Shown:
+    """A body of one point at its first instant, with its radius from there to the corners."""
+    radius = float(point.size[0])
+    corners = point.points[0] + radius * np.concatenate([np.eye(3), -np.eye(3)])
+    facets = []
+    for k in range(8):
+        x, y, z = (axis + 3 * (k >> axis & 1) for axis in range(3))
+        # outwards: every reflection changes the sense
+        facets.append([x, z, y, y] if k.bit_count() % 2 else [x, y, z, z])
+    return Shown(corners[None], {}, np.full(6, radius), corners, np.array(facets), (1, 6))
+
+
+def write(
+    meshes: Mapping[str, Mesh], extras: Mapping[str, Mapping[str, Any]], planar: bool
+) -> bytes:
+    """A file of named bodies with `extras` of their nodes, each in a colour of its own.
+
+    Vertices have the attribute `_POINT`, the number of the point that moves them: of `moved_by`,
+    counted from `first` of the extras. Nothing in it says when it was made.
+    """
+    index = np.dtype("<u2" if all(len(one.points) < 2**16 for one in meshes.values()) else "<u4")
+    views: list[list[np.ndarray]] = [[], [], []]  # vectors, numbers of points, indices
+    accessors: list[dict[str, Any]] = []
+
+    def add(view: int, values: np.ndarray, type_: int, kind: str, **more: Any) -> int:
+        offset = sum(one.nbytes for one in views[view])
+        views[view].append(values)
+        accessors.append(
+            {"bufferView": view, "byteOffset": offset, "componentType": type_, "type": kind, **more}
+        )
+        return len(accessors) - 1
+
+    made = []
+    materials = []
+    nodes: list[dict[str, Any]] = [{"children": list(range(1, len(meshes) + 1))}]
+    if not planar:
+        nodes[0]["rotation"] = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # by -90 degrees about x
+    for k, (name, mesh) in enumerate(meshes.items()):
+        count = len(mesh.points)
+        points = mesh.points.astype("<f4")
+        limits = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
+        # floats, as VTK reads no others here; of two bytes they would not be shorter
+        of = (mesh.moved_by + extras[name]["first"]).astype("<f4")
+        attributes = {
+            "POSITION": add(0, points, FLOAT, "VEC3", count=count, **limits),
+            "_POINT": add(1, of, FLOAT, "SCALAR", count=count),
+        }
+        primitive: dict[str, Any] = {"attributes": attributes, "material": k}
+        if mesh.cells is None or mesh.normals is None:
+            primitive["mode"] = LINE_STRIP if count > 1 else POINTS
+        else:
+            attributes["NORMAL"] = add(0, mesh.normals.astype("<f4"), FLOAT, "VEC3", count=count)
+            cells = mesh.cells.astype(index)
+            type_ = UINT16 if index.itemsize == 2 else UINT32
+            primitive["indices"] = add(2, cells, type_, "SCALAR", count=cells.size)
+            primitive["mode"] = TRIANGLES
+        made.append({"name": name, "primitives": [primitive]})
+        materials.append(coloured(palette.colour(k)))
+        nodes.append({"name": name, "mesh": k, "extras": dict(extras[name])})
+    data = [b"".join(one.tobytes() for one in view) for view in views]
+    starts = accumulate((len(padded(one, b"\0")) for one in data), initial=0)
+    about = [
+        {"target": VERTICES, "byteStride": 12},
+        {"target": VERTICES, "byteStride": 4},
+        {"target": INDICES},
+    ]
+    used = [one for one in data if one]
+    binary = b"".join(padded(one, b"\0") for one in data)
+    described = {
+        "asset": {"version": "2.0", "generator": f"fmbs_skfem {__version__}"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": nodes,
+        "meshes": made,
+        "materials": materials,
+        "accessors": accessors,
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(one), **more}
+            for start, one, more in zip(starts, used, about, strict=False)
+        ],
+        "buffers": [{"byteLength": len(binary)}],
+    }
+    return container(json.dumps(described, separators=(",", ":")).encode(), binary)
+
+
+def coloured(colour: str) -> dict[str, Any]:
+    """A matt material, seen from both sides, of a colour #rrggbb."""
+    shares = [(int(colour[k : k + 2], 16) / 255.0) ** GAMMA for k in (1, 3, 5)]
+    matt = {"metallicFactor": 0, "roughnessFactor": 0.7}
+    return {
+        "pbrMetallicRoughness": {"baseColorFactor": [*(round(x, 4) for x in shares), 1], **matt},
+        "doubleSided": True,
+    }
+
+
+def container(*chunks: bytes) -> bytes:
+    """The JSON text and the binary buffer of a file, both in whole words of four bytes."""
+    kinds: Sequence[tuple[bytes, bytes]] = ((b"JSON", b" "), (b"BIN\0", b"\0"))
+    parts = []
+    for one, (kind, filler) in zip(chunks, kinds, strict=True):
+        content = padded(one, filler)
+        parts.append(struct.pack("<I4s", len(content), kind) + content)
+    body = b"".join(parts)
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+def padded(data: bytes, filler: bytes) -> bytes:
+    """Data filled up to whole words of four bytes."""
+    return data + filler * (-len(data) % 4)
