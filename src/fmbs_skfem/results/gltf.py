@@ -28,6 +28,7 @@ from .frames import Array, Indices, Shown
 SIDES = 10  #: of a tube: 36 degrees apart, smooth beside `surfaces.CREASE`, which 8 are not
 #: cosine of half the angle by which a line turns at a corner, from which its tube is not mitred
 FOLDED = 0.5
+FLAT = 1e-9  #: area of a triangle, over that of its facet, that is none
 POINTS, LINE_STRIP, TRIANGLES = 0, 3, 4  #: modes
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125  #: types of numbers
 VERTICES, INDICES = 34962, 34963  #: what a buffer is for
@@ -93,7 +94,9 @@ def split(points: Array, quads: Indices, place: Indices) -> tuple[Indices, Array
     pairs, number = np.unique(np.column_stack([corner, group]), axis=0, return_inverse=True)
     halves = [[0, 1, 2], [0, 2, 3]]
     ends, triangles = (one.reshape(-1, 4)[:, halves].reshape(-1, 3) for one in (corner, number))
-    real = (ends != np.roll(ends, 1, axis=1)).all(axis=1)
+    a, b, c = points[ends].transpose(1, 0, 2)
+    # where cells are triangles, some facets have corners at one place
+    real = np.linalg.norm(np.cross(b - a, c - a), axis=1) > FLAT * np.repeat(size, 2)
     return pairs[:, 0], normals[pairs[:, 1]], triangles[real]
 
 
@@ -114,7 +117,11 @@ def tube(line: Shown) -> Shown:
     own = np.append(along, along[-1:], axis=0)
     e = np.stack([across, np.cross(along, across)])
     ring = np.einsum("na,axc->xnc", contour, np.append(e, e[:, -1:], axis=1))
-    middle = own + np.append(own[:1], along, axis=0)
+    # a closed line goes on with its other end
+    before, after = (
+        (along[-1:], along[:1]) if (points[0] == points[-1]).all() else (own[:1], own[-1:])
+    )
+    middle = np.append(before, along, axis=0) + np.append(along, after, axis=0)
     middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
     cosine = np.einsum("xc,xc->x", own, middle)
     middle = np.where(cosine[:, None] < FOLDED, own, middle)
