@@ -150,10 +150,16 @@ def test_a_tube_is_round_and_its_ends_are_flat() -> None:
     assert_allclose(one.normals[~flat], one.points[~flat] * [0, 10, 10], atol=1e-6)
 
 
-def test_a_line_that_folds_back_has_a_tube() -> None:
-    one = written(line([[0, 0, 0], [1, 0, 0], [0, 0, 0.0], [0, 1, 0]], 0.01))
+@pytest.mark.parametrize("aside", [0.0, 1e-12, 1e-3])
+def test_a_line_that_folds_back_has_a_tube(aside: float) -> None:
+    """Its mitre, which would reach to infinity, ends at two radii."""
+    points = [[0.0, 0, 0], [1, 0, 0], [0, aside, 0], [0, 1, 0]]
+    one = gltf.make_mesh(line(points, 0.01), 4)
     assert np.isfinite(one.points).all()
-    assert np.abs(one.points).max() < 1.011
+    assert one.normals is not None
+    assert np.isfinite(one.normals).all()
+    assert 1.0 < one.points[:, 0].max() < 1.0201
+    assert one.points[:, 0].min() > -0.0201
 
 
 def test_a_closed_line_is_mitred_where_it_closes() -> None:

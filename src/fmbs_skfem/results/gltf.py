@@ -26,8 +26,7 @@ from . import palette, surfaces, swept
 from .frames import Array, Indices, Shown
 
 SIDES = 10  #: of a tube: 36 degrees apart, smooth beside `surfaces.CREASE`, which 8 are not
-#: cosine of half the angle by which a line turns at a corner, from which its tube is not mitred
-FOLDED = 0.5
+FOLDED = 0.5  #: inverse of the longest mitre of a tube, over its radius: of a corner of 60 degrees
 FLAT = 1e-9  #: area of a triangle, over that of its facet, that is none
 POINTS, LINE_STRIP, TRIANGLES = 0, 3, 4  #: modes
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125  #: types of numbers
@@ -116,21 +115,23 @@ def tube(line: Shown) -> Shown:
     # every point has the segment behind it, the last one that before it
     own = np.append(along, along[-1:], axis=0)
     e = np.stack([across, np.cross(along, across)])
-    ring = np.einsum("na,axc->xnc", contour, np.append(e, e[:, -1:], axis=1))
+    e = np.append(e, e[:, -1:], axis=1)
+    ring = np.einsum("na,axc->xnc", contour, e)
     # a closed line goes on with its other end
-    before, after = (
-        (along[-1:], along[:1]) if (points[0] == points[-1]).all() else (own[:1], own[-1:])
-    )
+    is_closed = (points[0] == points[-1]).all()
+    before, after = (along[-1:], along[:1]) if is_closed else (along[:1], along[-1:])
     middle = np.append(before, along, axis=0) + np.append(along, after, axis=0)
-    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
-    cosine = np.einsum("xc,xc->x", own, middle)
-    middle = np.where(cosine[:, None] < FOLDED, own, middle)
-    slant = np.einsum("xnc,xc->xn", ring, middle) / np.einsum("xc,xc->x", own, middle)[:, None]
-    ring -= slant[:, :, None] * own[:, None]
+    size = np.linalg.norm(middle, axis=1, keepdims=True)
+    middle = np.where(size > 1e-9, middle / np.maximum(size, 1e-9), e[1])
+    # into the plane of the mitre along the segment, and back in it as far as that is too long
+    cosine = np.einsum("xc,xc->x", own, middle)[:, None]
+    least = np.maximum(cosine, FOLDED)
+    back = (1.0 - cosine / least) / np.maximum(1.0 - cosine**2, 1e-300) * (middle - cosine * own)
+    ring -= np.einsum("xnc,xc->xn", ring, middle)[:, :, None] * (own / least + back)[:, None]
     mesh = swept.closed(contour, np.zeros(1, np.int64), len(points))
     found = mesh.spread((points[:, None] + line.size[0] * ring)[None])
-    size = np.full(found.shape[1], line.size[0])
-    return Shown(found, {}, size, found[0], mesh.cells, (len(points), SIDES))
+    radius = np.full(found.shape[1], line.size[0])
+    return Shown(found, {}, radius, found[0], mesh.cells, (len(points), SIDES))
 
 
 def directions(points: Array) -> Array:
