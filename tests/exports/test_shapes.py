@@ -109,6 +109,37 @@ def test_a_turned_model_has_turned_points() -> None:
     assert_allclose(second, first @ R.T, atol=1e-12)
     assert_allclose(other["arm"].centres(), parts["arm"].centres() @ R.T, atol=1e-6)
     assert other["arm"].volume == pytest.approx(parts["arm"].volume, rel=1e-4)
+    moved = follow(parts["arm"], first, second)
+    assert_allclose(moved.centres(), second, atol=1e-6)
+    assert moved.volume == pytest.approx(parts["arm"].volume, rel=1e-4)
+
+
+def test_a_viewer_bends_a_tube_by_the_array() -> None:
+    """To a quarter of a circle: of a tube of its radius about it, as Pappus has its volume."""
+    _, points, parts = shape_of(models.spin_up(4))
+    angle = 0.5 * np.pi * points[:, 0]
+    bent = np.stack([np.sin(angle), 1.0 - np.cos(angle), 0.0 * angle], axis=1) / (0.5 * np.pi)
+    moved = follow(parts["beam"], points, bent)
+    assert moved.volume == pytest.approx(POLYGON * RADIUS**2, rel=1e-4)
+    apart = np.linalg.norm(moved.points - bent[moved.moved_by], axis=1)
+    assert_allclose(apart, RADIUS, rtol=1e-3)
+
+
+def follow(part: Part, start: np.ndarray, now: np.ndarray) -> Part:
+    """A body moved by points (x, 3), as the documentation has it."""
+    moved = part.points.astype(float)
+    first, last = part.extras["first"], part.extras["first"] + part.extras["points"] - 1
+    for v, k in enumerate(part.moved_by):
+        low, high = max(k - 1, first), min(k + 1, last)
+        a, b = (
+            (one[high] - one[low]) / np.linalg.norm(one[high] - one[low]) for one in (start, now)
+        )
+        offset = part.points[v] - start[k]
+        along = offset @ a
+        offset = offset - along * a
+        turned = offset - offset @ b / (1.0 + a @ b) * (a + b)
+        moved[v] = now[k] + along * b + turned
+    return part._replace(points=moved)
 
 
 def test_rigid_bodies_and_points_are_there_too() -> None:

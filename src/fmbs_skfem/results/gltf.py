@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
@@ -29,10 +29,11 @@ SIDES = 10  #: of a tube: 36 degrees apart, smooth beside `surfaces.CREASE`, whi
 FOLDED = 0.5  #: inverse of the longest mitre of a tube, over its radius: of a corner of 60 degrees
 FLAT = 1e-9  #: area of a triangle, over that of its facet, that is none
 POINTS, LINE_STRIP, TRIANGLES = 0, 3, 4  #: modes
-FLOAT, UINT16, UINT32 = 5126, 5123, 5125  #: types of numbers
-VERTICES, INDICES = 34962, 34963  #: what a buffer is for
-#: colours of glTF are linear
-GAMMA = 2.2
+NUMBERS = {"<f4": 5126, "<u2": 5123, "<u4": 5125}  #: types
+#: of vectors, of numbers of points, and of indices: what they are for, and bytes from one to the next
+VIEWS = ({"target": 34962, "byteStride": 12}, {"target": 34962, "byteStride": 4}, {"target": 34963})
+BUFFER = {"POSITION": 0, "NORMAL": 0, "_POINT": 1, "indices": 2}  #: numbers of their views
+GAMMA = 2.2  #: from colours of screens to those of glTF, which are linear
 
 
 class Mesh(NamedTuple):
@@ -40,7 +41,7 @@ class Mesh(NamedTuple):
 
     points: Array  #: (v, 3) [m]
     moved_by: Indices  #: (v,)
-    normals: Array | None = None  #: (v, 3) of triangles
+    normals: Array = np.empty((0, 3))  #: (v, 3) of triangles
     cells: Indices | None = None  #: (f, 3) triangles; a line, or one point, has none
 
 
@@ -165,92 +166,84 @@ def write(
     Vertices have the attribute `_POINT`, the number of the point that moves them: of `moved_by`,
     counted from `first` of the extras. Nothing in it says when it was made.
     """
-    index = np.dtype("<u2" if all(len(one.points) < 2**16 for one in meshes.values()) else "<u4")
-    views: list[list[np.ndarray]] = [[], [], []]  # vectors, numbers of points, indices
+    small = all(len(one.points) < 2**16 for one in meshes.values())
     accessors: list[dict[str, Any]] = []
-
-    def add(view: int, values: np.ndarray, type_: int, kind: str, **more: Any) -> int:
-        offset = sum(one.nbytes for one in views[view])
-        views[view].append(values)
-        accessors.append(
-            {"bufferView": view, "byteOffset": offset, "componentType": type_, "type": kind, **more}
-        )
-        return len(accessors) - 1
-
+    buffers = [b""] * len(VIEWS)
     made = []
-    materials = []
-    nodes: list[dict[str, Any]] = [{"children": list(range(1, len(meshes) + 1))}]
-    if not planar:
-        nodes[0]["rotation"] = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # by -90 degrees about x
     for k, (name, mesh) in enumerate(meshes.items()):
-        count = len(mesh.points)
-        points = mesh.points.astype("<f4")
-        limits = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
-        # floats, as VTK reads no others here; of two bytes they would not be shorter
-        of = (mesh.moved_by + extras[name]["first"]).astype("<f4")
-        attributes = {
-            "POSITION": add(0, points, FLOAT, "VEC3", count=count, **limits),
-            "_POINT": add(1, of, FLOAT, "SCALAR", count=count),
-        }
-        primitive: dict[str, Any] = {"attributes": attributes, "material": k}
-        if mesh.cells is None or mesh.normals is None:
-            primitive["mode"] = LINE_STRIP if count > 1 else POINTS
-        else:
-            attributes["NORMAL"] = add(0, mesh.normals.astype("<f4"), FLOAT, "VEC3", count=count)
-            cells = mesh.cells.astype(index)
-            type_ = UINT16 if index.itemsize == 2 else UINT32
-            primitive["indices"] = add(2, cells, type_, "SCALAR", count=cells.size)
-            primitive["mode"] = TRIANGLES
-        made.append({"name": name, "primitives": [primitive]})
-        materials.append(coloured(palette.colour(k)))
-        nodes.append({"name": name, "mesh": k, "extras": dict(extras[name])})
-    data = [b"".join(one.tobytes() for one in view) for view in views]
-    starts = accumulate((len(padded(one, b"\0")) for one in data), initial=0)
-    about = [
-        {"target": VERTICES, "byteStride": 12},
-        {"target": VERTICES, "byteStride": 4},
-        {"target": INDICES},
-    ]
-    used = [one for one in data if one]
-    binary = b"".join(padded(one, b"\0") for one in data)
+        numbers = {}
+        for key, values in arrays_of(mesh, extras[name]["first"], "<u2" if small else "<u4"):
+            numbers[key] = len(accessors)
+            accessors.append(describe(key, values, len(buffers[BUFFER[key]])))
+            buffers[BUFFER[key]] += values.tobytes()
+        indices = {"indices": numbers.pop("indices")} if mesh.cells is not None else {}
+        line = LINE_STRIP if len(mesh.points) > 1 else POINTS
+        mode = {"mode": TRIANGLES if indices else line, "material": k}
+        made.append({"name": name, "primitives": [{"attributes": numbers} | indices | mode]})
+    # z of space becomes y by -90 degrees about x
+    up = {} if planar else {"rotation": [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]}
+    bodies = [{"name": name, "mesh": k, "extras": extras[name]} for k, name in enumerate(meshes)]
+    # the last one is empty where all bodies are lines
+    parts = [pad(one, b"\0") for one in buffers if one]
     described = {
         "asset": {"version": "2.0", "generator": f"fmbs_skfem {__version__}"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": nodes,
+        "nodes": [{"children": list(range(1, len(bodies) + 1)), **up}, *bodies],
         "meshes": made,
-        "materials": materials,
+        "materials": [material(palette.colour(k)) for k in range(len(meshes))],
         "accessors": accessors,
         "bufferViews": [
-            {"buffer": 0, "byteOffset": start, "byteLength": len(one), **more}
-            for start, one, more in zip(starts, used, about, strict=False)
+            {"buffer": 0, "byteOffset": end - len(one), "byteLength": len(one), **view}
+            for end, one, view in zip(accumulate(map(len, parts)), parts, VIEWS, strict=False)
         ],
-        "buffers": [{"byteLength": len(binary)}],
+        "buffers": [{"byteLength": sum(map(len, parts))}],
     }
-    return container(json.dumps(described, separators=(",", ":")).encode(), binary)
+    return pack(json.dumps(described, separators=(",", ":")).encode(), b"".join(parts))
 
 
-def coloured(colour: str) -> dict[str, Any]:
+def arrays_of(mesh: Mesh, first: int, index: str) -> Iterator[tuple[str, np.ndarray]]:
+    """What a file has of a mesh, whose points are counted from the `first` one."""
+    yield "POSITION", mesh.points.astype("<f4")
+    # floats, as VTK reads no others here; numbers of two bytes would begin at every fourth one, too
+    yield "_POINT", (mesh.moved_by + first).astype("<f4")
+    if mesh.cells is not None:
+        yield "NORMAL", mesh.normals.astype("<f4")
+        yield "indices", mesh.cells.astype(index).ravel()
+
+
+def describe(key: str, values: np.ndarray, offset: int) -> dict[str, Any]:
+    """The accessor of an array of a mesh, so many bytes behind the begin of its buffer."""
+    limits = {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+    return {
+        "bufferView": BUFFER[key],
+        "byteOffset": offset,
+        "componentType": NUMBERS[values.dtype.str],
+        "type": "VEC3" if values.ndim == 2 else "SCALAR",
+        "count": len(values),
+        **(limits if key == "POSITION" else {}),
+    }
+
+
+def material(colour: str) -> dict[str, Any]:
     """A matt material, seen from both sides, of a colour #rrggbb."""
-    shares = [(int(colour[k : k + 2], 16) / 255.0) ** GAMMA for k in (1, 3, 5)]
+    shares = [round((int(colour[k : k + 2], 16) / 255.0) ** GAMMA, 4) for k in (1, 3, 5)]
     matt = {"metallicFactor": 0, "roughnessFactor": 0.7}
     return {
-        "pbrMetallicRoughness": {"baseColorFactor": [*(round(x, 4) for x in shares), 1], **matt},
+        "pbrMetallicRoughness": {"baseColorFactor": [*shares, 1], **matt},
         "doubleSided": True,
     }
 
 
-def container(*chunks: bytes) -> bytes:
-    """The JSON text and the binary buffer of a file, both in whole words of four bytes."""
-    kinds: Sequence[tuple[bytes, bytes]] = ((b"JSON", b" "), (b"BIN\0", b"\0"))
-    parts = []
-    for one, (kind, filler) in zip(chunks, kinds, strict=True):
-        content = padded(one, filler)
-        parts.append(struct.pack("<I4s", len(content), kind) + content)
-    body = b"".join(parts)
+def pack(text: bytes, buffer: bytes) -> bytes:
+    """A file of a JSON text and a buffer of whole words of four bytes."""
+    body = b"".join(
+        struct.pack("<I4s", len(one), kind) + one
+        for one, kind in ((pad(text, b" "), b"JSON"), (buffer, b"BIN\0"))
+    )
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
-def padded(data: bytes, filler: bytes) -> bytes:
+def pad(data: bytes, filler: bytes) -> bytes:
     """Data filled up to whole words of four bytes."""
     return data + filler * (-len(data) % 4)
