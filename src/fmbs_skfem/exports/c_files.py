@@ -184,6 +184,7 @@ class CModel:
     events: int  #: how many there are
     counted: tuple[str, ...]  #: columns that count them
     left_out: tuple[str, ...]  #: columns and monitors that the model has and a C file has not
+    system: System  #: at the start of its motion
 
 
 def identifier(name: str) -> str:
@@ -484,6 +485,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         len(system.triggers),
         tuple(one.name for one in happening.columns) if happening else (),
         (*left_out, *(f"monitor '{one.name}'" for one in system.monitors)),
+        system,
     )
 
 

@@ -64,13 +64,14 @@ class Variable(NamedTuple):
 
 @dataclass(frozen=True)
 class FMU:
-    """An FMU without its binaries: texts by their names in the archive."""
+    """An FMU without its binaries: texts by their names in the archive, and a skin."""
 
     version: int  #: of FMI, 2 or 3
     name: str  #: of the model, that of its binaries
     token: str  #: by which a binary knows its description
     variables: tuple[Variable, ...]
     files: Mapping[str, str]
+    skin: bytes = b""  #: of its bodies at the start, where it has a shape
 
 
 def variables_of(model: CModel, shape: ShownPoints | None = None) -> tuple[Variable, ...]:
@@ -154,7 +155,8 @@ def write(
         }
         files |= related
         files[f"{reference.FOLDER}/fmi-ls-manifest.xml"] = text_of(reference.manifest(related))
-    return FMU(version, model.name, token, variables, files)
+    skin = b"" if shape is None else shape.skin
+    return FMU(version, model.name, token, variables, files, skin)
 
 
 def wrapper_of(fmu: FMU, shape: ShownPoints | None) -> str:
@@ -372,6 +374,7 @@ def build_description(name: str, sources: list[str]) -> xml.Element:
 def pack(fmu: FMU, binaries: Iterable[Binary]) -> bytes:
     """The archive."""
     files = {name: text.encode() for name, text in fmu.files.items()}
+    files |= {shapes.SKIN: fmu.skin} if fmu.skin else {}
     files |= {f"binaries/{one.folder}/{fmu.name}.{one.ending}": one.content for one in binaries}
     held = io.BytesIO()
     with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:

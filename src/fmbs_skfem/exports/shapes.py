@@ -2,30 +2,36 @@
 
     p = offset + matrix x [m]
 
-of centre lines and middle surfaces, in space, x y z one after the other.
+of centre lines and middle surfaces, in space, x y z one after the other; and the bodies at the
+start with skins around these points.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..core.errors import InputError, say
 from ..dynamics.outputs import centre_lines, skins
+from ..dynamics.trajectory import Trajectory
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
+from ..results import frames as frames_
+from ..results import gltf, motion
+from ..results.frames import Mark, Shown
 from ..results.motion import spatial
 from ..systems import compiled
 from ..systems.system import System, in_scene
-from .c_files import at_start
 from .numbers import Numbers
 
 MOST = 500  #: points; each costs 24 n bytes in a binary
 #: leaves of a case that points depend on
 SHOWN = "lift", "lines", "skins", "unit", "origin"
 FILE = "resources/shape.json"
+SKIN = "resources/shape.glb"
 
 
 class ShownPoints(NamedTuple):
@@ -34,14 +40,15 @@ class ShownPoints(NamedTuple):
     matrix: np.ndarray  #: (3 x, n)
     offset: np.ndarray  #: (3 x,) [m]
     bodies: dict[str, dict[str, Any]]  #: first point, number of points, and cells of surfaces
+    skin: bytes  #: of all bodies at the start, binary glTF
 
 
-def find_shape(case: Case | ParametricCase, where: str) -> ShownPoints:
-    """The points of all bodies with lines or surfaces; InputError, after `where`, where there are
-    none or too many, or where parameters move them in their bodies.
+def find_shape(case: Case | ParametricCase, system: System, where: str) -> ShownPoints:
+    """The points of all bodies with lines or surfaces, of the system at the start of its motion;
+    InputError, after `where`, where there are none or too many, or where parameters move them in
+    their bodies.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
-    system = at_start(given, where)[0].system
     moved = () if given.model is None else given.model.varying
     if any(one.place[0] == "system" and one.place[1] in SHOWN for one in moved):
         expected = "bodies whose shapes no parameter changes"
@@ -63,7 +70,30 @@ def find_shape(case: Case | ParametricCase, where: str) -> ShownPoints:
         for unit in np.eye(system.size)
     ]
     order = compiled.compile_system(system).order
-    return ShownPoints(np.stack(columns, axis=1)[:, order], offset, bodies)
+    matrix = np.stack(columns, axis=1)[:, order]
+    return ShownPoints(matrix, offset, bodies, skin_of(system, bodies))
+
+
+def skin_of(system: System, bodies: Mapping[str, Mapping[str, Any]]) -> bytes:
+    """Bodies with points at the start, as binary glTF; extras of a node say which points are its."""
+    start, still = system.x0[None], np.zeros((1, system.size))
+    none = np.zeros((1, len(system.constraints.names)))
+    shown = motion.frames(Trajectory(system, np.zeros(1), start, still, still, none), wanted=())
+    radius = {line.name: line.radius for line in system.lines}
+    meshes = {}
+    extras = {}
+    for name, about in bodies.items():
+        body = (
+            shown.bodies[name] if name in shown.bodies else alone(shown.marks[name], radius[name])
+        )
+        meshes[name] = gltf.make_mesh(body, about["points"])
+        extras[name] = {key: about[key] for key in ("first", "points")}
+    return gltf.write(meshes, extras, system.dim == 2)
+
+
+def alone(mark: Mark, radius: float) -> Shown:
+    """A body of one point."""
+    return frames_.line(mark.points[:, None], {}, radius, mark.points[:1])
 
 
 def points_at(system: System, x: np.ndarray) -> dict[str, np.ndarray]:

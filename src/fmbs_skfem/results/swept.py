@@ -21,7 +21,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..bodies.beams.profiles import Profile
 from ..bodies.beams.section_constants import von_mises
 from ..bodies.beams.section_shapes import distances, sides, triangulated
 from ..core.storage.records import dataclass
@@ -72,7 +71,7 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
         fields = along | {"velocity": change[0]}
         return frames_.line(shown.points[:, ::every], fields, line.radius, shown.reference[::every])
     _, contour, unit = profile.at(swept.places)
-    mesh = closed(profile, len(swept.places))
+    mesh = closed(profile.points[0], profile.first, len(swept.places))
     stress = np.einsum("xkfn,fsx->ksxn", unit, forces)
     everywhere = {
         name: np.repeat(values[:, :, None], contour.shape[1], axis=2)
@@ -111,18 +110,17 @@ def placed(contour: Array, vectors: Array, size: Array) -> Array:
     return np.asarray(vectors[0][:, :, None] + np.einsum("xna,asxc->sxnc", contour, across))
 
 
-def closed(profile: Profile, places: int) -> SweptMesh:
-    """The mesh of a profile at so many places."""
-    count = profile.points.shape[1]
+def closed(contour: Array, first: Indices, places: int) -> SweptMesh:
+    """The mesh of a contour (n, 2), whose loops have these `first` points, at so many places."""
+    count = len(contour)
     around = [
-        np.column_stack([one, np.roll(one, -1)])
-        for one in (np.arange(count)[loop] for loop in profile.loops)
+        np.column_stack([one, np.roll(one, -1)]) for one in np.split(np.arange(count), first[1:])
     ]
     side = np.concatenate(around)
     # of the first and the second place
-    first = np.concatenate([side, count + side[:, ::-1]], axis=1)
-    quads = (first[None] + count * np.arange(places - 1)[:, None, None]).reshape(-1, 4)
-    ends, triangles = cap(profile.points[0].tobytes(), profile.first.tobytes(), count)
+    pair = np.concatenate([side, count + side[:, ::-1]], axis=1)
+    quads = (pair[None] + count * np.arange(places - 1)[:, None, None]).reshape(-1, 4)
+    ends, triangles = cap(contour.tobytes(), first.tobytes(), count)
     facets = np.column_stack([triangles, triangles[:, -1]])
     begin = count * places
     return SweptMesh(

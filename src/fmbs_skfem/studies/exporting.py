@@ -171,6 +171,10 @@ def export(
                 got,
             )
         )
+    if shape and (fmu_file is None or fmi == 2):
+        got = "C files" if fmu_file is None else "one of FMI 2"
+        expected = "an FMU of FMI 3, which has arrays"
+        raise InputError(say("--shape", expected, got, "take --fmu FILE --fmi 3, or leave it out"))
     made = written(job, name, step, gravity)
     found, title = made.model, made.title
     if fmu_file is not None:
@@ -181,7 +185,7 @@ def export(
             made.text,
             made.display,
             reference_of(made),
-            shape_of(made, fmi, shape),
+            shape_of(made, shape),
         )
         return export_fmu(job, found, title, unit, fmu_file)
     assert folder is not None
@@ -200,14 +204,14 @@ def export(
     )
 
 
-def shape_of(made: ExportedModel, fmi: int, wanted: bool) -> ShownPoints | None:
-    """Points of bodies, where they are wanted; InputError where an FMU cannot have them."""
+def shape_of(made: ExportedModel, wanted: bool) -> ShownPoints | None:
+    """Points of bodies, where they are wanted; InputError for a part."""
     if not wanted:
         return None
-    if fmi == 2 or made.case is None:
-        got = "one of FMI 2" if fmi == 2 else "one of a part"
-        raise InputError(say("--shape", "an FMU of a model, of FMI 3, which has arrays", got))
-    return shapes.find_shape(made.case, "--shape")
+    if made.case is None:
+        remedy = "export a model with the part, or leave it out"
+        raise InputError(say("--shape", "an FMU of a model", "one of a part", remedy))
+    return shapes.find_shape(made.case, made.model.system, "--shape")
 
 
 def reference_of(made: ExportedModel) -> TrainingMotion | None:

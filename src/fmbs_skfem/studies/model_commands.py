@@ -96,7 +96,7 @@ def export_model(
         str, Option("Acceleration on a part, such as '0, 0, -9.81'; by default none.", "X,Y,Z")
     ] = "",
     shape: Annotated[
-        bool, Option("Give an FMU of FMI 3 points of all bodies as an array, for viewers.")
+        bool, Option("Give an FMU of FMI 3 points of all bodies as an array, and skins as glTF.")
     ] = False,
     **shared: Unpack[ValueOptions],
 ) -> Result:
