@@ -2,61 +2,48 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
-from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies import body
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.core.algebra import pivoting, ranks, small
+from fmbs_skfem.core.algebra import pivoting, ranks
 from fmbs_skfem.core.algebra.linalg import as_dense
-from fmbs_skfem.core.compiling import jit, programs
-from fmbs_skfem.core.compiling.structs import opener, packed, routine
+from fmbs_skfem.core.compiling.structs import address_of, packed
 from fmbs_skfem.core.errors import Contradiction, SolverError
-from fmbs_skfem.core.printing.memory import PackedMemory
-from fmbs_skfem.core.printing.printer import KernelPrinter
-from fmbs_skfem.core.printing.program import PrintedProgram, region
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, initial
 from fmbs_skfem.dynamics.compiled_step import factors, impulses
-from fmbs_skfem.dynamics.compiled_step.packing import PackedStep
+from fmbs_skfem.dynamics.compiled_step.packing import UNSTORED, PackedStep
 from fmbs_skfem.dynamics.compiled_step.step import Step
 from fmbs_skfem.dynamics.scheme import method_of
-from fmbs_skfem.exports.text import maths
 from fmbs_skfem.shapes.meshes import segment
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, compile_system, eliminate
+from fmbs_skfem.systems import (
+    At,
+    Motion,
+    Rayleigh,
+    System,
+    assemble,
+    compile_system,
+    eliminate,
+    layouts,
+)
 from fmbs_skfem.systems import compiled as compilation
-from fmbs_skfem.systems import layouts
 from fmbs_skfem.systems.connections import joints
-from fmbs_skfem.systems.connections.redundancy import scale_of
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.layouts import Storage
-from fmbs_skfem.systems.row_programs import act
-from fmbs_skfem.systems.system import loose_rows
 from tests import models
-from tests.exports import printed
 from tests.dynamics.test_plain import arms
-from tests.exports.c_library import COMPILER, STRICT, compiled
+from tests.dynamics.test_starting import SHOWN, InC
+from tests.exports.c_library import COMPILER
 
 SCHEME = GeneralizedAlpha(1e-3)
 DOWN = loads.Gravity((0.0, -9.81))
-
-
-@routine
-def take_both(table: Any, more: Any) -> int:
-    """Take the rows of two groups; `more` is the tolerance in parts of a billion."""
-    rows = opened_rows(table)
-    pivoting.scale_rows(rows)
-    count = pivoting.take_rows(rows, 2, pivoting.take_rows(rows, 1, 0, more * 1e-9), more * 1e-9)
-    pivoting.find_weights(rows, count)
-    return count
-
-
-opened_rows = opener(pivoting.PivotedRows)
 
 
 def deficient(seed: int, near: float) -> tuple[np.ndarray, np.ndarray]:
@@ -80,7 +67,9 @@ def test_rows_are_independent_as_ranks_has_it(seed: int, near: float) -> None:
     for ahead in (first, np.ones(7, dtype=bool)):
         rows = pivoting.room_for(*a.shape)
         rows.unit[:], rows.group[:] = a, np.where(ahead, 1, 2)
-        count = take_both(rows, 10)
+        pivoting.scale_rows(rows)
+        count = pivoting.take_rows(rows, 2, pivoting.take_rows(rows, 1, 0, 1e-8), 1e-8)
+        pivoting.find_weights(rows, count)
         base, rest, _ = ranks.part(a, 1e-8, ahead)
         taken = rows.order[:count]
         assert count == len(base)
@@ -251,3 +240,92 @@ def test_a_motion_goes_on_as_matrices_say(name: str, monkeypatch: pytest.MonkeyP
     least = np.linalg.lstsq(on.T, on.T @ held[~off], rcond=1e-9)[0]
     np.testing.assert_allclose(held[~off], least, atol=1e-9 * max(np.abs(held).max(), 1e-9))
     assert not held[off].any()
+
+
+def test_what_is_read_leaves_a_state_to_the_bit() -> None:
+    """Of a motion under way, with accelerations and reactions that balance all forces."""
+    system = arm(joints.Pin("wall", TIP), joints.Clamp("late", TIP), damping=1e-3)
+    begin = begun(system, ("late",))
+    model, state = begin.packed.model, begin.step.state
+    initial.begin_anew(begin.packed, SCHEME, 0.0, np.zeros(model.system.size))
+    rng = np.random.default_rng(4)
+    for part in (state.history, state.past, state.multipliers, state.a):
+        part += rng.normal(size=part.shape)
+    state.known[0], state.order[0], state.parts[0] = 3, 2, 1
+    before = [part.copy() for part in (*state, begin.step.space.off)]
+    begin.step.work.kind[:] = 7, 0, 7, 7
+    a, held = initial.balance(begin.packed, SCHEME, 0.0)
+    for got, wanted in zip((*state, begin.step.space.off), before, strict=True):
+        np.testing.assert_array_equal(got, wanted)
+    assert begin.step.work.kind.tolist() == [0, 0, 0, 0]
+    back = np.argsort(model.order)
+    x, v, a = state.x[back], state.v[back], a[back]
+    gap = compilation.evaluate(model, x, v, 0.0, None, held, a)[0]
+    forces = np.abs(compilation.forces(model, x, v)).max()
+    np.testing.assert_allclose(gap, 0.0, atol=1e-9 * forces)
+    assert np.abs(held).max() > 0.1
+    assert not held[begin.step.space.off > 0.0].any()
+
+
+def test_rows_that_are_open_are_an_error_by_name() -> None:
+    begin = begun(rod(joints.Pin("pin", ROD_A), joints.Pin("far", ROD_B)))
+    begin.step.state.x[0] += 0.01
+    with pytest.raises(Contradiction, match=r"does not satisfy the joints.*pin\.x by 0\.01"):
+        initial.begin_anew(begin.packed, SCHEME, 0.0)
+
+
+@pytest.mark.parametrize("layout", [{}, {"DENSE": 1, "BAND": 1}])
+def test_what_nothing_holds_is_an_error_by_name(
+    layout: dict[str, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A point without mass at the tip of a beam, which goes on with it until it is released."""
+    for word, value in layout.items():
+        monkeypatch.setattr(layouts, word, value)
+    part = body.cable("beam", segment(2), models.SECTION, models.MATERIAL, dim=2)
+    ghost = body.point_mass("ghost", 1.0, np.array([1.0, 0.0]))
+    held = [joints.Clamp("wall", At("beam", "left")), joints.Pin("hook", At("ghost"), TIP)]
+    plain = loosen(assemble([part, ghost], held, [DOWN]), "hook")
+    mass = as_dense(plain.mass).copy()
+    light = [k for k in range(len(mass)) if mass[k, k] == 1.0]
+    mass[light, light] = 0.0
+    system = replace(plain, mass=csr_array(mass))
+    begin = begun(system)
+    initial.begin_anew(begin.packed, SCHEME, 0.0)
+    begin.step.space.off[:] = 1.0
+    with pytest.raises(
+        SolverError, match="neither joints nor a mass determine the motion of ghost"
+    ):
+        initial.begin_anew(begin.packed, SCHEME, 0.0)
+
+
+#: of a record beside a step
+RESULTS = "off", "v", "loss", "acceleration", "multipliers"
+PRINTED = ("a damped beam whose tip locks", "a rod on three links side by side")
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+@pytest.mark.parametrize("name", PRINTED)
+def test_what_is_printed_goes_on_the_same_way(name: str, tmp_path: Path) -> None:
+    case = CASES[name]()
+    begin = begun(case.system, case.off)
+    packed_step, step = begin.packed, begin.step
+    step.state.acceleration[:] = step.state.a
+    initial.impulse_of(packed_step)
+    packed_step.give(np.zeros((1, 0)), UNSTORED)
+    step = step._replace(job=step.job._replace(work=np.zeros(0), signals=packed_step.given[0]))
+    table = packed(step)
+    beside = impulses.Impulse, packed_step.beside
+    calls = {
+        "read": (impulses.balance_known, packed_step.beside),
+        "go_on": (impulses.begin_anew, packed_step.beside),
+    }
+    other = InC(address_of(table), calls, tmp_path, beside)
+    for routine_of, word in ((impulses.balance_known, "read"), (impulses.begin_anew, "go_on")):
+        assert routine_of(table, packed_step.beside) == other.call(word) == 0
+        fields = {f"state_{one}": getattr(step.state, one) for one in SHOWN[1:]}
+        fields |= {f"beside_{one}": getattr(packed_step.impulse, one) for one in RESULTS}
+        for field, wanted in fields.items():
+            if wanted.size:
+                got = other.array(field, wanted.size)
+                off = 1e-11 * np.abs(wanted).max()
+                np.testing.assert_allclose(got, wanted.ravel(), rtol=0, atol=off, err_msg=field)
