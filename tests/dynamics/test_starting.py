@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -355,30 +355,38 @@ STARTS
 }
 unsigned long size(void) { return sizeof(NAME_memory); }
 double *signals(NAME_memory *m) { return SIGNALS; }
-double *energy(NAME_memory *m) { return ENERGY; }
 """
 SHOWN = "x", "v", "a", "acceleration", "multipliers", "history", "past", "memory"
 
 
 class InC:
-    """The start, the energies and steps of a model, printed and compiled."""
+    """Routines of a packed step, each with its integer, printed and compiled; those of another
+    struct `beside` it have its address.
+    """
 
-    def __init__(self, address: int, more: int, folder: Path) -> None:
-        calls = {
-            "turn": (starting.turned_tangents, 0),
-            "start": (starting.start, more),
-            "kinetic": (starting.energies, starting.KINETIC),
-            "strain": (starting.energies, starting.STRAIN),
-            "take": (stepping.take_fixed, 5),
-        }
+    def __init__(
+        self,
+        address: int,
+        calls: Mapping[str, tuple[Routine, int]],
+        folder: Path,
+        beside: tuple[type, int] | None = None,
+    ) -> None:
         mutable = {"job_signals"}
         while True:
             memory = PackedMemory(mutable)
             memory.add(Step, address)
+            if beside:
+                memory.add(*beside, "beside")
             spelled = (programs.run, row_programs.act)
             printer = KernelPrinter(memory, jit.BEHIND, small.STANDS, small.PRODUCTS, spelled)
             names = {
-                name: printer.entry(one, [memory.pointer(address), Const(told)])
+                name: printer.entry(
+                    one,
+                    [
+                        memory.pointer(address),
+                        memory.pointer(told) if beside and told == beside[1] else Const(told),
+                    ],
+                )
                 for name, (one, told) in calls.items()
             }
             printer.finish()
@@ -386,11 +394,11 @@ class InC:
             if not wrong:
                 break
             mutable |= wrong
-        own = OWN.replace("SIGNALS", region("job_signals")).replace(
-            "ENERGY", region("space_energy")
-        )
-        for name in (one for one in SHOWN if memory_has(memory, f"state_{one}")):
-            own += f"double *of_{name}(NAME_memory *m) {{ return {region(f'state_{name}')}; }}\n"
+        own = OWN.replace("SIGNALS", region("job_signals"))
+        for one in memory.regions:
+            shown = one.name.startswith(("state_", "beside_", "space_energy", "space_off"))
+            if shown and one.item == "double" and memory.is_field(one):
+                own += f"double *{one.name}(NAME_memory *m) {{ return {region(one.name)}; }}\n"
         program = PrintedProgram(printer, own)
         constants, starts = program.starts()
         tail = program.own.replace("STARTS", starts)
@@ -416,15 +424,10 @@ class InC:
         for name in ("acceleration", "multipliers"):
             numbers = getattr(state, name)
             if numbers.size:
-                self.array(f"of_{name}", numbers.size)[:] = numbers
+                self.array(f"state_{name}", numbers.size)[:] = numbers
 
     def call(self, name: str) -> int:
         return int(getattr(self.library, name)(self.memory))
-
-
-def memory_has(memory: PackedMemory, name: str) -> bool:
-    """Whether an array of a step has numbers."""
-    return any(one.name == name for one in memory.regions)
 
 
 #: and for how many steps both go the same way: five corrections leave more of beams with directors
@@ -451,7 +454,14 @@ def test_what_is_printed_starts_and_goes_the_same_way(name: str, tmp_path: Path)
     table = packed(step)
     turns = bool(step.work.kind[1])
     step.arrays.corotation.numbers[:] = 0.0
-    other = InC(address_of(table), more, tmp_path)
+    calls = {
+        "turn": (starting.turned_tangents, 0),
+        "start": (starting.start, more),
+        "kinetic": (starting.energies, starting.KINETIC),
+        "strain": (starting.energies, starting.STRAIN),
+        "take": (stepping.take_fixed, 5),
+    }
+    other = InC(address_of(table), calls, tmp_path)
     assert starting.turned_tangents(table) == other.call("turn") == turns
     assert starting.start(table, more) == other.call("start") == 0
     for k in range(PRINTED[name]):
@@ -459,13 +469,13 @@ def test_what_is_printed_starts_and_goes_the_same_way(name: str, tmp_path: Path)
             wanted = getattr(step.state, field).ravel()
             if wanted.size:
                 off = 1e-10 * np.abs(wanted).max()
-                got = other.array(f"of_{field}", wanted.size)
+                got = other.array(f"state_{field}", wanted.size)
                 np.testing.assert_allclose(got, wanted, rtol=0, atol=off, err_msg=f"{field} {k}")
         for which, called in ((starting.KINETIC, "kinetic"), (starting.STRAIN, "strain")):
             starting.energies(table, which)
             other.call(called)
             energy = step.space.energy[0]
-            assert other.array("energy", 1)[0] == pytest.approx(energy, rel=1e-9, abs=1e-12)
+            assert other.array("space_energy", 1)[0] == pytest.approx(energy, rel=1e-9, abs=1e-12)
         initial.begin_steps(step.state)
         if k == 0:
             other.begin_steps(step.state)
