@@ -379,6 +379,26 @@ def test_a_spring_holds_a_static_problem(tmp_path: Path) -> None:
     assert fmbs("check", path).code == 0
 
 
+def test_a_weight_that_hangs_on_a_spring_is_held(tmp_path: Path) -> None:
+    """The spring resists across once the weight pulls it; a weight across it finds no equilibrium."""
+    text = """
+schema: 1
+bodies: {load: {type: point_mass, mass: 500 kg, position: [1 m, 0, -2.8 m]}}
+loads:
+  weight: {type: gravity, acceleration: [0, 0, -9.81 m/s^2]}
+  rope: {type: spring_damper, at: load, to: [1 m, 0, -0.3 m], stiffness: 1 MN/m, damping: 5 kN s/m}
+analysis: {type: dynamic, duration: 1 s, step: 5 ms, start: equilibrium}
+"""
+    (path := tmp_path / "hung.yaml").write_text(text)
+    assert fmbs("check", path).code == 0
+    path.write_text(text.replace("acceleration: [0, 0, -9.81 m/s^2]", "acceleration: [0, 0, 0]"))
+    assert "load moves along (1, 0, 0)" in fmbs("check", path).err
+    path.write_text(text.replace(", stiffness: 1 MN/m", ", stiffness: 0 N/m"))
+    done = fmbs("check", path, "--json")
+    assert done.code == 3
+    assert "3 rigid motions that nothing resists" in done.json["message"]
+
+
 def test_redundant_rows_say_what_they_follow_from(tmp_path: Path) -> None:
     path = scene(tmp_path, STATIC)
     path.write_text(

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from ..core.compiling.structs import Integers, Vector
+from ..core.compiling import structs
 from ..dynamics.measuring import Reader
 from ..systems import compiled as compilation
 from ..systems.connections.redundancy import scale_of
@@ -51,35 +51,35 @@ class Watch(NamedTuple):
     of conditions. Flags are 0 or 1.
     """
 
-    direction: Integers  #: (t,) 1 rising, -1 falling, 0 both
-    once: Integers  #: (t,) whether it happens the first time alone
-    stopping: Integers  #: (t,) whether the run stops there
-    locking: Integers  #: (t,) whether it locks something
-    owner: Integers  #: (w,) the event that reads a value
-    guarded: Integers  #: (w,) whether one that is no number says nothing
-    noise: Vector  #: (w,) sizes up to which values are zero
-    values: Vector  #: (w,) in the present state
-    rates: Vector  #: (w,) their changes in a step, nan where they are not known
-    now: Vector  #: (w,) at the end of the step
-    latest: Vector  #: (w,) at its begin
-    earlier: Vector  #: (w,) one step earlier
-    first: Vector  #: (w,) at the begin of a piece of it, or rates there
-    last: Vector  #: (w,) at the end of the piece, or rates there
-    signs: Integers  #: (w,) of values that may dip, 0 of others
-    sides: Integers  #: (t,) signs of values; 0 where an event is not on guard
-    rests: Integers  #: (t,) FREE, RESTING or HELD
-    jumped: Integers  #: (t,) whether the value jumped where it happened last
-    lately: Integers  #: (t,) whether it has happened in the present step
-    over: Integers  #: (t,) whether it happens no more
-    due: Integers  #: (t,) whether it happens now
-    acted: Integers  #: (t,) whether it has happened at the present instant
-    touched: Integers  #: (t,) whether its value touches zero where it dips
-    size: Vector  #: (t,) of values in the last piece of a step with an event
-    places: Vector  #: (t,) in the step where events that are due happen
-    reached: Vector  #: (2,) places of a piece's begin, and of the present state
+    direction: structs.Integers  #: (t,) 1 rising, -1 falling, 0 both
+    once: structs.Integers  #: (t,) whether it happens the first time alone
+    stopping: structs.Integers  #: (t,) whether the run stops there
+    locking: structs.Integers  #: (t,) whether it locks something
+    owner: structs.Integers  #: (w,) the event that reads a value
+    guarded: structs.Integers  #: (w,) whether one that is no number says nothing
+    noise: structs.Vector  #: (w,) sizes up to which values are zero
+    values: structs.Vector  #: (w,) in the present state
+    rates: structs.Vector  #: (w,) their changes in a step, nan where they are not known
+    now: structs.Vector  #: (w,) at the end of the step
+    latest: structs.Vector  #: (w,) at its begin
+    earlier: structs.Vector  #: (w,) one step earlier
+    first: structs.Vector  #: (w,) at the begin of a piece of it, or rates there
+    last: structs.Vector  #: (w,) at the end of the piece, or rates there
+    signs: structs.Integers  #: (w,) of values that may dip, 0 of others
+    sides: structs.Integers  #: (t,) signs of values; 0 where an event is not on guard
+    rests: structs.Integers  #: (t,) FREE, RESTING or HELD
+    jumped: structs.Integers  #: (t,) whether the value jumped where it happened last
+    lately: structs.Integers  #: (t,) whether it has happened in the present step
+    over: structs.Integers  #: (t,) whether it happens no more
+    due: structs.Integers  #: (t,) whether it happens now
+    acted: structs.Integers  #: (t,) whether it has happened at the present instant
+    touched: structs.Integers  #: (t,) whether its value touches zero where it dips
+    size: structs.Vector  #: (t,) of values in the last piece of a step with an event
+    places: structs.Vector  #: (t,) in the step where events that are due happen
+    reached: structs.Vector  #: (2,) places of a piece's begin, and of the present state
     #: (4,) STATUS of what could not be taken; whether the run has ENDED; whether it PAUSES behind
     #: events; whether the step is taken IN_PIECES
-    told: Integers
+    told: structs.Integers
 
 
 class Shell(Protocol):

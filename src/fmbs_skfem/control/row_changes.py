@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling.structs import IntegerMatrix, Integers, Vector
+from ..core.compiling import structs
 from ..dynamics.vanishing import rows_of_locks
 from ..systems.system import Lock, System
 from .crossings import Watch
@@ -21,15 +21,19 @@ AS_IT_IS = -1  #: of a row that an event leaves
 class RowChanges(NamedTuple):
     """Of t events and m rows: what locks hold are l numbers, sums of q products of probe rows j."""
 
-    closed: Integers  #: (m,) whether rows are to hold, though others may make them hold already
-    rows: IntegerMatrix  #: (t, m) 1 of rows that hold from an event on, 0 of those that do not
-    event: Integers  #: (q,) the event that reads a product
-    number: Integers  #: (q,) the number that it is a part of
-    factor: Vector  #: (q,)
-    left: Integers  #: (q,) probe rows
-    right: Integers  #: (q,)
-    numbers: Vector  #: (l,)
-    probes: Vector  #: (j + 1,) in the present state, 1 behind them
+    closed: (
+        structs.Integers
+    )  #: (m,) whether rows are to hold, though others may make them hold already
+    rows: (
+        structs.IntegerMatrix
+    )  #: (t, m) 1 of rows that hold from an event on, 0 of those that do not
+    event: structs.Integers  #: (q,) the event that reads a product
+    number: structs.Integers  #: (q,) the number that it is a part of
+    factor: structs.Vector  #: (q,)
+    left: structs.Integers  #: (q,) probe rows
+    right: structs.Integers  #: (q,)
+    numbers: structs.Vector  #: (l,)
+    probes: structs.Vector  #: (j + 1,) in the present state, 1 behind them
 
 
 def changes_of(system: System) -> RowChanges:

@@ -10,6 +10,7 @@ motion of the system is put on top of it, turned with every body.
 from __future__ import annotations
 
 import contextlib
+import warnings
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -67,6 +68,17 @@ def in_equilibrium(system: System, newton: Newton, progress: Progress | None = N
         ) from error
     x = path.x[-1]
     return Rest(x, turned(system, x), None if path.memory is None else path.memory[-1])
+
+
+def has_equilibrium(system: System, newton: Newton) -> bool:
+    """Whether an equilibrium of the loads at t = 0 is found from the reference."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        try:
+            loaded(system, newton)
+        except SolverError:
+            return False
+    return True
 
 
 def unheld(free: Sequence[free_motions.FreeMotion], remedy: str) -> InputError:

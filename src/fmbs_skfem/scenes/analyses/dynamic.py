@@ -20,6 +20,7 @@ from ...dynamics.instants import Instants
 from ...dynamics.observers import Observer
 from ...dynamics.scheme import DYNAMIC, Start
 from ...dynamics.tracing import FEW
+from ...systems.free_motions import unsupported
 from .. import field_kinds as fields
 from .. import times
 from ..accuracy import Wanted, of_outputs
@@ -235,7 +236,8 @@ class Dynamic(History):
         return dynamics.integrate(*given, states=FEW)
 
     def examine(self, scene: Scene, raw: System) -> None:
-        if not self.drawn:
+        # a spring that a weight pulls resists across, too: its equilibrium says so
+        if not self.drawn and unsupported(raw)[0] and not rest.has_equilibrium(raw, self.newton):
             refuse_unsupported(scene, raw, f"\n{rest.FREE}")
 
     def problems_in(self, scene: Scene) -> Iterator[Found]:
