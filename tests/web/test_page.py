@@ -320,7 +320,8 @@ def test_a_model_in_the_page_moves_bodies_and_joints_by_its_unknowns(
     """A model of recorded states, whose slider asks for one of them: the points are those of the
     recorded motion.
     """
-    (tmp_path / "rod.yaml").write_text(SCENE + "reduction: {snapshots: 10 ms}\n", encoding="utf-8")
+    more = "events: {end: {when: t - 0.3517 s, stop: true}}\nreduction: {snapshots: 10 ms}\n"
+    (tmp_path / "rod.yaml").write_text(SCENE + more, encoding="utf-8")
     studies.reduce(tmp_path / "rod.yaml", out=tmp_path / "rod.h5", allow_outside=True)
     motion = studies.run_model(tmp_path / "rod.h5", html=True, out=tmp_path / "out", plots=False)
     tab = opened(chromium, tmp_path / "out" / "page.html")
@@ -410,7 +411,8 @@ def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path
     """Its tip is that of the run, to the error of the shapes; started again it goes the same way,
     to the bit.
     """
-    (tmp_path / "rod.yaml").write_text(SCENE + "reduction: {snapshots: 10 ms}\n", encoding="utf-8")
+    more = "events: {end: {when: t - 0.3517 s, stop: true}}\nreduction: {snapshots: 10 ms}\n"
+    (tmp_path / "rod.yaml").write_text(SCENE + more, encoding="utf-8")
     studies.reduce(tmp_path / "rod.yaml", out=tmp_path / "rod.h5", allow_outside=True)
     motion = studies.run_model(tmp_path / "rod.h5")
     done = fmbs("view", tmp_path / "rod.h5", "--html", tmp_path / "rod.html")
@@ -431,6 +433,10 @@ def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path
     assert tab.run("fmbs.state.live.time") == at
     assert tab.run("[...fmbs.state.model.step(0)]") == first
     told = "fmbs.state.live.stopped.hidden ? '' : fmbs.state.live.stopped.textContent"
+    assert tab.run(told) == ""
+    tab.run("((live) => { while (!live.model.status) live.advance(0.02); })(fmbs.state.live)")
+    assert tab.run(told) == "An event stops the motion at t = 0.3517 s."
+    tab.run("fmbs.state.live.reset()")
     assert tab.run(told) == ""
     # as the step of the model has it
     tab.run("(fmbs.state.model.status = 3, fmbs.state.live.advance(0.01))")

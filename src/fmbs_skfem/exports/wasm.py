@@ -11,7 +11,7 @@ from ..core.errors import InputError, say
 from .binaries import ZIG
 from .c_files import CModel
 
-EXPORTED = "init", "start", "step", "inputs", "parameters", "unknowns", "outputs", "now"
+EXPORTED = "init", "start", "step", "stopped", "inputs", "parameters", "unknowns", "outputs", "now"
 DOOR = """
 #include "NAME.h"
 static NAME_memory m;
@@ -23,6 +23,7 @@ int step(double span)
     const NAME_status found = NAME_step(&m, span);
     return found == NAME_INPUT_OUTSIDE ? NAME_step(&m, span) : found; /* pages show ranges beside their inputs */
 }
+int stopped(int status) { return status == NAME_STOPPED; } /* by an event */
 double *inputs(void) { return m.inputs; }
 double *parameters(void) { return m.parameters; }
 double *unknowns(void) { return m.state_x; }

@@ -11,6 +11,7 @@
  *     step(n)                   n steps, 0 for none; returns the unknowns x (n,) of the reduced model as an array of numbers
  *     columns, outputs()        names of its outputs and their values now, where it has some: the plots draw them
  *     status                    not 0 where a step has failed: it stands still, and the page says so
+ *     stopped                   whether that is an event which stops the motion
  *
  * The page knows how bodies and joints follow from the unknowns: `live` of the first film that has one holds for every body a
  * matrix (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns). Loads are shown
@@ -80,7 +81,8 @@ class Live {
   tellStopped() {
     this.stopped.hidden = !this.model.status;
     const failed = this.time || this.beyond.hidden ? `A step at t = ${short(this.time)} s failed` : "It does not start there";
-    this.stopped.textContent = `${failed}, and the model stands still: start again, with smaller inputs.`;
+    this.stopped.textContent = this.model.stopped ? `An event stops the motion at t = ${short(this.time)} s.`
+      : `${failed}, and the model stands still: start again, with smaller inputs.`;
   }
 
   /** Go on by a time [s], in whole steps of the model. */
