@@ -92,6 +92,11 @@ def test_a_value_at_rest_at_zero_crosses_it_where_it_leaves(
             "both",
             [0.22 - 0.01 * (np.sqrt(1.25) - 0.5), 0.22 + 0.01 * (np.sqrt(0.45) - 0.3)],
         ),
+        ("abs(tip.x - 0.25)", "both", [0.25268025514207865]),
+        ("abs(angle - 0.303) * exp(angle)", "both", [0.303]),
+        ("max(0.303 - angle, 2 * (angle - 0.303))", "falling", [0.303]),
+        ("abs(angle - 0.303) + 1e-7", "both", []),
+        ("(angle - 0.303)**2 + 1e-7", "both", []),
     ],
 )
 def test_values_that_touch_zero_and_conditions_that_hold_for_less_than_a_step(

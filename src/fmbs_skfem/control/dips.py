@@ -20,6 +20,8 @@ from .zeros import find_zero
 NEAR = 1e-3  #: of a step, next to whose ends rates are compared
 AGAIN = 1e-6  #: of a step, next to whose ends nothing is looked for
 TOUCHING = 1e-9  #: of a value at the ends of a step, below which it touches zero within it
+BENT = 0.1  #: of values at the ends of a step, by which tangents may meet above zero where it is touched
+GOLDEN = 0.6180339887498949  #: of a span, that is left of it in a step of its search
 NOWHERE = 1e300  #: in place of the value of a dip that there is not
 
 
@@ -112,14 +114,40 @@ def deepest(W: Watch, run: Shell, k: int, floor: float) -> tuple[float, float]:
         if value <= 0.0:
             return place, value
     meeting = (last - first - late) / (early - late)
-    if not AGAIN < meeting < 1.0 - AGAIN or first + early * meeting > floor:
+    # |x| is not convex where x bends
+    above = first + early * meeting > floor + BENT * (first + last)
+    if not AGAIN < meeting < 1.0 - AGAIN or above:
         return 1.0, NOWHERE
     early = rate_at(W, run, k, NEAR)
     late = rate_at(W, run, k, 1.0 - NEAR)
     if not (early < 0.0 and late > 0.0):
         return 1.0, NOWHERE
     place = find_zero(W, run, k, rate_at, (NEAR, 1.0 - NEAR), (early, late), EXACT)
-    return place, value_at(W, run, k, place)
+    value = value_at(W, run, k, place)
+    # where a rate jumps, differences of values see it from NEAR on
+    if floor < value <= NEAR * (first + last):
+        return lowest(W, run, k, (place - 2.0 * NEAR, place + 2.0 * NEAR))
+    return place, value
+
+
+def lowest(W: Watch, run: Shell, k: int, span: tuple[float, float]) -> tuple[float, float]:
+    """Where a value that falls and rises is smallest in a span of the step, and that value, by
+    golden sections.
+    """
+    low, high = max(span[0], 0.0), min(span[1], 1.0)
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    before = value_at(W, run, k, left)
+    behind = value_at(W, run, k, right)
+    while high - low > EXACT:
+        if before < behind:
+            high, right, behind = right, left, before
+            left = high - GOLDEN * (high - low)
+            before = value_at(W, run, k, left)
+        else:
+            low, left, before = left, right, behind
+            right = low + GOLDEN * (high - low)
+            behind = value_at(W, run, k, right)
+    return left, min(before, behind)
 
 
 def value_at(W: Watch, run: Shell, k: int, place: float) -> float:
