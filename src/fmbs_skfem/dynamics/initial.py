@@ -17,8 +17,7 @@ from scipy.sparse import coo_array, csr_array
 from ..bodies.laws import Law
 from ..core.algebra import ranks, saddle, supernodes
 from ..core.algebra.linalg import Array
-from ..core.compiling import lapack
-from ..core.compiling.structs import Routine
+from ..core.compiling import lapack, structs
 from ..core.errors import Contradiction, Reason, SolverError, say
 from ..systems import assembly, evaluation, layouts
 from ..systems import compiled as compilation
@@ -264,7 +263,9 @@ def impulse_of(packed: PackedStep) -> Impulse:
     return packed.impulse
 
 
-def call_impulse(packed: PackedStep, scheme: GeneralizedAlpha, time: float, what: Routine) -> int:
+def call_impulse(
+    packed: PackedStep, scheme: GeneralizedAlpha, time: float, what: structs.Routine
+) -> int:
     """What a routine of `impulses` returns for the state of a step at a time [s]."""
     impulse_of(packed)
     packed.give(signals_at_start(packed.model.system, time, scheme.step), UNSTORED)
