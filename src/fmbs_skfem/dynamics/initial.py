@@ -453,13 +453,6 @@ def held(system: System, on: np.ndarray) -> System:
     return system if on.all() else keep_constraints(system, np.flatnonzero(on))
 
 
-def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
-    """Values of the rows that hold (i,), and 0 for the others, (m,)."""
-    found = np.zeros(len(on))
-    found[on] = values
-    return found
-
-
 def kkt_solver(
     system: System, M: Array, J: np.ndarray, invert: Inverter | None = None
 ) -> Inversion:

@@ -1,8 +1,8 @@
 r"""What changes at once where rows of joints are released or lock, in compiled code: for runs, and for
 the programs that are printed of models.
 
-    [ W      Phi_q^T ] [ d ]     [ f                ]
-    [ Phi_q  0       ] [ p ]  =  [ - (Phi_q v + Phi_t) ],      v <- v + u,    u = d(0),    W = M
+    [ W      Phi_q^T ] [ d ]     [ f                   ]
+    [ Phi_q  0       ] [ p ]  =  [ - (Phi_q v + Phi_t) ],    v <- v + u,    u = d(0),    W = M
 
 of rigid bodies. Of strains that vibrate by w [rad/s], with the damping time b, rates keep
 
@@ -13,9 +13,9 @@ be those of no motion. By M alone an arm with 5 ms of damping that catches a mas
 Accelerations and reactions then start anew (`starting`). Rows that depend on others in a singular
 position determine nothing: independent ones find v and q'', and multipliers have least norm,
 
-    J_d = w J_i,    lambda_i + w^T lambda_d = Phi_i,    |lambda| -> min:    (1 + w w^T) lambda_d = w Phi_i
+    J_d = w J_i,    lambda_i + w^T lambda_d = mu,    |lambda| -> min:    (1 + w w^T) lambda_d = w mu
 
-with Phi_i the multipliers of the independent rows alone.
+with mu the multipliers of the independent rows i alone, and d the other rows.
 
 Source: Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2 (impulses on constraints).
 """
@@ -52,8 +52,8 @@ class Impulse(NamedTuple):
     state.
     """
 
-    start: int  #: addresses of `starting.start` and `find_accelerations`: routines here do not compile them once more
-    find: int
+    start: int  #: address of `starting.start`, so that routines here do not compile it once more
+    find: int  #: that of `starting.find_accelerations`
     flags: int  #: of `starting`, of a motion that goes on
     alone: int  #: the same where accelerations and reactions are only read
     trained: bool  #: whether rows may be noise of a trained space
