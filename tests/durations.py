@@ -64,6 +64,7 @@ SMOKE = frozenset(  #: slow tests that every run takes: one of each kind of mode
         "cli/test_train.py::test_a_parameter_that_moves_geometry_makes_a_model",
         "dynamics/test_arclength.py::test_follower_forces_and_histories",
         "dynamics/test_near_states.py::test_becks_column_flutters",
+        "exports/test_c_events.py::test_events_in_c_are_those_of_python[by a reaction]",
         "exports/test_c_files.py::test_the_source_is_clean_and_its_memory_sound[as it is]",
         "exports/test_fmu.py::test_sources_alone_build_and_load[3]",
         "exports/test_part_ports.py::test_a_part_moves_in_c_as_in_python[a beam with torsion]",

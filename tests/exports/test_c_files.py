@@ -41,6 +41,7 @@ from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.cli.calls import fmbs
+from tests.dynamics import test_events
 from tests.exports.c_library import COMPILER, STRICT, CRun
 from tests.exports.held import held
 from tests.exports.test_c_control import SERVOS, rod
@@ -353,7 +354,7 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
     "kind",
     [
         *("as it is", "with divided steps", "with a driven joint", "with an input", "of a range"),
-        "with a controller and a kick",
+        *("with a controller and a kick", "with events"),
     ],
 )
 def test_the_source_is_clean_and_its_memory_sound(
@@ -368,6 +369,12 @@ def test_the_source_is_clean_and_its_memory_sound(
         "with an input": lambda: plant,
         "with a controller and a kick": lambda: rod(
             tmp_path, SERVOS["measurement"], kick="where(t < 0.0105, 0, 1)"
+        ),
+        "with events": lambda: test_events.rod(
+            {
+                "brake": test_events.event("angle > 0.05", lock=("pin",)),
+                "go": test_events.event("pin.x_locked + t - 0.0233", release=("pin",)),
+            }
         ),
     }
     case: Case | ParametricCase = case_of(systems.get(kind, lambda: small)(), step)
@@ -391,8 +398,10 @@ int main(void)
     if (clean_start(&m) != clean_OK)
         return 1;
     for (int k = 0; k < 50; k++) {
-        m.inputs[0] = 0.01 * k * k / 50;
-        m.rates[0][0] = k % 3 == 0 ? 0.02 * k / 50 : 0.0;
+        if (clean_EVENTS == 0) { /* else it is what a lock holds */
+            m.inputs[0] = 0.01 * k * k / 50;
+            m.rates[0][0] = k % 3 == 0 ? 0.02 * k / 50 : 0.0;
+        }
         if (clean_PARAMETERS > 1 && k == 20)
             m.parameters[1] = 6.0;
         if (clean_step(&m, k == 40 ? 2.5 * clean_STEP : clean_STEP) != clean_OK)

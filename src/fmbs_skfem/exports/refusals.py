@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from ..control import crossings
+from ..control.events import with_locks
 from ..core.compiling import structs
 from ..core.values.problems import Problem
 from ..dynamics import GeneralizedAlpha
@@ -36,6 +37,8 @@ def find(system: System, scheme: GeneralizedAlpha, ranged: bool = False) -> Iter
     Models are `ranged` that have whole ranges of parameters. Reductions keep all of it. What
     depends on the basis, as rows that follow from others, shows when the model is written.
     """
+    # reactions of joints that lock have columns of their own
+    system = with_locks(system)
     if ranged and scheme.start == "equilibrium":
         remedy = "fix the parameters with --set, or start in the reference"
         yield Refusal(
