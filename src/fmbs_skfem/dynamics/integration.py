@@ -67,6 +67,7 @@ def integrate(
     resume: Resumed | None = None,
     observers: Sequence[Observer] = (),
     states: int | None = None,
+    judged: bool = True,
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the
     end, or after the steps listed.
@@ -87,7 +88,8 @@ def integrate(
 
     With a number of `states`, outputs and energies are read while the run goes, at all stored
     times, and so many states are kept, evenly spread, the first and the last one among them:
-    `Trajectory.kept`. Where an observer reads states, all are kept.
+    `Trajectory.kept`. Where an observer reads states, all are kept. A motion that is not `judged` is
+    one among others that are compared: rules of motions say nothing of it.
 
         >>> import numpy as np
         >>> from fmbs_skfem import dynamics, systems
@@ -117,7 +119,14 @@ def integrate(
     )
     watching += [PauseCall(lambda run: record(moment(run)), reads_states=False)] if record else []
     setting = RunSetting(
-        system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress
+        system,
+        scheme,
+        newton or Newton(),
+        steps,
+        system,
+        repeat=repeat,
+        progress=progress,
+        judged=judged,
     )
     run = begun(setting, kept_steps(every, steps), [*watching, *observers], resume, states)
     try:

@@ -108,6 +108,7 @@ class RunSetting:
     #: the motion of another system in the same run
     repeat: Callable[[System, Progress | None], Trajectory] | None = None
     progress: Progress | None = None
+    judged: bool = True  #: whether rules of motions look at it
 
 
 Offer: TypeAlias = Callable[[RunSetting], Iterable[Observer]]
@@ -225,5 +226,5 @@ def judges(rule: Callable[[Trajectory], Texts]) -> None:
         return found.motion
 
     judge = Judge(lambda run, motion: rule(motion.states), reads_states=False)
-    offered(lambda setting: () if setting.live else (judge,))
+    offered(lambda setting: () if setting.live or not setting.judged else (judge,))
     reviews(review)

@@ -157,6 +157,10 @@ class History(Analysis, ABC):
         """The same for who asks for outputs: few states may be kept."""
         return self.solve(system, advance, watch, resume)
 
+    def solve_to_compare(self, system: System, watch: Record | None = None) -> Trajectory:
+        """The same for who compares outputs of runs: nothing is said of the motion."""
+        return self.solve(system, watch=watch)
+
 
 @dataclass(frozen=True)
 class StateTable:

@@ -38,6 +38,8 @@ ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step, usually
 LEFT_OUT = 0.0
 AUTO = math.inf  #: steps that are found for the accuracy
 FIRST = 500  #: steps that are counted with where none is known yet
+# 32 MB of x, v and accelerations
+ROOM = 1.4e6  #: numbers of x up to which all states of a run that is compared are kept
 STEP = Takes(
     lambda value, context: AUTO if value == "auto" else float(fields.TIME.read(value, context)),
     fields.TIME.schema | {"description": "a time [s] > 0, or auto: found for the accuracy"},
@@ -234,6 +236,21 @@ class Dynamic(History):
             observers,
         )
         return dynamics.integrate(*given, states=FEW)
+
+    def solve_to_compare(self, system: System, watch: Record | None = None) -> Trajectory:
+        every, observers = self.sampled()
+        few = self.duration / self.step * system.size > ROOM
+        return dynamics.integrate(
+            system,
+            self.scheme,
+            self.duration,
+            self.newton,
+            every,
+            record=watch,
+            observers=observers,
+            states=FEW if few else None,
+            judged=False,
+        )
 
     def examine(self, scene: Scene, raw: System) -> None:
         # a spring that a weight pulls resists across, too: its equilibrium says so

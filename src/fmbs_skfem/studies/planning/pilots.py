@@ -209,8 +209,8 @@ class ScenePilots:
         """
         system = self.system(cells)
         tolerance = self.tolerance(steps, local_error)
-        return self.analysis.piloted(steps, 1, local_error, tolerance).solve_for_outputs(
-            system, watch=watch
+        return self.analysis.piloted(steps, 1, local_error, tolerance).solve_to_compare(
+            system, watch
         )
 
     def tolerance(self, steps: int, local_error: float = 0.0) -> float:
