@@ -9,6 +9,7 @@ A reduced part keeps those of its training, and takes others where it is used.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import Any
@@ -73,6 +74,23 @@ def of_line(section: Section, material: Material | None, dim: int, locks: bool) 
     Where its cubics lock, EA / EI decides on the quadrature: what changes it is not among them, see
     `shapes.locking`. Nor is what makes a section that bends differently about its axes, in space.
     """
+    numbers = section, material, dim, locks
+    return dict((known_of_line if is_hashable(section) else find_of_line)(*numbers))
+
+
+def is_hashable(value: object) -> bool:
+    """Whether a value may be a key: one that holds a dictionary may not."""
+    try:
+        hash(value)
+    except TypeError:
+        return False
+    return True
+
+
+def find_of_line(
+    section: Section, material: Material | None, dim: int, locks: bool
+) -> dict[str, Value]:
+    """As `of_line`."""
     kept: Any = section
     shape = {one.name: getattr(section, one.name) for one in fields(kept)}
     shape = {
@@ -106,6 +124,10 @@ def of_line(section: Section, material: Material | None, dim: int, locks: bool) 
         for name, one in found.items()
         if not locks or one.powers.get("EA", 0) == one.powers.get("EI", 0)
     }
+
+
+#: other meshes of a line ask for the same
+known_of_line = functools.lru_cache(maxsize=64)(find_of_line)
 
 
 def of_plate(material: Material, thickness: float | np.ndarray) -> dict[str, Value]:

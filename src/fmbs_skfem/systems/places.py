@@ -155,7 +155,10 @@ class Coordinates:
         InputError where the place has no such vector.
         """
         part = self.body(where, at)
-        return self.spread(part, self.row(part, at.place, derivative))
+        known = "read", at, derivative
+        if known not in self.known:
+            self.known[known] = self.spread(part, self.row(part, at.place, derivative))
+        return self.known[known]
 
     def row(self, part: Body, place: str | float, derivative: int = 0) -> csr_array:
         """Row (1, b) of the position or a vector at a place of a body, see `bodies.body.probe`; it

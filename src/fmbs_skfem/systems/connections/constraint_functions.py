@@ -25,7 +25,7 @@ from ...core.notices import notify
 from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from ..measures.resultants import Resultant
-from ..places import QUARTER, At, Coordinates, Draft, Ground, vector
+from ..places import QUARTER, At, Coordinates, Draft, Ground, directions, vector
 
 Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
 Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
@@ -269,9 +269,10 @@ def basis(name: str, layout: Coordinates, end: At) -> tuple[list[csr_array], np.
     plane also its normal).
     """
     rows = layout.vectors(name, end)
-    first = layout.first[end.body]
-    part = layout.bodies[end.body]
-    own = [row[:, first : first + part.reference.size] @ part.reference.ravel() for row in rows]
+    count = directions(layout.body(name, end), end.place)
+    own = [layout.reference(name, end, k + 1) for k in range(count)]
+    if len(rows) > count:
+        own.append(QUARTER @ own[0])
     return rows, np.array(own).reshape(len(rows), layout.dim)
 
 
