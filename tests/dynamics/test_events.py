@@ -417,6 +417,27 @@ def test_resumed_runs_have_the_same_bits() -> None:
         assert_array_equal(outputs(again)["pin_y_locked"], outputs(motion)["pin_y_locked"])
 
 
+def test_a_live_run_that_goes_back_has_its_events_before_it() -> None:
+    """What has stopped it, and what was to happen once, happens again at the same instants."""
+    told = {
+        "once": event("angle - 0.2", lock=("pin",), once=True),
+        "go": event("t - 0.1", release=("pin",), once=True),
+        "end": event("tip.y < -1.02", stop=True),
+    }
+    run = start(rod(told), GeneralizedAlpha(H))
+    begin = run.state
+    seen = []
+    for _ in range(2):
+        while not run.ended:
+            run.step()
+        seen.append([(one.name, one.time) for one in run.events])
+        run.state = begin
+        assert not run.ended
+        assert run.events == ()
+    assert [name for name, _ in seen[0]] == [*told]
+    assert seen[0] == seen[1]
+
+
 def arm(dim: int, cells: int = 4) -> System:
     """A beam that falls from its hinge, is released, and latched to the ground by its other end."""
     rest = (0.0,) * (dim - 2)

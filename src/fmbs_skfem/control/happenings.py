@@ -34,7 +34,7 @@ from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
 from ..systems.compiled import Compiled
-from .crossings import BEGIN, begin, noise_of, numbers_read, read, watch_of
+from .crossings import BEGIN, ENDED, begin, noise_of, numbers_read, read, watch_of
 from .events import gap_of
 from .locating import BROKEN, LATE, MANY, REPEATED, look
 from .row_changes import change, changes_of, signals_of
@@ -288,10 +288,12 @@ class EventObserver(Observer):
         W.rests[:] = arrays[RESTS]
         W.earlier[:], W.latest[:] = arrays[TRAIL]
         gaps = iter(arrays[GAPS])
+        W.over[:] = W.told[:] = 0
         self.happened.clear()
         for number, time, loss in arrays["events"].tolist():
             one = self.triggers[int(number)]
             W.over[int(number)] = one.once
+            W.told[ENDED] = one.stop
             known = [(name, next(gaps)) for name in one.lock]
             gap = tuple(
                 Gap(name, *(None if np.isnan(part) else float(part) for part in parts))

@@ -390,6 +390,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     turning = bool(changes) and len(base.step.arrays.corotation.table) > 0
     known = {*inputs, *numbers.parameters_of(given)}
     acting = controllers.write(system, case.scheme, len(inputs), known)
+    known |= {one.name for one in acting.columns}
     happening = events.write(base, known, acting.curves, title)
     own_columns = (*acting.columns, *(happening.columns if happening else ()))
     reading, columns, left_out = outputs.write_outputs(system, own_columns)
