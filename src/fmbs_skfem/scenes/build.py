@@ -44,12 +44,15 @@ SUBJECT = re.compile(r"(body|joint|load|output|controller|event|monitor) '([^']*
 
 
 @checked
-def system(scene: Scene, cells: Count | None = None, allow_outside: bool = False) -> System:
+def system(
+    scene: Scene, cells: Count | None = None, allow_outside: bool = False, pictures: bool = True
+) -> System:
     """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 
     `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the
-    scene's project folder. Raises InputError for meshes, places, edges and functions of time that
-    do not fit, with file, line and path of keys.
+    scene's project folder; without `pictures` it has nothing that only these show. Raises
+    InputError for meshes, places, edges and functions of time that do not fit, with file, line and
+    path of keys.
 
         >>> from fmbs_skfem import scenes, systems
         >>> from fmbs_skfem.scenes import build
@@ -60,7 +63,7 @@ def system(scene: Scene, cells: Count | None = None, allow_outside: bool = False
         <System 1206 unknowns, 0 constraints: I, II>
     """
     check_functions(scene)  # before meshes are read
-    return of_parts(scene, parts(scene, cells, allow_outside))
+    return of_parts(scene, parts(scene, cells, allow_outside), pictures)
 
 
 def check_files(scene: Scene, allow_outside: bool = False) -> None:

@@ -117,7 +117,7 @@ def assemble(
     **more: Any,
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures`
-    it has no lines and skins.
+    it has no lines and skins, and no marks of joints.
 
         M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0
 
@@ -151,6 +151,7 @@ def assemble(
     draft, layout = empty_draft(bodies)
     if brought := unknowns_of(joints, layout):
         draft, layout = empty_draft([*bodies, *brought])
+    draft.pictured = pictures
     constrain(draft, joints)
     draft.outputs = dict(outputs or {})
     wanted, reading = read_by(additions_of(more, draft), draft)

@@ -193,11 +193,11 @@ class Coordinates:
         found = [
             self.read(where, at, k + 1) for k in range(directions(self.body(where, at), at.place))
         ]
-        return (
-            [found[0], csr_array(QUARTER @ found[0])]
-            if len(found) == 1 and self.dim == 2
-            else found
-        )
+        if len(found) == 1 and self.dim == 2:
+            if ("normal", at) not in self.known:
+                self.known["normal", at] = csr_array(QUARTER @ found[0])
+            found.append(self.known["normal", at])
+        return found
 
     def spread(self, part: Body, rows: csr_array) -> csr_array:
         """Rows A (x, b) on the functions of one body as rows (x c, q), at the place of the body.
@@ -445,6 +445,7 @@ class Draft:
     loose: tuple[str, ...] = ()  #: joints that may be let loose in a motion
     #: joints and loads, as messages name them, and the places that they act on
     acting: Sequence[tuple[str, At]] = ()
+    pictured: bool = True  #: whether joints and loads show themselves in pictures
 
     @contextmanager
     def origin(self, subject: str) -> Iterator[None]:

@@ -152,7 +152,7 @@ class ScenePilots:
         if level not in self.systems:
             scene = self.scene_of(level)
             self.checked[level] = build.chosen_form(
-                scene, build.system(scene, None, self.allow_outside)
+                scene, build.system(scene, None, self.allow_outside, pictures=False)
             )
             self.systems[level] = finer_systems.unchecked(self.checked[level])
         return self.systems[level]

@@ -112,6 +112,8 @@ def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
     """Let pictures show the joint as a marker of a kind at the given ends: places, and of `LINKS`
     fixed points (c,) [m] as well.
     """
+    if not draft.pictured:
+        return
     rows: list[int] = []
     for end in ends:
         if isinstance(end, At):
@@ -135,6 +137,8 @@ def point(
     It may have any length, 0 included, and be a force or a moment itself, (M, 0) in the plane: the
     rows of a family of systems are polynomials of a force then, wherever it points.
     """
+    if not draft.pictured:
+        return
     layout = draft.layout
     first = []
     if at is not None:
