@@ -237,6 +237,7 @@ def write(
     starts: list[str] = []
     mixed: dict[Order, list[str]] = {}
     longest = 1
+    written = set[str]()
     for k, (place, known) in enumerate(changes.items()):
         one = base.numbers[place]
         if isinstance(one, np.ndarray):
@@ -246,6 +247,10 @@ def write(
             target = f"@{found[0].name}@ + {found[1]}"
         else:
             target = f"m->{'_'.join(map(str, place))}"
+        # records of laws that are kept and that act share their numbers
+        if target in written:
+            continue
+        written.add(target)
         when = "if (starting)\n        " if place[0] == "state" else ""
         start = unchanged_part(base, numbers, place, known)
         text.append(array(f"BASE_{k}", "double", start))

@@ -229,7 +229,8 @@ def reference_of(made: ExportedModel) -> TrainingMotion | None:
     except SolverError:
         return None
     absolute, relative = (files.read_errors(made.notes, kind) for kind in ("error", "relative"))
-    names = [one.name for one in made.model.columns]
+    # what counts events, and what controllers give, is no output of the motion
+    names = [one.name for one in made.model.columns if one.name in columns]
     errors = {
         one.name: (one.unit, absolute.get(one.name), relative.get(one.name))
         for one in made.model.columns

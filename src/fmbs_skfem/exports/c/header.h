@@ -13,8 +13,8 @@
  *
  * The state is in NAME_memory: a copy of it is a saved state, and two of them are two models.
  */
-#ifndef NAME_H
-#define NAME_H
+#ifndef NAME_HEADER_IS_READ
+#define NAME_HEADER_IS_READ
 
 #ifdef __cplusplus
 extern "C" {

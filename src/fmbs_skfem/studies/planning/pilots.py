@@ -61,11 +61,17 @@ class ScenePilots:
 
     A level of cells is the number of them in every line that has none of its own; where all have
     theirs, how many times as many these become in every direction. States may be asked for `within`
-    steps.
+    steps; lines of bodies are there where `pictures` or position errors are asked for.
     """
 
-    def __init__(self, scene: Scene, allow_outside: bool = False, within: bool = False) -> None:
-        self.scene, self.allow_outside = scene, allow_outside
+    def __init__(
+        self,
+        scene: Scene,
+        allow_outside: bool = False,
+        within: bool = False,
+        pictures: bool = False,
+    ) -> None:
+        self.scene, self.allow_outside, self.pictures = scene, allow_outside, pictures
         self.analysis = build.history(scene)
         if self.analysis.accuracy is None:
             raise InputError(say("analysis.accuracy", "an accuracy", "none"))
@@ -152,7 +158,7 @@ class ScenePilots:
         if level not in self.systems:
             scene = self.scene_of(level)
             self.checked[level] = build.chosen_form(
-                scene, build.system(scene, None, self.allow_outside, pictures=False)
+                scene, build.system(scene, None, self.allow_outside, self.pictures)
             )
             self.systems[level] = finer_systems.unchecked(self.checked[level])
         return self.systems[level]

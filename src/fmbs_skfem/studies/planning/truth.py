@@ -44,7 +44,7 @@ def find(scene: Scene, wanted: Sequence[float] = WANTED, allow_outside: bool = F
         mine = replace(analysis, step=AUTO, every=every, accuracy=Accuracy({"": Bound(bound)}))
         return replace(scene, analysis=mine, reduction=None)
 
-    pilots = ScenePilots(asking(min(wanted)), allow_outside)
+    pilots = ScenePilots(asking(min(wanted)), allow_outside, pictures=True)
     if not pilots.open:
         raise InputError(
             say(

@@ -10,8 +10,8 @@ are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -96,6 +96,11 @@ class Acceleration(PointProbe):
             rows,
             parameters=tuple(gravity.tolist()),
         )
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        """Nothing: it is no function of positions and velocities."""
+        return ()
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
