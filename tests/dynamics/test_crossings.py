@@ -107,6 +107,18 @@ def test_values_that_touch_zero_and_conditions_that_hold_for_less_than_a_step(
     assert_allclose(times(run(when, direction=direction)), np.array(angles) / SPIN, rtol=TURN)
 
 
+@pytest.mark.parametrize("step", [1e-2, 3e-4])
+@pytest.mark.parametrize("place", [0.0, 1e-10, 1e-7, 1e-4, 5e-4, 0.3, 1.0 - 5e-4, 1.0 - 1e-7])
+def test_values_touch_zero_wherever_in_a_step(place: float, step: float) -> None:
+    """Also at its ends, and next to them, and where they leave zero three times as fast."""
+    at = (31 + place) * step
+    told = f"abs(t - {at!r})", f"(t - {at!r})**2", f"max({at!r} - t, 3 * (t - {at!r}))"
+    for when in told:
+        system = rod({"e": event(when, release=("pin",))}, weight=(0.0, 0.0))
+        motion = integrate(system, GeneralizedAlpha(step), 34 * step)
+        assert_allclose(times(motion), [at], atol=2e-5 * step)
+
+
 def test_what_is_zero_until_a_load_begins() -> None:
     """At the instant at which the load begins, inside of a step, and at the start where it begins
     there.

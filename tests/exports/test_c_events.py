@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import dynamics, scenes
+from fmbs_skfem.control.events import Event
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.ranges import Parameter
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.exports import c_files
 from fmbs_skfem.exports.c_files import CModel
@@ -259,6 +261,26 @@ def test_a_saved_state_goes_on_with_its_events(braked: tuple[EventRun, Trajector
     assert (run.happened(0), run.happened(1)) == (1, 0)
 
 
+def test_a_step_that_pauses_goes_on_as_it_was(tmp_path: Path) -> None:
+    """Values that cross zero twice in it, and touch it at its end, as without a pause."""
+    told = {
+        "twice": event("(t - 0.0203) * (t - 0.0226)", release=("pin",)),
+        "touch": event("abs(t - 0.06)", release=("pin",)),
+        "within": event("(t - 0.0712)**2", release=("pin",)),
+    }
+    run, motion, _ = both(rod(told), tmp_path, 0.1)
+    names = [one.name for one in motion.events]
+    assert names == ["twice", "twice", "touch", "within"]
+    run.events.set_pause(run.memory, 1)
+    assert run.call("start") == 0
+    seen = []
+    for k in range(20):
+        while run.time < (k + 1) * STEP - 1e-12:
+            if run.step((k + 1) * STEP - run.time):
+                seen.append(run.time)
+    np.testing.assert_allclose(seen, [one.time for one in motion.events], atol=1e-9)
+
+
 def test_values_that_are_no_numbers_are_a_status(tmp_path: Path) -> None:
     """The state is the last one known before it; a parameter of a range may lead there."""
     system = rod({"e": event("log(0.3 - angle) + 20", release=("pin",))}, weight=(0.0, 0.0))
@@ -300,23 +322,33 @@ def test_a_lock_and_a_release(braked: tuple[EventRun, Trajectory]) -> None:
 
 
 def test_events_of_a_family(tmp_path: Path) -> None:
-    """At a parameter that is not the nominal one, with its own instants."""
+    """At parameters that are not the nominal ones, which events read, with its own instants."""
 
     def family(values: Mapping[str, float]) -> Case:
         weight = (0.0, -values["g"])
-        told = {"brake": event(f"angle - {ANGLE / 2}", lock=("pin",))}
-        return Case(rod(told, weight=weight), GeneralizedAlpha(STEP), 0.3, Newton(tolerance=1e-12))
+        lim = {"lim": values["lim"]}
+        told = {
+            "brake": Event(when=of_state("angle - lim", "", lim), lock=("pin",)),
+            "go": Event(when=of_state("t > lim", "", lim), release=("pin",)),
+        }
+        return Case(rod(told, weight=weight), GeneralizedAlpha(STEP), 0.4, Newton(tolerance=1e-12))
 
-    model = affine.fit(family, (Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),))
+    ranges = (
+        Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"),
+        Parameter("lim", 0.2, 0.35, value=0.25),
+    )
+    model = affine.fit(family, ranges)
     run = EventRun(c_files.write(model, "eventful", "a family"), tmp_path)
-    for g in (5.5, 11.0):
+    for g, lim in ((5.5, 0.21), (11.0, 0.34)):
         run.set("parameter", 0, g)
+        run.set("parameter", 1, lim)
         assert run.call("start") == 0
-        for _ in range(60):
+        for _ in range(80):
             assert run.step(STEP) == 0
-        case = family({"g": g})
-        motion = integrate(case.system, case.scheme, 0.3, case.newton)
-        assert run.instant == pytest.approx(motion.events[0].time, abs=1e-11)
+        case = family({"g": g, "lim": lim})
+        motion = integrate(case.system, case.scheme, 0.4, case.newton)
+        assert [one.name for one in motion.events] == ["brake", "go"]
+        assert run.instant == pytest.approx(lim, abs=1e-11)
         assert difference(run, motion) < 1e-9
 
 

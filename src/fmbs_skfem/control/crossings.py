@@ -35,6 +35,7 @@ NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitr
 NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
 SMOOTH = 0.9  #: of the change by twice as much, above which a value jumps there: a comparison has no noise (1/2 where it is smooth)
 LEAVING = 1e-14  #: of a value at the other end of a step, beyond which it is not zero there
+STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
 HUGE = 1e100  #: values beyond it, and infinite ones, count as this: what is located is their sign
 #: may come to rest at zero, is at rest there, may be held there by what it locked
 FREE, RESTING, HELD = (
@@ -74,9 +75,11 @@ class Watch(NamedTuple):
     due: structs.Integers  #: (t,) whether it happens now
     acted: structs.Integers  #: (t,) whether it has happened at the present instant
     touched: structs.Integers  #: (t,) whether its value touches zero where it dips
-    size: structs.Vector  #: (t,) of values in the last piece of a step with an event
+    size: structs.Vector  #: (t,) of values in the present step
     places: structs.Vector  #: (t,) in the step where events that are due happen
-    reached: structs.Vector  #: (2,) places of a piece's begin, and of the present state
+    #: (3,) places of a piece's begin, of the present state, and up to which a step that pauses was to
+    #: be looked at by itself
+    reached: structs.Vector
     #: (4,) STATUS of what could not be taken; whether the run has ENDED; whether it PAUSES behind
     #: events; whether the step is taken IN_PIECES
     told: structs.Integers
@@ -122,7 +125,7 @@ def watch_of(triggers: Sequence[Trigger], noise: np.ndarray) -> Watch:
         "owner": owner,
         "guarded": guarded.astype(np.int64),
         "noise": np.asarray(noise, float),
-        "reached": np.zeros(2),
+        "reached": np.array([0.0, 0.0, 1.0]),
         "told": np.zeros(4, np.int64),
         "size": np.zeros(count),
         "places": np.zeros(count),
@@ -220,6 +223,9 @@ def remember(W: Watch, k: int) -> None:
     if W.over[k] == 1:
         return
     sign = sign_of(W, k)
+    # what has touched zero where the step ends
+    if W.lately[k] == 1 and abs(W.values[k]) <= STILL * W.size[k]:
+        return
     if sign != 0:
         W.sides[k] = sign
         W.rests[k] = FREE

@@ -14,11 +14,12 @@ import math
 
 from ..dynamics.compiled_step.pieces import EXACT
 from ..dynamics.compiled_step.stepping import DONE
-from .crossings import BEGIN, END, STATUS, Shell, Watch, fits, read
+from .crossings import BEGIN, END, HUGE, STATUS, Shell, Watch, fits, read
 from .zeros import find_zero
 
+AT_END = 2e-9  #: of a value at the begin of a step, below which it touches zero at its end
 NEAR = 1e-3  #: of a step, next to whose ends rates are compared
-AGAIN = 1e-6  #: of a step, next to whose ends nothing is looked for
+AGAIN = 1e-9  #: of a step, next to whose ends nothing is looked for
 TOUCHING = 1e-9  #: of a value at the ends of a step, below which it touches zero within it
 BENT = 0.1  #: of values at the ends of a step, by which tangents may meet above zero where it is touched
 GOLDEN = 0.6180339887498949  #: of a span, that is left of it in a step of its search
@@ -70,6 +71,18 @@ def find_near(W: Watch) -> int:
     return count
 
 
+def ends_at_zero(W: Watch) -> bool:
+    """Whether values touch zero where the step ends, as |x| and x^2 may; they are noted."""
+    count = 0
+    for k in range(len(W.sides)):
+        side = W.sides[k]
+        small = side * W.now[k] <= AT_END * abs(W.latest[k]) and abs(W.latest[k]) < HUGE
+        if side != 0 and small and fits(W, k, -side):
+            W.touched[k] = 1
+            count += 1
+    return count > 0
+
+
 def look_at(W: Watch, run: Shell, k: int, before: float) -> float:
     """Where a value dips to zero, or beyond it; 1 where it does not.
 
@@ -107,7 +120,7 @@ def deepest(W: Watch, run: Shell, k: int, floor: float) -> tuple[float, float]:
     early = sign * W.first[k]
     late = sign * W.last[k]
     if not (early < 0.0 and late > 0.0):
-        return 1.0, NOWHERE
+        return beside_ends(W, run, k, (first, last), (early, late))
     place, value = cubic(first, last, early, late)
     if value <= floor:
         value = value_at(W, run, k, place)
@@ -119,15 +132,34 @@ def deepest(W: Watch, run: Shell, k: int, floor: float) -> tuple[float, float]:
     if not AGAIN < meeting < 1.0 - AGAIN or above:
         return 1.0, NOWHERE
     early = rate_at(W, run, k, NEAR)
+    if not early < 0.0:
+        return lowest(W, run, k, (0.0, 2.0 * NEAR))
     late = rate_at(W, run, k, 1.0 - NEAR)
-    if not (early < 0.0 and late > 0.0):
-        return 1.0, NOWHERE
+    if not late > 0.0:
+        return lowest(W, run, k, (1.0 - 2.0 * NEAR, 1.0))
     place = find_zero(W, run, k, rate_at, (NEAR, 1.0 - NEAR), (early, late), EXACT)
     value = value_at(W, run, k, place)
     # where a rate jumps, differences of values see it from NEAR on
     if floor < value <= NEAR * (first + last):
         return lowest(W, run, k, (place - 2.0 * NEAR, place + 2.0 * NEAR))
     return place, value
+
+
+def beside_ends(
+    W: Watch, run: Shell, k: int, values: tuple[float, float], rates: tuple[float, float]
+) -> tuple[float, float]:
+    """The same of a value that is small at an end of a step, where its rate jumps beside it."""
+    first, last = values
+    early, late = rates
+    if early >= 0.0 and first <= 4.0 * NEAR * last:
+        ahead = (value_at(W, run, k, NEAR) - first) / NEAR
+        if abs(ahead - early) > BENT * early:
+            return lowest(W, run, k, (0.0, 2.0 * NEAR))
+    if late <= 0.0 and last <= 4.0 * NEAR * first:
+        behind = (last - value_at(W, run, k, 1.0 - NEAR)) / NEAR
+        if abs(behind - late) > -BENT * late:
+            return lowest(W, run, k, (1.0 - 2.0 * NEAR, 1.0))
+    return 1.0, NOWHERE
 
 
 def lowest(W: Watch, run: Shell, k: int, span: tuple[float, float]) -> tuple[float, float]:

@@ -25,6 +25,7 @@ from .crossings import (
     PAUSES,
     PIECE,
     STATUS,
+    STILL,
     Shell,
     Watch,
     find_due,
@@ -35,12 +36,11 @@ from .crossings import (
     remember,
     take_off_guard,
 )
-from .dips import find_dip
+from .dips import ends_at_zero, find_dip
 from .zeros import find_zero
 
 LATE = 1e-6  #: of a step after its begin where inputs of the step count
 TOGETHER = 1e-8  #: of a step, within which events happen at once
-STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
 MANY = 100  #: events in one step
 #: statuses beside those of `dynamics.compiled_step.stepping`: a value is no number, events happen
 #: again and again
@@ -53,7 +53,9 @@ def look(W: Watch, run: Shell) -> int:
     The step goes to the place reached: all of it, or up to an event at which the run ends or
     pauses.
     """
-    W.lately[:] = 0
+    # what is left of a step that has paused is the same step
+    if W.reached[2] == 1.0:
+        W.lately[:] = 0
     W.told[STATUS] = DONE
     W.told[IN_PIECES] = 0
     W.reached[1] = 1.0
@@ -63,6 +65,11 @@ def look(W: Watch, run: Shell) -> int:
     begun = find_due(W) > 0 or is_broken(W)
     if not begun:
         dip = find_dip(W, run)
+        begun = dip == 1.0 and ends_at_zero(W)
+    for k in range(len(W.size)):
+        W.size[k] = max(abs(W.latest[k]), abs(W.now[k]))
+    dip = min(dip, W.reached[2])
+    W.reached[2] = 1.0
     W.earlier[:] = W.latest
     W.latest[:] = W.now
     if begun or dip < 1.0:
@@ -86,6 +93,7 @@ def take_in_pieces(W: Watch, run: Shell, dip: float) -> int:
     while W.told[ENDED] == 0:
         if count_due(W) == 0:
             if count > 0 and W.told[PAUSES] == 1:
+                W.reached[2] = dip if dip > place else 1.0
                 break
             end = dip if place < dip else 1.0
             reached = go_on(W, run, place, end)
@@ -151,7 +159,7 @@ def go_on(W: Watch, run: Shell, place: float, end: float) -> float:
             move(W, run, end)
     W.last[:] = W.values
     for k in range(len(W.due)):
-        W.size[k] = max(abs(W.first[k]), abs(W.last[k]))
+        W.size[k] = max(W.size[k], abs(W.first[k]), abs(W.last[k]))
     if find_due(W) == 0:
         if beyond > end:
             move(W, run, beyond)

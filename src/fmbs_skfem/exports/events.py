@@ -52,7 +52,14 @@ static long long take_part(NAME_memory *m, double place, double to);
 static long long let_happen(NAME_memory *m, double place);
 """
 #: arrays that these write
-WRITTEN = {"watch_values", "watch_rates", "watch_told", "change_probes", "space_off"}
+WRITTEN = {
+    "watch_values",
+    "watch_rates",
+    "watch_told",
+    "watch_reached",
+    "change_probes",
+    "space_off",
+}
 STATES = "BEGIN", "PIECE", "END"
 
 

@@ -141,7 +141,10 @@ static long long look_for_events(NAME_memory *m, double t)
     m->step_begin = m->kept_time[0];
     m->step_end = t;
     @watch_told@[2] = m->pause;
+    const double apart = (m->apart - m->step_begin) / (t - m->step_begin);
+    @watch_reached@[2] = apart > 0.0 && apart < 1.0 ? apart : 1.0;
     const long long found = CALL_LOOK(m);
+    m->apart = @watch_reached@[2] < 1.0 ? time_at(m, @watch_reached@[2]) : 0.0;
     @job_counters@[0] = steps;
     if (found == DONE)
         m->time = time_at(m, @watch_reached@[1]);

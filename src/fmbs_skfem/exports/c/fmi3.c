@@ -416,7 +416,7 @@ EXPORT int FMI(fmi3DoStep)(void *c, double from, double span, bool forget_before
     const instance *one = c;
     *event = one->link.events && one->event;
     *ends = one->ended;
-    *early = one->early;
+    *early = one->early && one->link.early;
     *reached = now(one);
     return status;
 }

@@ -62,7 +62,7 @@ typedef struct {
     int jump; /* number of the next instant at which loads jump */
     long long happened[E_]; /* how often each event has happened so far */
     double instant;         /* of the last one [s] */
-    double step_begin, step_end, kept_time[3]; /* of the search for events [s] */
+    double step_begin, step_end, kept_time[3], apart; /* of the search for events [s] */
     int kept_jump[3];
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */

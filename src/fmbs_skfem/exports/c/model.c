@@ -495,7 +495,7 @@ NAME_status NAME_start(NAME_memory *m)
 #if EVENTS > 0
     EACH (k, EVENTS)
         m->happened[k] = 0;
-    m->instant = m->step_begin = m->step_end = 0.0;
+    m->instant = m->step_begin = m->step_end = m->apart = 0.0;
     if (CALL_WATCH(m) != 0)
         return NAME_EVENT_NOT_FINITE;
 #endif
