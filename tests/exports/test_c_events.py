@@ -12,7 +12,7 @@ import pytest
 
 from fmbs_skfem import dynamics, scenes
 from fmbs_skfem.control.events import Event
-from fmbs_skfem.core.errors import InputError, SolverError
+from fmbs_skfem.core.errors import Contradiction, InputError, SolverError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.core.values.responses import of_state
@@ -294,6 +294,30 @@ def test_values_that_are_no_numbers_are_a_status(tmp_path: Path) -> None:
     assert "the value of an event is no number" in run.message(status).decode()
     assert run.time == pytest.approx(0.075, abs=STEP)
     assert np.isfinite(run.outputs).all()
+
+
+AGAINST = """
+bodies: {crank: {type: rigid, mass: 1 kg, inertia: 0.02 kg m^2, center: [0, 0]}}
+joints:
+  base: {type: revolute, at: crank.frame}
+  drive: {type: driven_angle, at: crank.frame, angle: 3*t**2}
+events: {hold: {when: t - 0.1213 s, lock: [base]}}
+outputs: {turn: {type: angle, at: crank}}
+analysis: {type: dynamic, duration: 0.4 s, step: 5 ms}
+"""
+
+
+def test_a_lock_against_a_drive_that_moves_is_an_error(tmp_path: Path) -> None:
+    """It follows from the drive where both meet, and holds nothing behind it."""
+    case = Case(of_scene(AGAINST), GeneralizedAlpha(STEP), 0.4, Newton())
+    with pytest.raises(Contradiction, match=r"at t = 0\.1213 s.*base\.angle locked, against which"):
+        integrate(case.system, case.scheme, 0.4)
+    run = EventRun(c_files.write(case, "eventful", "a model"), tmp_path)
+    assert run.call("start") == 0
+    statuses = [run.step(STEP) for _ in range(25)]
+    assert not any(statuses[:-1])
+    assert "locks what a drive moves" in run.message(statuses[-1]).decode()
+    assert run.time == pytest.approx(0.12)
 
 
 def test_what_a_model_cannot_release_is_refused(tmp_path: Path) -> None:

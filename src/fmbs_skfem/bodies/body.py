@@ -401,7 +401,9 @@ def extent(part: Body) -> float:
     """Diagonal of the box around the points of a body [m], parallel to the axes of the scene; 0 of
     a mass point.
     """
-    return float(np.linalg.norm(np.ptp(positions(part), axis=0)))
+    points = positions(part)
+    # coordinates that a joint brings have none
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def place(

@@ -43,8 +43,8 @@ LATE = 1e-6  #: of a step after its begin where inputs of the step count
 TOGETHER = 1e-8  #: of a step, within which events happen at once
 MANY = 100  #: events in one step
 #: statuses beside those of `dynamics.compiled_step.stepping`: a value is no number, events happen
-#: again and again
-BROKEN, REPEATED = -1, -2
+#: again and again, what they lock contradicts what moves
+BROKEN, REPEATED, CONTRADICTED = -1, -2, -3
 
 
 def look(W: Watch, run: Shell) -> int:

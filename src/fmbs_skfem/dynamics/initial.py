@@ -6,7 +6,7 @@ and multipliers follow in `compiled_step.starting`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -290,9 +290,24 @@ def begin_anew(
     if status == impulses.OPEN:
         x = state.x[np.argsort(model.order)]
         closed_rows(model, Instant(time, x, x, packed.step.space.off > 0.0))
+    if status == impulses.AGAINST:
+        names = model.system.constraints.names
+        wrong = np.flatnonzero(impulse_of(packed).follows)
+        raise moved_against([".".join(names[k]) for k in wrong], time)
     if status != 0:
         raise weightless(model.system, model.system.mass)
     return impulse_of(packed)
+
+
+def moved_against(rows: Sequence[str], time: float) -> Contradiction:
+    """The error of rows that an event locks, against what drives move at a time [s]."""
+    text = say(
+        f"joints that an event locks at t = {time:.6g} s",
+        "rows that what moves lets hold",
+        f"{', '.join(rows)}, against which a drive moves",
+        "let an event release the drive or a joint first, or let it stand still by then",
+    )
+    return Contradiction(text, tuple((name, 0.0) for name in rows))
 
 
 def balance(

@@ -33,7 +33,7 @@ from ..core.printing.values import ZERO, Const, OutsideError, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import jumps, starting, stepping, touching
+from ..dynamics.compiled_step import impulses, jumps, starting, stepping, touching
 from ..dynamics.compiled_step.step import LEAST, State, Step
 from ..reduction import cases
 from ..reduction.affine import ParametricCase
@@ -142,10 +142,14 @@ WRITTEN = frozenset(
 ) | {"job_signals", "job_counters", "job_done", "levels_found", "levels_spans", "work_kind"}  # fmt: skip
 #: kernels whose loops over tables are written out: programs of expressions
 SPELLED = (programs.run, row_programs.act)
-STATUSES = {
-    name: getattr(stepping, name)
-    for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOUCHES", "TOO_FEW")
-} | {"BROKEN": locating.BROKEN, "REPEATED": locating.REPEATED}
+STATUSES = (
+    {
+        name: getattr(stepping, name)
+        for name in ("DONE", "NOT_FINITE", "SINGULAR", "TOUCHES", "TOO_FEW")
+    }
+    | {name: getattr(locating, name) for name in ("BROKEN", "REPEATED", "CONTRADICTED")}
+    | {name: getattr(impulses, name) for name in ("OPEN", "AGAINST")}
+)
 FOUND = (
     "before_",
     "held_",

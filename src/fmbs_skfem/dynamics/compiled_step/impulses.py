@@ -41,7 +41,9 @@ from ...systems import evaluation, kernels
 from . import factors, starting
 from .step import opened
 
-SINGULAR, OPEN, UNHELD = 1, 2, 3  #: reasons for which nothing begins anew
+SINGULAR, OPEN, UNHELD, AGAINST = 1, 2, 3, 4  #: reasons for which nothing begins anew
+# rates that follow from others are off by round-off of an impulse, 1e-12
+MOVING = 1e-6  #: rate of a row that follows from others, over what the largest rates make of it, from which on it does not hold
 APART = 1e-6  #: gap of a row over what large changes make of it, or over the size of the mechanism, from which on it is open
 VANISHING = 1e-6  #: length of a row, over the longest or the size of the mechanism, that is noise of a trained space
 STAYS, FOLLOWS = 1, 2  #: groups of rows: those of joints that no event releases are taken first
@@ -61,6 +63,7 @@ class Impulse(NamedTuple):
     units: Vector  #: (n,) changes of the unknowns that count as large
     loose: Integers  #: (m,) 1 for rows that events release or lock
     light: Integers  #: (l,) unknowns without mass, where joints alone are to hold them
+    follows: Vector  #: (m,) 1 for rows that are to hold and follow from others
     rows: PivotedRows  #: of the joints
     columns: PivotedRows  #: of these in the unknowns without mass
     half: Matrix  #: (m, m) 1 + w w^T by its lower half
@@ -101,6 +104,7 @@ def impulse_for(
         units=units,
         loose=loose,
         light=light,
+        follows=np.zeros(m),
         rows=room_for(m, n),
         columns=room_for(len(light), m),
         half=np.zeros((m, m)),
@@ -121,7 +125,8 @@ def impulse_for(
 def begin_anew(table: Any, record: Any) -> int:
     """Go on from the state with the rows that are not `off` in the space, of an Impulse at the
     address `record`: 0, or SINGULAR, OPEN where a row that is to hold has a gap, UNHELD where
-    neither joints nor a mass hold an unknown.
+    neither joints nor a mass hold an unknown, AGAINST where a row that follows from others does not
+    hold in the motion that these have, as where a drive moves against it.
 
     Signals are those of the first row of the job, with their derivatives where joints read them,
     and accelerations of the motion before in `a` of the state. Loose rows that follow from others
@@ -145,6 +150,8 @@ def begin_anew(table: Any, record: Any) -> int:
         failed = UNHELD
     if failed == 0:
         failed = change_velocities(table, p)
+    if failed == 0 and is_against(table, p):
+        failed = AGAINST
     starting.forget_factors(table, turns)
     if failed == 0:
         failed = invoke(p.start, table, p.flags)
@@ -241,6 +248,7 @@ def leave_out(table: Any, p: Impulse) -> None:
     rows = p.rows
     fill_rows(table, p)
     longest = p.size
+    kernels.clear(p.follows)
     for m in range(len(p.off)):
         longest = max(longest, rows.lengths[m])
     some = False
@@ -257,7 +265,7 @@ def leave_out(table: Any, p: Impulse) -> None:
         take_rows(rows, FOLLOWS, take_rows(rows, STAYS, 0, CLOSED), CLOSED)
         for m in range(len(p.off)):
             if rows.group[m] == FOLLOWS:
-                p.off[m] = 1.0
+                p.off[m] = p.follows[m] = 1.0
         fill_rows(table, p)
 
 
@@ -271,6 +279,30 @@ def is_open(table: Any, p: Impulse) -> bool:
         if p.off[m] == 0.0 and not gap <= APART * max(p.rows.lengths[m], p.size):
             return True
     return False
+
+
+@jit
+def is_against(table: Any, p: Impulse) -> bool:
+    """Whether a row that follows from others has a rate in the state, whose other rows have none."""
+    S = opened(table)
+    n = len(S.state.x)
+    off = S.space.off
+    largest = 0.0
+    # before the impulse, too: it may have left none
+    for i in range(n):
+        rate = max(abs(S.state.v[i]), abs(S.state.v[i] - p.change[i]))
+        largest = max(largest, rate / p.units[i])
+    kernels.copy(off, p.rates)
+    for m in range(len(off)):
+        off[m] = 1.0 - p.follows[m]
+    starting.find_rates(table, 0)
+    found = False
+    for m in range(len(off)):
+        if p.follows[m] == 1.0:
+            rate = abs(S.space.rhs[0, n + m])
+            found = found or rate > MOVING * largest * p.rows.lengths[m]
+    kernels.copy(p.rates, off)
+    return found
 
 
 @jit
@@ -315,6 +347,7 @@ def change_velocities(table: Any, p: Impulse) -> int:
     s, t = S.state, S.space
     n = len(s.x)
     kernels.copy(s.v, p.v)
+    kernels.clear(p.change)
     p.loss[0] = 0.0
     closed = 0
     for m in range(len(t.off)):

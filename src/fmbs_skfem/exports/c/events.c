@@ -116,14 +116,14 @@ static long long let_happen(NAME_memory *m, double place)
         m->inputs[INPUTS + CONTROLLED + k] = @change_numbers@[k];
     follow_inputs(m, late);
     read_signals(m, late, 0.0, @job_signals@);
-    const int failed = CALL_ANEW(m, 0) != 0;
+    const long long failed = CALL_ANEW(m, 0);
     forget(m);
     EACH (k, EVENTS)
-        if (@watch_due@[k]) {
+        if (failed == 0 && @watch_due@[k]) {
             m->happened[k]++;
             m->instant = t;
         }
-    return failed ? SINGULAR : DONE;
+    return failed == 0 ? DONE : failed == OPEN || failed == AGAINST ? CONTRADICTED : SINGULAR;
 }
 
 static long long happened_so_far(const NAME_memory *m)

@@ -45,7 +45,8 @@ typedef enum {
     NAME_EVENT,
     NAME_STOPPED,
     NAME_EVENT_NOT_FINITE,
-    NAME_EVENTS_ENDLESS
+    NAME_EVENTS_ENDLESS,
+    NAME_EVENT_CONTRADICTED
 } NAME_status;
 
 typedef struct {

@@ -226,6 +226,8 @@ static NAME_status take_parts(NAME_memory *m, double span, double parts, int who
             return NAME_EVENT_NOT_FINITE;
         if (found == REPEATED)
             return NAME_EVENTS_ENDLESS;
+        if (found == CONTRADICTED)
+            return NAME_EVENT_CONTRADICTED;
         if (found == DONE && @watch_told@[1])
             return NAME_STOPPED;
         if (found == DONE && m->pause && happened_so_far(m) > before)
@@ -599,6 +601,7 @@ const char *NAME_message(NAME_status status)
         "an event has happened: the state is that behind it, the rest of the span is not taken",
         "an event has stopped the motion: the state is that at its instant",
         "the value of an event is no number: the state is the last one known before it",
-        "events happen again and again at one instant: the state is that behind one of them"};
+        "events happen again and again at one instant: the state is that behind one of them",
+        "an event locks what a drive moves: the state is that before it"};
     return texts[status];
 }
