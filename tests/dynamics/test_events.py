@@ -417,6 +417,13 @@ def test_resumed_runs_have_the_same_bits() -> None:
         assert_array_equal(outputs(again)["pin_y_locked"], outputs(motion)["pin_y_locked"])
 
 
+def test_a_lock_at_the_start_loses_its_energy_once() -> None:
+    """The state at the start is that before it; the balance says so."""
+    motion = integrate(rod({"hold": event("t", lock=("pin",))}), GeneralizedAlpha(H), 0.05)
+    assert motion.events[0].loss == pytest.approx((J + M) * SPIN**2 / 2)
+    assert_allclose(outputs(motion)["E_balance"], (J + M) * SPIN**2 / 2, rtol=1e-9)
+
+
 def test_a_live_run_that_goes_back_has_its_events_before_it() -> None:
     """What has stopped it, and what was to happen once, happens again at the same instants."""
     told = {

@@ -21,6 +21,7 @@ from ..core.values.inputs import KEPT, GivenInput, Held, Input
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.single_steps import SingleSteps, one_row
+from ..dynamics.initial import begin_steps
 from ..dynamics.measuring import Reader, motion_of
 from ..dynamics.observers import Looks, Observer, RunSetting, offered
 from ..dynamics.outputs import survey_of
@@ -215,6 +216,7 @@ class Feed(SingleSteps):
 
     def jump(self, run: OpenRun) -> None:
         """Accelerations and reactions of the present state with the inputs as they are now."""
+        begin_steps(run.step.state)
         # a step from jump to jump of loads fills no row: the last one has loads as they were before
         if self.columns is None or not run.done or run.done - 1 in run.jumps:
             self.row[0] = one_row(self.system, self.scheme, run.done + LATE)

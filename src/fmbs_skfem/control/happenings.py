@@ -23,7 +23,7 @@ from ..core.notices import notify, remark
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.packing import UNSTORED
-from ..dynamics.compiled_step.pieces import Unreached, take_piece
+from ..dynamics.compiled_step.pieces import EXACT, Unreached, take_piece
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.dividing import put
 from ..dynamics.histories import leading_signals
@@ -175,6 +175,8 @@ class EventObserver(Observer):
         time = h * (self.first + place)
         x = run.step.state.x[np.argsort(model.order)]
         late = max(time, h * (self.first + LATE))
+        # the state at the begin of the step is that before it
+        told = max(time, np.nextafter(h * self.first, np.inf) if self.first else EXACT * h)
         before, _ = balance(run.packed, run.scheme, time)
         self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
@@ -192,7 +194,7 @@ class EventObserver(Observer):
         for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
             self.happened.append(
                 Happening(
-                    one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap
+                    one.name, told, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap
                 )
             )
             loss = 0.0 if one.lock else loss
@@ -236,9 +238,16 @@ class EventObserver(Observer):
         mine = self.joints == name
         own = rows_of_locks(system)[mine]
         gap = Gap(name, *gap_of(lock, self.changes.probes[:-1]))
+        far = f"latch '{name}' is far open"
         if (self.changes.closed[mine][own] == 1).any():
             self.remark_no_effect(event, "locks", "locked", name, time)
-        elif own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
+        elif (
+            own.all()
+            and gap.distance is not None
+            and gap.distance > FAR * system.scale
+            and far not in self.idle
+        ):
+            self.idle.add(far)
             text = f"event '{event}', t = {time:.6g} s: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
             notify(f"{text}; let 'when' watch their distance, or name places that meet")
         return gap

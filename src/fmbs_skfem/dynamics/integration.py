@@ -311,9 +311,10 @@ def take_steps(run: OpenRun, many: int) -> int:
 def take_step(run: OpenRun) -> None:
     """Take one step, at which observers look; SolverError where it cannot be taken."""
     try:
-        begin_steps(run.step.state)
+        # observers read what balances all forces, where a motion starts
         for one in run.close:
             one.before(run)
+        begin_steps(run.step.state)
         assert run.source is not None
         run.make_room(run.done + 1)
         if run.done in run.jumps:
