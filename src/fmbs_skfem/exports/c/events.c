@@ -5,29 +5,29 @@ static double time_at(const NAME_memory *m, double place)
     return place == 1.0 ? m->step_end : m->step_begin + place * (m->step_end - m->step_begin);
 }
 
-/* States of the search, with what belongs to them. */
+/* States of the search are kept, or put back. */
+static void copy_kept(NAME_memory *m, int which, int back)
+{
+    if (which == 0)
+        CALL_COPY_BEGIN(m, back);
+    else if (which == 1)
+        CALL_COPY_PIECE(m, back);
+    else
+        CALL_COPY_END(m, back);
+}
+
 static void keep_state(NAME_memory *m, int which)
 {
     m->kept_time[which] = m->time;
     m->kept_jump[which] = m->jump;
-    if (which == 0)
-        CALL_COPY_BEGIN(m, 0);
-    else if (which == 1)
-        CALL_COPY_PIECE(m, 0);
-    else
-        CALL_COPY_END(m, 0);
+    copy_kept(m, which, 0);
 }
 
 static void put_state(NAME_memory *m, int which)
 {
     m->time = m->kept_time[which];
     m->jump = m->kept_jump[which];
-    if (which == 0)
-        CALL_COPY_BEGIN(m, 1);
-    else if (which == 1)
-        CALL_COPY_PIECE(m, 1);
-    else
-        CALL_COPY_END(m, 1);
+    copy_kept(m, which, 1);
 }
 
 #if LATE_READINGS
