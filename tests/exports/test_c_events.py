@@ -13,16 +13,19 @@ import pytest
 from fmbs_skfem import dynamics, scenes
 from fmbs_skfem.control.events import Event
 from fmbs_skfem.core.errors import Contradiction, InputError, SolverError
+from fmbs_skfem.core.values.display import SI
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.exports import c_files
 from fmbs_skfem.exports.c_files import CModel
+from fmbs_skfem.exports.outputs import columns_of
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.scenes import build
+from fmbs_skfem.studies.exporting import ExportedModel, reference_of
 from fmbs_skfem.systems import System, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -318,6 +321,25 @@ def test_a_lock_against_a_drive_that_moves_is_an_error(tmp_path: Path) -> None:
     assert not any(statuses[:-1])
     assert "locks what a drive moves" in run.message(statuses[-1]).decode()
     assert run.time == pytest.approx(0.12)
+
+
+def test_accelerations_have_no_form_in_c() -> None:
+    """They are no functions of positions and velocities: outputs, events and controllers say so."""
+    system = of_scene(
+        AGAINST.replace("outputs: {", "outputs: {a: {type: acceleration, at: crank}, ")
+    )
+    assert columns_of(system, "a", system.outputs["a"]) == []
+    assert [one.name for one in columns_of(system, "turn", system.outputs["turn"])] == ["turn"]
+
+
+def test_the_motion_of_a_training_counts_no_events(tmp_path: Path) -> None:
+    """An FMU holds it with the outputs that Python has."""
+    case = Case(brake_and_go(), GeneralizedAlpha(STEP), 0.4, Newton())
+    made = ExportedModel(c_files.write(case, "eventful", "a model"), "", "", SI, case)
+    found = reference_of(made)
+    assert found is not None
+    assert "brake" not in found.columns
+    assert found.columns["angle"][-1] == pytest.approx(ANGLE, abs=1e-6)
 
 
 def test_what_a_model_cannot_release_is_refused(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ of lines, reduced models.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
+from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Body, Given, cable, point_mass
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.control.events import Event
@@ -21,6 +23,7 @@ from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, solve_statics
 from fmbs_skfem.reduction import files
 from fmbs_skfem.reduction.spaces import component, galerkin
+from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import (
     At,
@@ -598,3 +601,27 @@ def test_loads_name_a_joint_that_slides(load: loads.Load) -> None:
         match=rf"'{load.name}'\.joint: expected one of the joints that slide \(slide\), got 'slid'",
     ):
         incline(more=[load])
+
+
+def test_a_line_that_something_slides_on_beside_a_body_without_extent() -> None:
+    """The place of what slides is an unknown that has no points."""
+    meshes = Path(__file__).parents[2] / "meshes"
+    text = f"""
+schema: 1
+dimension: 2
+bodies:
+  girder:
+    type: cable
+    mesh: {meshes / "beam_20.msh"}
+    section: {{shape: circular, diameter: 30 mm}}
+    material: {{young_modulus: 5 GPa, density: 1800 kg/m^3}}
+  trolley: {{type: point_mass, mass: 1 kg, position: [0.3 m, 0]}}
+  drum: {{type: rigid, mass: 2 kg, inertia: 0.05 kg m^2, center: [0, -2 m]}}
+joints:
+  left: {{type: clamp, at: girder.left}}
+  wheels: {{type: sliding, at: trolley, line: girder}}
+  spin: {{type: revolute, at: drum}}
+analysis: {{type: dynamic, duration: 0.1 s, step: 1 ms}}
+"""
+    found = build.system(scenes.loads(text), allow_outside=True)
+    assert "spin" in {joint for joint, _ in found.constraints.names}
