@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -203,18 +203,7 @@ class Dynamic(History):
         watch: Record | None = None,
         resume: Resumed | None = None,
     ) -> Trajectory:
-        every, observers = self.sampled()
-        return dynamics.integrate(
-            system,
-            self.scheme,
-            self.duration,
-            self.newton,
-            every,
-            advance,
-            watch,
-            resume,
-            observers,
-        )
+        return self.integrate(system, progress=advance, record=watch, resume=resume)
 
     def solve_for_outputs(
         self,
@@ -223,34 +212,17 @@ class Dynamic(History):
         watch: Record | None = None,
         resume: Resumed | None = None,
     ) -> Trajectory:
-        every, observers = self.sampled()
-        given = (
-            system,
-            self.scheme,
-            self.duration,
-            self.newton,
-            every,
-            advance,
-            watch,
-            resume,
-            observers,
-        )
-        return dynamics.integrate(*given, states=FEW)
+        return self.integrate(system, progress=advance, record=watch, resume=resume, states=FEW)
 
     def solve_to_compare(self, system: System, watch: Record | None = None) -> Trajectory:
-        every, observers = self.sampled()
         few = self.duration / self.step * system.size > ROOM
-        return dynamics.integrate(
-            system,
-            self.scheme,
-            self.duration,
-            self.newton,
-            every,
-            record=watch,
-            observers=observers,
-            states=FEW if few else None,
-            judged=False,
-        )
+        return self.integrate(system, record=watch, states=FEW if few else None, judged=False)
+
+    def integrate(self, system: System, **how: Any) -> Trajectory:
+        """A motion in the steps of the analysis, see `dynamics.integrate`."""
+        every, observers = self.sampled()
+        chosen = self.duration, self.newton, every
+        return dynamics.integrate(system, self.scheme, *chosen, observers=observers, **how)
 
     def examine(self, scene: Scene, raw: System) -> None:
         # a spring that a weight pulls resists across, too: its equilibrium says so
