@@ -216,7 +216,7 @@ def test_many_vertices_have_longer_numbers() -> None:
     points[-2:] = [[1, 0, 0], [0, 1, 0]]
     cells = np.array([[0, 2**16 - 1, 2**16]])
     normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-    mesh = gltf.Mesh(points, np.zeros(len(points), np.int64), normals, cells)
+    mesh = gltf.SkinMesh(points, np.zeros(len(points), np.int64), normals, cells)
     one = read(gltf.write({"one": mesh}, {"one": {"first": 0}}, False))["one"]
     assert_array_equal(one.cells, cells)
 

@@ -12,7 +12,7 @@ leaves zero when the joint is released, which is no event.
 
 What looks for events here, in `dips` and in `locating` is in the subset that is printed
 (`core.printing`): live runs call it as it stands, and programs in C are the same text. What it
-looks at belongs to a run (`Shell`).
+looks at belongs to a run (`SearchedRun`).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from ..core.compiling import structs
+from ..dynamics.compiled_step.stepping import DONE
 from ..dynamics.measuring import Reader
 from ..systems import compiled as compilation
 from ..systems.connections.redundancy import scale_of
@@ -38,16 +39,12 @@ LEAVING = 1e-14  #: of a value at the other end of a step, beyond which it is no
 STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
 HUGE = 1e100  #: values beyond it, and infinite ones, count as this: what is located is their sign
 #: may come to rest at zero, is at rest there, may be held there by what it locked
-FREE, RESTING, HELD = (
-    0,
-    1,
-    -1,
-)
-STATUS, ENDED, PAUSES, IN_PIECES = range(4)  #: places in `Watch.told`
+FREE, RESTING, HELD = 0, 1, -1
+STATUS, ENDED, PAUSES, IN_PIECES = range(4)  #: places in `EventSearch.told`
 BEGIN, PIECE, END = range(3)  #: states of a run that its shell keeps: of the step, and of a piece
 
 
-class Watch(NamedTuple):
+class EventSearch(NamedTuple):
     """Events t, and values w that say when they happen: one an event, and behind these the margins
     of conditions. Flags are 0 or 1.
     """
@@ -85,7 +82,7 @@ class Watch(NamedTuple):
     told: structs.Integers
 
 
-class Shell(Protocol):
+class SearchedRun(Protocol):
     """What the search asks of a run; places are parts of the present step, from 0 to 1."""
 
     def read_values(self, place: float) -> None:
@@ -107,7 +104,7 @@ class Shell(Protocol):
         """Do what the events ask for that are due; the status."""
 
 
-def watch_of(triggers: Sequence[Trigger], noise: np.ndarray) -> Watch:
+def watch_of(triggers: Sequence[Trigger], noise: np.ndarray) -> EventSearch:
     """What is known of events at first, with sizes (w,) of values that are zero."""
     behind = [k for k, one in enumerate(triggers) if has_margin(one)]
     owner = np.array([*range(len(triggers)), *behind], np.int64)
@@ -131,12 +128,12 @@ def watch_of(triggers: Sequence[Trigger], noise: np.ndarray) -> Watch:
         "places": np.zeros(count),
     }
     of_values = {"values", "rates", "now", "latest", "earlier", "first", "last"}
-    for name in Watch._fields:
+    for name in EventSearch._fields:
         if name in of_values:
             known[name] = np.zeros(len(owner))
         elif name not in known:
             known[name] = np.zeros(len(owner) if name == "signs" else count, np.int64)
-    return Watch(**known)
+    return EventSearch(**known)
 
 
 def has_margin(one: Trigger) -> bool:
@@ -150,7 +147,7 @@ def numbers_read(triggers: Sequence[Trigger]) -> list[int]:
     return [*(one.value for one in triggers), *margins]
 
 
-def read(W: Watch, run: Shell, place: float) -> None:
+def read(W: EventSearch, run: SearchedRun, place: float) -> None:
     """All values in the present state; NaN where one is no number."""
     run.read_values(place)
     for k in range(len(W.values)):
@@ -160,28 +157,46 @@ def read(W: Watch, run: Shell, place: float) -> None:
             W.values[k] = -HUGE
 
 
-def is_broken(W: Watch) -> bool:
-    """Whether an event reads no number; one that is over reads nothing."""
-    wrong = 0
+def broken_event(W: EventSearch) -> int:
+    """The first event that reads no number; their count where none does. One that is over reads
+    nothing.
+    """
+    found = len(W.sides)
     for k in range(len(W.values)):
         if W.values[k] != W.values[k] and W.guarded[k] == 0 and W.over[W.owner[k]] == 0:
-            wrong += 1
-    return wrong > 0
+            found = min(found, W.owner[k])
+    return found
 
 
-def sign_of(W: Watch, k: int) -> int:
+def is_broken(W: EventSearch) -> bool:
+    """Whether an event reads no number."""
+    return broken_event(W) < len(W.sides)
+
+
+def go(W: EventSearch, run: SearchedRun, which: int, place: float, to: float) -> None:
+    """Go from a state that is kept, at a place in the step, to another place, and read values
+    there.
+    """
+    run.put_state(which)
+    status = run.take_part(place, to)
+    if status != DONE:
+        W.told[STATUS] = status
+    read(W, run, to)
+
+
+def sign_of(W: EventSearch, k: int) -> int:
     """The sign of a value, 0 where it is noise."""
     if abs(W.values[k]) > W.noise[k]:
         return 1 if W.values[k] > 0.0 else -1
     return 0
 
 
-def fits(W: Watch, k: int, change: int) -> bool:
+def fits(W: EventSearch, k: int, change: int) -> bool:
     """Whether the change of a value has the direction of its event."""
     return W.direction[k] == 0 or W.direction[k] == change
 
 
-def has_crossed(W: Watch, k: int) -> bool:
+def has_crossed(W: EventSearch, k: int) -> bool:
     """Whether an event has happened where its value is what it is."""
     side = W.sides[k]
     if side != 0 and side * W.values[k] <= 0.0 and fits(W, k, -side):
@@ -190,7 +205,7 @@ def has_crossed(W: Watch, k: int) -> bool:
     return W.rests[k] == RESTING and sign != 0 and fits(W, k, sign)
 
 
-def find_due(W: Watch) -> int:
+def find_due(W: EventSearch) -> int:
     """Note which events have happened; their number."""
     count = 0
     for k in range(len(W.due)):
@@ -201,7 +216,7 @@ def find_due(W: Watch) -> int:
     return count
 
 
-def begin(W: Watch, run: Shell) -> int:
+def begin(W: EventSearch, run: SearchedRun) -> int:
     """Take values of the present state for those at the start, where those that are zero are at
     rest; 1 where one is no number.
     """
@@ -215,7 +230,7 @@ def begin(W: Watch, run: Shell) -> int:
     return 1 if is_broken(W) else 0
 
 
-def remember(W: Watch, k: int) -> None:
+def remember(W: EventSearch, k: int) -> None:
     """Remember the side of a value, one that is exactly zero as at rest.
 
     What has happened lately, in the same step, is not at rest.
@@ -234,7 +249,7 @@ def remember(W: Watch, k: int) -> None:
         W.rests[k] = RESTING
 
 
-def take_off_guard(W: Watch) -> None:
+def take_off_guard(W: EventSearch) -> None:
     """Take events that are due off guard; those that lock are held at zero where they have come
     there without a jump.
     """
@@ -248,7 +263,7 @@ def take_off_guard(W: Watch) -> None:
                 W.told[ENDED] = 1
 
 
-def gap(W: Watch, k: int) -> float:
+def gap(W: EventSearch, k: int) -> float:
     """What falls through zero where an event happens in a piece of a step, in the present state.
 
         2 |first| + LEAVING |last| - sign(last) value

@@ -14,7 +14,7 @@ import math
 
 from ..dynamics.compiled_step.pieces import EXACT
 from ..dynamics.compiled_step.stepping import DONE
-from .crossings import BEGIN, END, HUGE, STATUS, Shell, Watch, fits, read
+from .crossings import BEGIN, END, HUGE, STATUS, EventSearch, SearchedRun, fits, go
 from .zeros import find_zero
 
 AT_END = 2e-9  #: of a value at the begin of a step, below which it touches zero at its end
@@ -26,7 +26,7 @@ GOLDEN = 0.6180339887498949  #: of a span, that is left of it in a step of its s
 NOWHERE = 1e300  #: in place of the value of a dip that there is not
 
 
-def find_dip(W: Watch, run: Shell) -> float:
+def find_dip(W: EventSearch, run: SearchedRun) -> float:
     """Where in the step that was taken a value is first beyond zero that is not so at its end, or
     touches it; 1 where none is.
 
@@ -50,7 +50,7 @@ def find_dip(W: Watch, run: Shell) -> float:
     return place
 
 
-def find_near(W: Watch) -> int:
+def find_near(W: EventSearch) -> int:
     """Note signs of those values that may have dipped to zero in the step, as they changed in it
     and in the one before; their number.
 
@@ -71,7 +71,7 @@ def find_near(W: Watch) -> int:
     return count
 
 
-def ends_at_zero(W: Watch) -> bool:
+def ends_at_zero(W: EventSearch) -> bool:
     """Whether values touch zero where the step ends, as |x| and x^2 may; they are noted."""
     count = 0
     for k in range(len(W.sides)):
@@ -83,7 +83,7 @@ def ends_at_zero(W: Watch) -> bool:
     return count > 0
 
 
-def look_at(W: Watch, run: Shell, k: int, before: float) -> float:
+def look_at(W: EventSearch, run: SearchedRun, k: int, before: float) -> float:
     """Where a value dips to zero, or beyond it; 1 where it does not.
 
     It is noted as touched if no other one dips `before`.
@@ -106,7 +106,7 @@ def look_at(W: Watch, run: Shell, k: int, before: float) -> float:
     return place
 
 
-def deepest(W: Watch, run: Shell, k: int, floor: float) -> tuple[float, float]:
+def deepest(W: EventSearch, run: SearchedRun, k: int, floor: float) -> tuple[float, float]:
     """Where in (0, 1) a value is smallest beside zero, and that value, as far as it may be at a
     `floor` or below it; else NOWHERE.
 
@@ -146,7 +146,11 @@ def deepest(W: Watch, run: Shell, k: int, floor: float) -> tuple[float, float]:
 
 
 def beside_ends(
-    W: Watch, run: Shell, k: int, values: tuple[float, float], rates: tuple[float, float]
+    W: EventSearch,
+    run: SearchedRun,
+    k: int,
+    values: tuple[float, float],
+    rates: tuple[float, float],
 ) -> tuple[float, float]:
     """The same of a value that is small at an end of a step, where its rate jumps beside it."""
     first, last = values
@@ -162,7 +166,9 @@ def beside_ends(
     return 1.0, NOWHERE
 
 
-def lowest(W: Watch, run: Shell, k: int, span: tuple[float, float]) -> tuple[float, float]:
+def lowest(
+    W: EventSearch, run: SearchedRun, k: int, span: tuple[float, float]
+) -> tuple[float, float]:
     """Where a value that falls and rises is smallest in a span of the step, and that value, by
     golden sections.
     """
@@ -182,17 +188,13 @@ def lowest(W: Watch, run: Shell, k: int, span: tuple[float, float]) -> tuple[flo
     return left, min(before, behind)
 
 
-def value_at(W: Watch, run: Shell, k: int, place: float) -> float:
+def value_at(W: EventSearch, run: SearchedRun, k: int, place: float) -> float:
     """A value at a place in the step, with the sign that makes it positive at its begin."""
-    run.put_state(BEGIN)
-    status = run.take_part(0.0, place)
-    if status != DONE:
-        W.told[STATUS] = status
-    read(W, run, place)
+    go(W, run, BEGIN, 0.0, place)
     return W.signs[k] * W.values[k]
 
 
-def rate_at(W: Watch, run: Shell, k: int, place: float) -> float:
+def rate_at(W: EventSearch, run: SearchedRun, k: int, place: float) -> float:
     """The change of it in a step, there."""
     value_at(W, run, k, place)
     run.find_rates(place)

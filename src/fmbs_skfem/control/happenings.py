@@ -34,7 +34,17 @@ from ..dynamics.observers import Observer
 from ..dynamics.trajectory import Gap, Happening
 from ..dynamics.vanishing import empty, lengths, rows_of_locks
 from ..systems.compiled import Compiled
-from .crossings import BEGIN, ENDED, begin, noise_of, numbers_read, read, watch_of
+from .crossings import (
+    BEGIN,
+    ENDED,
+    begin,
+    broken_event,
+    is_broken,
+    noise_of,
+    numbers_read,
+    read,
+    watch_of,
+)
 from .events import gap_of
 from .locating import BROKEN, LATE, MANY, REPEATED, look
 from .row_changes import change, changes_of, signals_of
@@ -155,10 +165,8 @@ class EventObserver(Observer):
     def require_numbers(self, place: float) -> None:
         """SolverError for a value that is no number, at a place in the step."""
         time = self.run.scheme.step * (self.first + place)
-        W = self.watch
-        wrong = np.isnan(W.values) & (W.guarded == 0) & (W.over[W.owner] == 0)
-        for k in np.unique(W.owner[wrong])[:1]:
-            name = self.triggers[k].name
+        if is_broken(self.watch):
+            name = self.triggers[broken_event(self.watch)].name
             text = f"event '{name}': 'when' is no number (nan) at t = {time:.6g} s"
             raise SolverError(
                 f"{text}; guard it with where(...)",

@@ -26,10 +26,11 @@ from .crossings import (
     PIECE,
     STATUS,
     STILL,
-    Shell,
-    Watch,
+    EventSearch,
+    SearchedRun,
     find_due,
     gap,
+    go,
     has_crossed,
     is_broken,
     read,
@@ -47,7 +48,7 @@ MANY = 100  #: events in one step
 BROKEN, REPEATED, CONTRADICTED = -1, -2, -3
 
 
-def look(W: Watch, run: Shell) -> int:
+def look(W: EventSearch, run: SearchedRun) -> int:
     """Let happen what happens in the step that was taken last, whose BEGIN is kept; the status.
 
     The step goes to the place reached: all of it, or up to an event at which the run ends or
@@ -82,7 +83,7 @@ def look(W: Watch, run: Shell) -> int:
     return int(W.told[STATUS])
 
 
-def take_in_pieces(W: Watch, run: Shell, dip: float) -> int:
+def take_in_pieces(W: EventSearch, run: SearchedRun, dip: float) -> int:
     """Take a step from event to event, to its end or to that of the run; the status.
 
     Up to a `dip` values are looked at by themselves; some have touched zero there.
@@ -131,7 +132,7 @@ def take_in_pieces(W: Watch, run: Shell, dip: float) -> int:
     return DONE
 
 
-def count_due(W: Watch) -> int:
+def count_due(W: EventSearch) -> int:
     """How many events are due."""
     count = 0
     for k in range(len(W.due)):
@@ -139,7 +140,7 @@ def count_due(W: Watch) -> int:
     return count
 
 
-def go_on(W: Watch, run: Shell, place: float, end: float) -> float:
+def go_on(W: EventSearch, run: SearchedRun, place: float, end: float) -> float:
     """Go from a place in the step, a part of it, to the next events, which are due then, or to the
     `end`: the place there.
 
@@ -179,16 +180,12 @@ def go_on(W: Watch, run: Shell, place: float, end: float) -> float:
     return reached
 
 
-def move(W: Watch, run: Shell, to: float) -> None:
+def move(W: EventSearch, run: SearchedRun, to: float) -> None:
     """Go from the begin of the piece to a place in the step."""
-    run.put_state(PIECE)
-    status = run.take_part(W.reached[0], to)
-    if status != DONE:
-        W.told[STATUS] = status
-    read(W, run, to)
+    go(W, run, PIECE, W.reached[0], to)
 
 
-def last_place(W: Watch, run: Shell, place: float, end: float) -> tuple[float, float]:
+def last_place(W: EventSearch, run: SearchedRun, place: float, end: float) -> tuple[float, float]:
     """The last place from `place` to `end` to which values are numbers, and the first one where one
     is none, by bisection.
     """
@@ -202,7 +199,7 @@ def last_place(W: Watch, run: Shell, place: float, end: float) -> tuple[float, f
     return place, end
 
 
-def locate(W: Watch, run: Shell, place: float, end: float) -> float:
+def locate(W: EventSearch, run: SearchedRun, place: float, end: float) -> float:
     """The place from `place` to `end` of the first one of the events that are due; those of all are
     kept.
     """
@@ -214,7 +211,7 @@ def locate(W: Watch, run: Shell, place: float, end: float) -> float:
     return nearest
 
 
-def place_of(W: Watch, run: Shell, k: int, span: tuple[float, float]) -> float:
+def place_of(W: EventSearch, run: SearchedRun, k: int, span: tuple[float, float]) -> float:
     """The place in a span of the step where an event happens."""
     place, end = span
     W.values[:] = W.first
@@ -235,7 +232,7 @@ def place_of(W: Watch, run: Shell, k: int, span: tuple[float, float]) -> float:
     return found
 
 
-def gap_at(W: Watch, run: Shell, k: int, place: float) -> float:
+def gap_at(W: EventSearch, run: SearchedRun, k: int, place: float) -> float:
     """What falls through zero where an event happens, at a place in the step."""
     move(W, run, place)
     return gap(W, k)

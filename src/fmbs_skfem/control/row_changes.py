@@ -13,7 +13,7 @@ import numpy as np
 from ..core.compiling import structs
 from ..dynamics.vanishing import rows_of_locks
 from ..systems.system import Lock, System
-from .crossings import Watch
+from .crossings import EventSearch
 
 AS_IT_IS = -1  #: of a row that an event leaves
 
@@ -21,12 +21,10 @@ AS_IT_IS = -1  #: of a row that an event leaves
 class RowChanges(NamedTuple):
     """Of t events and m rows: what locks hold are l numbers, sums of q products of probe rows j."""
 
-    closed: (
-        structs.Integers
-    )  #: (m,) whether rows are to hold, though others may make them hold already
-    rows: (
-        structs.IntegerMatrix
-    )  #: (t, m) 1 of rows that hold from an event on, 0 of those that do not
+    #: (m,) whether rows are to hold, though others may make them hold already
+    closed: structs.Integers
+    #: (t, m) 1 of rows that hold from an event on, 0 of those that do not
+    rows: structs.IntegerMatrix
     event: structs.Integers  #: (q,) the event that reads a product
     number: structs.Integers  #: (q,) the number that it is a part of
     factor: structs.Vector  #: (q,)
@@ -92,7 +90,7 @@ def signals_of(locks: Sequence[Lock]) -> list[int]:
     return [int(signal) for one in locks for signal in one.signals]
 
 
-def change_rows(W: Watch, C: RowChanges) -> None:
+def change_rows(W: EventSearch, C: RowChanges) -> None:
     """Do what the events ask for that are due, in their order."""
     for k in range(len(W.due)):
         if W.due[k] == 1:

@@ -12,16 +12,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..dynamics.compiled_step.stepping import DONE
-from .crossings import STATUS, Shell, Watch
+from .crossings import STATUS, EventSearch, SearchedRun
 
 MOST = 200  #: places that are looked at: bisection of a step takes 40
 
 
 def find_zero(
-    W: Watch,
-    run: Shell,
+    W: EventSearch,
+    run: SearchedRun,
     k: int,
-    function: Callable[[Watch, Shell, int, float], float],
+    function: Callable[[EventSearch, SearchedRun, int, float], float],
     ends: tuple[float, float],
     values: tuple[float, float],
     exact: float,

@@ -150,12 +150,8 @@ STATUSES = (
     | {name: getattr(locating, name) for name in ("BROKEN", "REPEATED", "CONTRADICTED")}
     | {name: getattr(impulses, name) for name in ("OPEN", "AGAINST")}
 )
-FOUND = (
-    "before_",
-    "held_",
-    "kept_",
-    "space_gradients",
-)  #: what the begin of a division and the start fill
+#: what the begin of a division and the start fill
+FOUND = "before_", "held_", "kept_", "space_gradients"
 APART = "\n/* kernels */\n"
 HEAD = """typedef long long whole;
 typedef struct { double real, imag; } pair;

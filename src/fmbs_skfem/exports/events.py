@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from ..control import crossings, locating, row_changes
-from ..control.crossings import Watch, numbers_read
+from ..control.crossings import EventSearch, numbers_read
 from ..control.happenings import EventObserver
 from ..control.live import LiveRun
 from ..control.row_changes import RowChanges, changes_of, signals_of
@@ -15,7 +15,7 @@ from ..core.errors import InputError, say
 from ..core.printing.memory import PackedMemory
 from ..core.printing.printer import KernelPrinter
 from ..core.printing.program import array
-from ..core.printing.values import Const, Program, Scalar, Struct
+from ..core.printing.values import Const, HostFunctions, Scalar, Struct
 from ..core.values.tables import Table
 from ..dynamics import vanishing
 from ..dynamics.compiled_step import impulses, parts, stepping
@@ -31,9 +31,9 @@ from .outputs import Column
 from .packing import PackedCase
 from .text import block, replaced, template
 
-#: functions of the program that the search calls, see `control.crossings.Shell`: what they give, and
+#: functions of the program that the search calls, see `control.crossings.SearchedRun`: what they give, and
 #: how they are declared
-SHELL = Program(
+SHELL = HostFunctions(
     (
         ("read_values", ""),
         ("find_rates", ""),
@@ -66,7 +66,7 @@ STATES = "BEGIN", "PIECE", "END"
 class EventsInC(NamedTuple):
     """All events of a model in C."""
 
-    watch: Watch
+    watch: EventSearch
     changes: RowChanges
     copies: list[Copy]  #: rooms for the states of the search
     text: str  #: functions of the program

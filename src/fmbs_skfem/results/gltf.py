@@ -36,7 +36,7 @@ BUFFER = {"POSITION": 0, "NORMAL": 0, "_POINT": 1, "indices": 2}  #: numbers of 
 GAMMA = 2.2  #: from colours of screens to those of glTF, which are linear
 
 
-class Mesh(NamedTuple):
+class SkinMesh(NamedTuple):
     """v vertices, of which each moves with one of the points of its body."""
 
     points: Array  #: (v, 3) [m]
@@ -45,18 +45,18 @@ class Mesh(NamedTuple):
     cells: Indices | None = None  #: (f, 3) triangles; a line, or one point, has none
 
 
-def make_mesh(body: Shown, count: int) -> Mesh:
+def make_mesh(body: Shown, count: int) -> SkinMesh:
     """The mesh of a body at its first instant, which has so many points for viewers: as many as are
     shown, or sections.
     """
     if not body.is_surface:
         if not body.size.all():
-            return Mesh(body.points[0], follow(body, count))
+            return SkinMesh(body.points[0], follow(body, count))
         body = tube(body) if len(body.points[0]) > 1 else octahedron(body)
     points = body.points[0]
     place = surfaces.places(body.reference) if body.is_shell else np.arange(len(points))
     of, normals, triangles = split(points, body.cells, place)
-    return Mesh(points[of], follow(body, count)[of], normals, triangles)
+    return SkinMesh(points[of], follow(body, count)[of], normals, triangles)
 
 
 def follow(body: Shown, count: int) -> Indices:
@@ -159,7 +159,7 @@ def octahedron(point: Shown) -> Shown:
 
 
 def write(
-    meshes: Mapping[str, Mesh], extras: Mapping[str, Mapping[str, Any]], planar: bool
+    meshes: Mapping[str, SkinMesh], extras: Mapping[str, Mapping[str, Any]], planar: bool
 ) -> bytes:
     """A file of named bodies with `extras` of their nodes, each in a colour of its own.
 
@@ -202,7 +202,7 @@ def write(
     return pack(json.dumps(described, separators=(",", ":")).encode(), b"".join(parts))
 
 
-def arrays_of(mesh: Mesh, first: int, index: str) -> Iterator[tuple[str, np.ndarray]]:
+def arrays_of(mesh: SkinMesh, first: int, index: str) -> Iterator[tuple[str, np.ndarray]]:
     """What a file has of a mesh, whose points are counted from the `first` one."""
     yield "POSITION", mesh.points.astype("<f4")
     # floats, as VTK reads no others here; numbers of two bytes would begin at every fourth one, too

@@ -19,10 +19,8 @@ import numpy as np
 from ..compiling.jit import deferred, jit
 from ..compiling.structs import Integers, Matrix, Vector
 
-OUT, TAKEN = (
-    0,
-    -1,
-)  #: groups of rows that are left out, and of those that were taken; others are above 0
+#: groups of rows that are left out, and of those that were taken; others are above 0
+OUT, TAKEN = 0, -1
 # round-off of unit rows is 1e-16: any number well above it makes compiled code of all machines take
 # the same of rows that are as far
 ALIKE = 1e-9  #: of the square of a distance, within which rows are as far

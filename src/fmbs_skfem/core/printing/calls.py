@@ -19,10 +19,10 @@ from .values import (
     Base,
     Callee,
     Const,
+    HostFunctions,
     Number,
     OutsideError,
     Pointer,
-    Program,
     Scalar,
     Several,
     Struct,
@@ -99,7 +99,7 @@ class Calls(Expressions):
 
     def method(self, name: str, array: Any, arguments: Sequence[Any]) -> Value:
         """A method of an array, or of a complex number; a function of the program."""
-        if isinstance(array, Program):
+        if isinstance(array, HostFunctions):
             return self.asked(f"{name}({', '.join(['m', *map(text_of, arguments)])})", name, array)
         if name == "conjugate" and isinstance(array, Scalar):
             return Scalar(f"pair_conjugate({bare(text_of(array, 'pair'))})", "pair")
@@ -113,7 +113,7 @@ class Calls(Expressions):
             return found
         raise OutsideError(f"'{name}' of an array")
 
-    def asked(self, call: str, name: str, program: Program) -> Value:
+    def asked(self, call: str, name: str, program: HostFunctions) -> Value:
         """What a function of the program gives."""
         kind = dict(program.kinds)[name]
         if not kind:

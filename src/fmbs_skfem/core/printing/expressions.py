@@ -21,9 +21,9 @@ from .values import (
     Base,
     Callee,
     Const,
+    HostFunctions,
     Number,
     OutsideError,
-    Program,
     Scalar,
     Several,
     Struct,
@@ -103,7 +103,7 @@ class Expressions(Frame):
             return self.lifted(getattr(found.value, one.attr), one.attr)
         if isinstance(found, Scalar):
             return self.part_of(found, one.attr)
-        if isinstance(found, Program):
+        if isinstance(found, HostFunctions):
             return Callee((one.attr, found))
         raise OutsideError(f"'{one.attr}' of {type(found).__name__.lower()}")
 

@@ -24,9 +24,9 @@ from .values import (
     Array,
     Base,
     Const,
+    HostFunctions,
     Number,
     Pointer,
-    Program,
     Scalar,
     Several,
     Struct,
@@ -134,7 +134,7 @@ class KernelPrinter:
             return getattr(one, "kind", None), one.starts, number
         if isinstance(one, Several):
             return "several", *(self.key_of(part, changes) for part in one.parts)
-        return one if isinstance(one, Program) else source_of(one.value)
+        return one if isinstance(one, HostFunctions) else source_of(one.value)
 
     def print(
         self, function: Any, names: Sequence[str], values: Sequence[Value], changed: Sequence[bool]

@@ -101,13 +101,13 @@ class Callee:
 
 
 @dataclass(frozen=True)
-class Program:
+class HostFunctions:
     """What a kernel asks of the program: kinds of what its functions return, "" of nothing."""
 
     kinds: tuple[tuple[str, str], ...]
 
 
-Value: TypeAlias = Const | Scalar | Array | Pointer | Struct | Several | Callee | Program
+Value: TypeAlias = Const | Scalar | Array | Pointer | Struct | Several | Callee | HostFunctions
 
 TRUE, FALSE, NONE, ZERO, ONE = Const(True), Const(False), Const(None), Const(0), Const(1)
 

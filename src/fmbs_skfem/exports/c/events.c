@@ -53,8 +53,7 @@ static void read_values(NAME_memory *m, double place)
 #if LATE_READINGS
     const int within = place > 0.0 && place < 1.0;
     if (within) {
-        follow_inputs(m, time_at(m, place));
-        read_signals(m, time_at(m, place), 0.0, @job_signals@);
+        read_at(m, time_at(m, place), 0.0);
         CALL_BALANCE(m, 0);
         swap_balanced(m);
     }
@@ -75,8 +74,7 @@ static void find_rates(NAME_memory *m, double place)
     double before[EVENT_VALUES] = {0};
     EACH (side, 2) {
         const double t = time_at(m, place) + (2 * side - 1) * BESIDE * m->method_h[0];
-        follow_inputs(m, t);
-        read_signals(m, t, m->method_h[0], @job_signals@);
+        read_at(m, t, m->method_h[0]);
         CALL_BESIDE(m, 0, 2 * side - 1);
         EACH (k, EVENT_VALUES) {
             const double value = KEPT_VALUE[k] < 0 ? NO_NUMBER : @space_memory@[KEPT_VALUE[k]];
@@ -99,8 +97,7 @@ static long long take_part(NAME_memory *m, double place, double to)
 static long long let_happen(NAME_memory *m, double place)
 {
     const double t = time_at(m, place), late = most(t, m->step_begin + LATE * m->method_h[0]);
-    follow_inputs(m, t);
-    read_signals(m, t, 0.0, @job_signals@);
+    read_at(m, t, 0.0);
     CALL_BALANCE(m, 0);
     EACH (i, UNKNOWNS) {
         @state_a@[i] = @impulse_acceleration@[i];
@@ -114,8 +111,7 @@ static long long let_happen(NAME_memory *m, double place)
         @space_off@[k] = @change_closed@[k] == 0 ? 1.0 : 0.0;
     EACH (k, LATCHED)
         m->inputs[INPUTS + CONTROLLED + k] = @change_numbers@[k];
-    follow_inputs(m, late);
-    read_signals(m, late, 0.0, @job_signals@);
+    read_at(m, late, 0.0);
     const long long failed = CALL_ANEW(m, 0);
     forget(m);
     EACH (k, EVENTS)

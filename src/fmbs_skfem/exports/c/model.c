@@ -40,11 +40,11 @@ static void take_inputs(NAME_memory *m, double span)
     m->given_span = span;
 }
 
-/* All functions of time at the end t [s] of a step. */
-static void read_at(NAME_memory *m, double t)
+/* All functions of time at the end t [s] of a step h [s], 0 for an instant. */
+static void read_at(NAME_memory *m, double t, double h)
 {
     follow_inputs(m, t);
-    read_signals(m, t, m->method_h[0], @job_signals@);
+    read_signals(m, t, h, @job_signals@);
 }
 
 /* What was known of a motion that goes on otherwise: earlier accelerations, and factors. */
@@ -69,7 +69,7 @@ static void change_step(NAME_memory *m, double h)
 /* Accelerations and reactions of the present state jump onto what is given at a time t [s]. */
 static void jump(NAME_memory *m, double t)
 {
-    read_at(m, t);
+    read_at(m, t, m->method_h[0]);
     if (CALL_JUMP(m, 0) != DONE) /* the step finds its own way */
         @work_kind@[0] = 0;
 }
@@ -90,7 +90,7 @@ static void copy_state(const NAME_memory *m, double *state)
 /* A step of the method to the time t [s] by `fixed` corrections. */
 static long long take_fixed(NAME_memory *m, double t)
 {
-    read_at(m, t);
+    read_at(m, t, m->method_h[0]);
     const long long found = CALL_TAKE_FIXED(m, 0, m->fixed);
     m->left = @job_left@[0];
     if (found == TOO_FEW)
@@ -189,7 +189,7 @@ static int take_step(NAME_memory *m, double t)
     if (m->fixed > 0)
         found = take_fixed(m, t);
     else {
-        read_at(m, t);
+        read_at(m, t, m->method_h[0]);
         place(m);
         found = CALL_TAKE(m, 0);
     }
