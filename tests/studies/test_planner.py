@@ -99,6 +99,45 @@ def test_steps_that_resolve_nothing_are_doubled() -> None:
         plan(Known(1.0, 1e4, least=10**9), 4, 200, limits=Limits(steps=10_000))
 
 
+@pytest.mark.parametrize("step", [1e6, 2e6, 4e6])
+def test_differences_that_fall_late_foretell_no_steps(step: float) -> None:
+    """Errors b / (m^2 + 600^2): the first ratios are 0.6 and 1.4, and foretold five times the
+    steps that are enough.
+    """
+
+    class Late(Known):
+        def error(self, cells: int, steps: int) -> float:
+            return self.mesh / cells**4 + self.step / (steps**2 + 600.0**2)
+
+    runs = Late(1.0, step)
+    found = plan(runs, 4, 200)
+    enough = math.sqrt(step / (SAFETY * SHARE) - 600.0**2)
+    assert found.met
+    assert runs.error(found.cells, found.steps) <= 1.0
+    assert enough / 2 <= found.steps <= 1.5 * enough
+
+
+def test_a_cheaper_run_is_chosen_where_the_one_that_is_proved_shows_its_error() -> None:
+    """Two cells err by 0.1 with all steps, and by another kind of error with few of them: the chain
+    asks for more cells, and a run of the plan has shown that these are not needed.
+    """
+
+    class Unlike(Known):
+        def error(self, cells: int, steps: int) -> float:
+            return (20.0 if steps < 300 and cells < 4 else 0.1) / cells + self.step / steps**2
+
+    runs = Unlike(0.0, 1e5)
+    found = plan(runs, 4, 200, limits=Limits(least=200))
+    assert found.met
+    others = [(one.cells, one.steps) for one in found.pilots]
+    dearest = max(others, key=lambda one: one[0] * one[1])
+    assert (found.cells, found.steps) in others
+    assert found.cells * found.steps < dearest[0] * dearest[1]
+    assert found.steps >= 200
+    true = runs.error(found.cells, found.steps)
+    assert true <= float(found.errors[0].max()) <= SAFETY
+
+
 def test_what_is_given_stays() -> None:
     runs = Known(1e3, 1e6)
     fixed = plan(runs, 4, 500, free_steps=False)

@@ -102,6 +102,7 @@ def find(
             whole=pilots.grid,
             fewest=fewest,
             usual=pilots.usual,
+            least=pilots.usual,
         )
         if motion
         else Limits(1, fewest=fewest)

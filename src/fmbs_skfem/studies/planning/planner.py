@@ -32,6 +32,8 @@ SHARE = 0.6  #: of the accuracy, for the step; cheapest runs of ten mechanisms l
 SAFETY = 0.9  #: of the accuracy that is aimed at
 SURE = 0.25  #: of the share, below which one difference is enough
 REACH = 4.0  #: how many times more steps a chain may foretell beyond its last pilot
+#: ratio of a chain of steps from which it foretells so far, and ratio of two ratios that are even
+SETTLED, EVEN = 3.0, 1.3
 #: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
 STRETCH = 1.0
 #: ratios of a chain of steps that are believed; a difference does not fall that falls by less
@@ -136,6 +138,20 @@ class Chain:
             [a >= LEAST * b for a, b in itertools.pairwise(own)], axis=0
         )
         return ~(even & np.ones(len(own[-1]), bool)) & self.rough
+
+    def settles(self, goal: float) -> bool:
+        """Whether the columns that err by more than `goal` fall by a ratio that they keep: nearly
+        that of their order, or that of the pair before.
+
+        Steps that are too long for the motion make differences fall by less, and foretell too many.
+        """
+        above = self.known()[0][1][0] > goal
+        ratios = [over(one, other, self.most)[above] for one, other in itertools.pairwise(self.own)]
+        if not ratios:
+            return self.first >= SETTLED
+        near = np.maximum(ratios[-1], ratios[0]) <= EVEN * np.minimum(ratios[-1], ratios[0])
+        even = near & (ratios[0] >= self.least) & (len(ratios) > 1)
+        return bool(np.all((ratios[-1] >= SETTLED) | even))
 
     @property
     def powers(self) -> np.ndarray:
@@ -259,6 +275,7 @@ class Limits:
     whole: int = 1  #: those of proofs are multiples of this
     fewest: int = 1  #: cells that a mesh may have
     usual: int = 10_000_000  #: with which meshes are compared, where more are given
+    least: int = 0  #: steps of what is chosen
 
     def rounded(self, steps: float) -> int:
         """Whole steps, at least so many."""
@@ -360,7 +377,38 @@ class Planner:
             )
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
-        return AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
+        plan = AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
+        return self.cheapest(plan, free) if plan.met else plan
+
+    def cheapest(self, found: AccuracyPlan, free: tuple[bool, bool]) -> AccuracyPlan:
+        """The plan with the cheapest run so far that errs by no more than is wanted, with what it
+        differs by from the one that is proved.
+
+        First of those with as many steps, then of those on that mesh.
+        """
+        free_cells, free_steps = free
+        for of_cells in (True, False):
+            if not (free_cells if of_cells else free_steps):
+                continue
+            proved = found.cells, found.steps
+            others = sorted(
+                one
+                for one, run in self.known.items()
+                if run is not None
+                and one[of_cells] == proved[of_cells]
+                and one < proved
+                and one[1] >= self.limits.least
+            )
+            for cells, steps in others:
+                apart = self.differ((cells, steps), proved)
+                if apart is None or size(found.errors + apart) > SAFETY:
+                    continue
+                mesh, time = (apart, 0.0) if of_cells else (0.0, apart)
+                found = replace(
+                    found, cells=cells, steps=steps, time=found.time + time, mesh=found.mesh + mesh
+                )
+                break
+        return replace(found, pilots=tuple(self.log))
 
     def finer(
         self,
@@ -642,6 +690,7 @@ def is_enough(chain: Chain, goal: float, reach: float) -> bool:
         return chain.error() <= SURE * goal
     if np.any((chain.luck > LEAST) & (chain.differences[-2][0] > goal)):
         return False
+    reach = reach if chain.settles(goal) else STRETCH
     return chain.error() <= goal or chain.needed(goal) <= reach * chain.fine
 
 
