@@ -194,6 +194,8 @@ def test_the_command_shows_errors(tmp_path: Path) -> None:
     assert "pilot runs" in called.out
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["accuracy"]["wanted"] == "0.01 of the range"
+    assert report["pilots_cpu_s"] > 0.0
+    assert f"took {report['pilots_cpu_s']:.2g} s of CPU" in " ".join(called.out.split())
     by_output = fmbs(
         "run", path, "--accuracy", "tip=1 mm, clamp=5 %", "--json", "--out", tmp_path / "other"
     )

@@ -9,9 +9,10 @@ with job.begin("scene.yaml", parameters={"E": 2e9}, out="results") as work:
 from __future__ import annotations
 
 import contextlib
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import asdict, field, replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -98,6 +99,7 @@ class Job:
     #: the accuracy of the scene that was read, its own or the one in its place
     wanted: Accuracy | None = None
     plan: Planned | None = None  #: what was found for it
+    pilots_cpu_s: float = 0.0  #: CPU time of its pilot runs, with all they need [s]
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
     def hear_compilation(self, name: str) -> None:
@@ -387,10 +389,26 @@ def plan(job: Job, scene: Scene, plans: bool, within: bool = False) -> Scene:
         return scene.chosen(None, None)
     from .planning import planned
 
+    begun = time.process_time()
     job.plan = planned.find(
         scene, job.allow_outside, job.progress("choosing step and mesh"), within
     )
+    job.pilots_cpu_s = time.process_time() - begun
     return job.plan.scene(scene)
+
+
+def planned_report(job: Job) -> dict[str, Any]:
+    """What was found for an accuracy, and the CPU time that it took [s]; nothing without one."""
+    if job.plan is None:
+        return {}
+    return {"accuracy": asdict(job.plan), "pilots_cpu_s": job.pilots_cpu_s}
+
+
+def planned_lines(job: Job) -> list[str]:
+    """The same in words."""
+    if job.plan is None:
+        return []
+    return [f"{job.plan.words}; the pilot runs took {job.pilots_cpu_s:.2g} s of CPU"]
 
 
 def fit_step(scene: Scene) -> Scene:

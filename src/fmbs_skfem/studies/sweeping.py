@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -135,7 +135,7 @@ def sweep_points(
         **members.display.note,
         "predicted_error": {name: -low(-column) for name, column in predicted.items()},
         **outside_of(table),
-        **({} if job.plan is None else {"accuracy": asdict(job.plan)}),
+        **jobs.planned_report(job),
         "provenance": origin,
         "notices": job.notices,
         **({"sobol_indices": found} if indices else {}),
@@ -156,7 +156,7 @@ def sweep_points(
     tables += [surface_table(fitted, table.units, members.display)] if fitted else []
     head = [
         summary(report),
-        *([f"{job.plan.words}; at the nominal parameters"] if job.plan else []),
+        *(f"{line}, at the nominal parameters" for line in jobs.planned_lines(job)),
     ]
     view: list[ReportTable | str] = [
         *head,

@@ -140,7 +140,7 @@ def finish(
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),
         **({} if trajectory.part_check is None else {"part_check": trajectory.part_check}),
-        **({} if job.plan is None else {"accuracy": asdict(job.plan)}),
+        **jobs.planned_report(job),
         **checked,
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         **({"stress_errors": uncertain} if uncertain else {}),
@@ -177,7 +177,7 @@ def finish(
     missing = jobs.deliver(job, report, write, figures, draw and partial(draw, trajectory))
     view: list[ReportTable | str] = [
         summary(task, report),
-        *([job.plan.words] if job.plan else []),
+        *jobs.planned_lines(job),
         *task.remarks,
     ]
     view += [*kinds.views(report, task.display), *list_files(report)]
