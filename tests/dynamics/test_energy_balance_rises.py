@@ -100,3 +100,14 @@ def test_the_turn_that_is_advised_is_that_of_a_good_state() -> None:
     turn = explain(error).turns["wheel"]
     speeds = np.abs(motion.x[:, -4:-2][:, 0] * motion.v[:, -3] - motion.x[:, -3] * motion.v[:, -4])
     assert turn <= STEP * speeds.max() * 1.2
+
+
+def test_states_within_steps_are_not_judged() -> None:
+    """Between steps, energies of stiff bodies are those of a polynomial, not of the motion."""
+    motion = wheel()
+    v = motion.v.copy()
+    v[50] *= 10.0
+    times = motion.times.copy()
+    assert unstable(replace(motion, v=v), STEP) is not None
+    times[50] += 0.3 * STEP
+    assert unstable(replace(motion, v=v, times=times), STEP) is None

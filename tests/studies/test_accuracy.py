@@ -21,7 +21,7 @@ from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.scenes.analyses.dynamic import LEFT_OUT
 from fmbs_skfem.scenes.field_kinds import Span
 from fmbs_skfem.shapes import meshes, plate_meshes
-from fmbs_skfem.studies.planning import levels, planned
+from fmbs_skfem.studies.planning import levels, planned, reduced_pilots
 from fmbs_skfem.studies.planning.pilots import DIVIDED, ScenePilots, give_up, grid_of
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
@@ -338,9 +338,9 @@ def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Pa
     )
     plan = json.loads((tmp_path / "sweep" / "report.json").read_text())["accuracy"]
     assert plan == studies.run(path).report["accuracy"]
-    assert f"largest in {plan['driven_by']}; at the nominal parameters" in " ".join(
-        called.out.split()
-    )
+    shown = " ".join(called.out.split())
+    assert f"largest in {plan['driven_by']}; the pilot runs took" in shown
+    assert "of CPU, at the nominal parameters" in shown
     # times of states do not count for samples, which have instants of their own
     path.write_text(path.read_text().replace("rho_inf", "every: 0.37 ms, rho_inf"))
     fmbs(
@@ -543,6 +543,32 @@ def test_the_mesh_of_a_plate_is_judged_by_a_finer_one(tmp_path: Path) -> None:
             flag(tmp_path, PLATE.replace("accuracy: 4e-2", "step: 1 ms, accuracy: 1e-4"))
         ).report["accuracy"]
     assert not tight["met"]
+
+
+def test_steps_of_large_models_are_found_by_reduced_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plan of a plate by two full motions, one of them of a mesh that is finer, and by runs of
+    some modes, beside the plan by full runs alone: as many steps, and an error that is met.
+    """
+    asked = scenes.read(flag(tmp_path, PLATE.replace("4e-2", "3e-2")))
+    by_full = planned.find(asked)
+    monkeypatch.setattr(reduced_pilots, "LARGE", 20)
+    monkeypatch.setattr(reduced_pilots, "BEGIN", 1)
+    found = reduced_pilots.reduce_pilots(ScenePilots(asked))
+    assert found is not None
+    assert found[0].system(0).size < ScenePilots(asked).system(0).size / 2
+    plan = planned.find(asked)
+    assert plan.met
+    assert plan.steps is not None
+    assert by_full.steps is not None
+    assert plan.steps == pytest.approx(by_full.steps, rel=0.3)
+    assert plan.of_mesh == pytest.approx(by_full.of_mesh, rel=0.3)
+    pilots = ScenePilots(asked)
+    runs = [pilots.run(0, times * plan.steps) for times in (1, 4)]
+    assert runs[0] is not None
+    assert runs[1] is not None
+    assert float(pilots.differ(runs[0], runs[1])[0].max()) <= plan.of_step
 
 
 def test_plates_beside_lines_are_judged_too(tmp_path: Path) -> None:

@@ -197,13 +197,7 @@ class ScenePilots:
             )
             if coarse or motion.statistics.halved > DIVIDED:
                 return None
-            cost = motion.statistics
-            happened = tuple(one.time for one in motion.events)
-            work = cost.iterations + FACTOR * cost.factorisations
-            stopped = output_errors.stopped(motion)
-            found = PilotOutputs(
-                motion.times, output_errors.columns(motion), happened, stopped, work
-            )
+            found = outputs_of(motion)
         self.find_room(found)
         return found
 
@@ -343,6 +337,18 @@ class ScenePilots:
             else:
                 low = middle
         return float(common[low])
+
+
+def outputs_of(motion: Trajectory) -> PilotOutputs:
+    """What is compared of a motion."""
+    cost = motion.statistics
+    return PilotOutputs(
+        motion.times,
+        output_errors.columns(motion),
+        tuple(one.time for one in motion.events),
+        output_errors.stopped(motion),
+        cost.iterations + FACTOR * cost.factorisations,
+    )
 
 
 def give_up(state: RunState) -> None:

@@ -17,6 +17,7 @@ from ...scenes.schema import Scene
 from .levels import with_levels
 from .pilots import ScenePilots
 from .planner import LEAST, NOTHING, ROACHE, AccuracyPlan, Limits, Pilot, Unresolved, plan, size
+from .reduced_pilots import reduce_pilots
 
 USUAL = 6  #: pilot runs of a plan
 #: of an equilibrium whose meshes are all given, and whose parts are judged
@@ -116,9 +117,12 @@ def find(
         if progress:
             progress(made / (made + USUAL))  # nobody knows how many there will be
 
+    large = reduce_pilots(pilots) if motion and not given and not pilots.open else None
     try:
         found = (
-            plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
+            plan_of_large(pilots, *large, limits, see)
+            if large
+            else plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
             if steps or cells
             else UNPLANNED
         )
@@ -132,7 +136,7 @@ def find(
     if motion and not given and pilots.rough and found.met and not motion.local_error:
         found = with_levels(pilots, found, limits, pilots.usual, see)
     if pilots.open and pilots.refined:
-        found = with_given_meshes(pilots, found, see)
+        found = with_given_meshes(pilots, found, see, pilots.usual)
     found = with_parts(pilots, found, see)
     errors = dict(zip(pilots.titles, found.errors.T.tolist(), strict=True))
     result = Planned(
@@ -156,6 +160,23 @@ def find(
     return result
 
 
+def plan_of_large(
+    pilots: ScenePilots,
+    reduced: ScenePilots,
+    steps: int,
+    limits: Limits,
+    see: Callable[[Pilot], None],
+) -> AccuracyPlan:
+    """A plan whose steps are found by a reduced model, from so many on, and whose meshes by full
+    ones.
+    """
+    found = plan(reduced, 0, steps, limits=limits, see=see)
+    pilots.titles = reduced.titles
+    pilots.units = reduced.units
+    pilots.room = reduced.room
+    return with_given_meshes(pilots, found, see, steps) if pilots.refined else found
+
+
 def nothing_to_find(pilots: ScenePilots) -> Planned:
     """What an accuracy of an equilibrium finds where no mesh can be chosen or refined: rigid bodies
     and springs are exact.
@@ -175,12 +196,13 @@ def short_of(found: AccuracyPlan, given: bool) -> str:
 
 
 def with_given_meshes(
-    pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]
+    pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None], least: int
 ) -> AccuracyPlan:
-    """A plan of lines whose cells were chosen, with the errors of the meshes beside them, from a
-    run with these once finer.
+    """A plan whose steps, and cells of lines, were chosen, with the errors of the meshes that are
+    given, from a run with these once finer in so many steps at least.
     """
-    told = beside(pilots, ScenePilots(pilots.refined_by(2), pilots.allow_outside), found, see)
+    finer = ScenePilots(pilots.refined_by(2), pilots.allow_outside)
+    told = beside(pilots, finer, found, see, least)
     if told is None:
         pilots.unjudged += pilots.refined
         return found
@@ -197,7 +219,7 @@ def with_parts(
     small part of that.
     """
     finer = pilots.with_finer_parts(found.cells)
-    told = None if finer is None else beside(pilots, finer, found, see)
+    told = None if finer is None else beside(pilots, finer, found, see, pilots.usual)
     if told is None:
         return found
     difference, pilot = told
@@ -205,12 +227,17 @@ def with_parts(
 
 
 def beside(
-    pilots: ScenePilots, finer: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]
+    pilots: ScenePilots,
+    finer: ScenePilots,
+    found: AccuracyPlan,
+    see: Callable[[Pilot], None],
+    least: int,
 ) -> tuple[np.ndarray, Pilot] | None:
-    """Differences (2, k) of the runs of a plan from those of a finer system, with the fewest steps
-    that resolve both.
+    """Differences (2, k) of the runs of a plan from those of a finer system, with the fewest of its
+    steps, but the `least`, that resolve both.
     """
-    steps = min((one.steps for one in found.pilots if one.resolved), default=found.steps)
+    resolved = (one.steps for one in found.pilots if one.resolved and one.steps >= least)
+    steps = min(resolved, default=found.steps)
     one = pilots.run(found.cells, steps)
     other = finer.run(found.cells, steps)
     while (one is None or other is None) and steps < found.steps:

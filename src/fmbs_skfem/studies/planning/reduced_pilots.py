@@ -1,0 +1,100 @@
+r"""Pilot runs of large models, by a model that is reduced from the first motion that is resolved.
+
+    y_r(n) - y_r(2n) = y(n) - y(2n) within some per cent
+
+Differences between numbers of steps hardly depend on the mesh, nor on the basis: the waves that
+steps err by are in the coarse motion as well. Two plates of 3134 unknowns in 800 steps make 10
+unknowns, whose differences are those of the full model within 3 % from 800 to 3200 steps, in a
+hundredth of its time. They are believed where the reduced model differs from the full one, in the
+steps that it was made of, by a small part of what half of these steps change.
+"""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from functools import partial
+
+from ...core.errors import FmbsError, SolverError
+from ...core.notices import Notice
+from ...dynamics import Trajectory
+from ...reduction import full_runs
+from ...reduction.cases import Case
+from ...reduction.hyper import hyper_reduction
+from ...reduction.plan import Plan
+from ...reduction.reduced_models import reduced_case, train_reduction
+from ...scenes import build
+from ...systems import finer_systems
+from .pilots import DIVIDED, INSTANTS, ScenePilots, give_up, outputs_of
+from .planner import SURE, size
+
+LARGE = 1000  #: unknowns of a full model, from which training costs less than its runs
+# crank-slider of 3134 unknowns in 0.2 s: 400 steps take 12 s, with factors in every correction, 800
+# steps 2.1 s
+BEGIN = 4  #: times the steps with which chains of small models begin
+HALVINGS = 5  #: of these steps, down to which a motion of the full model is sought
+# crank-slider of 3134 unknowns: 1e-8 and 1e-12 tell the same differences within 5 %
+EPS = 1e-10  #: of its bases
+
+
+def reduce_pilots(pilots: ScenePilots) -> tuple[ScenePilots, int] | None:
+    """The same pilots with a reduced model, and the steps of the full motion that it is made of.
+
+    None for small models, for forces that jump, and where the reduced model does not tell what
+    steps change.
+    """
+    if pilots.system(0).size < LARGE or pilots.rough or pilots.scene.events:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        found = coarse_motion(pilots)
+        try:
+            return None if found is None else reduced_from(pilots, *found)
+        except FmbsError:
+            return None
+
+
+def coarse_motion(pilots: ScenePilots) -> tuple[Trajectory, int] | None:
+    """The full motion in the fewest steps, from BEGIN times the usual ones by doubling, that
+    resolve it, with INSTANTS states.
+    """
+    asked = build.dynamic(pilots.scene)
+    for halving in range(HALVINGS):
+        steps = BEGIN * pilots.usual * 2**halving
+        analysis = asked.piloted(steps, 1, tolerance=pilots.tolerance(steps))
+        try:
+            motion = analysis.integrate(
+                pilots.system(0), record=give_up, judged=False, states=INSTANTS + 1
+            )
+        except SolverError:
+            continue
+        if motion.statistics.halved <= DIVIDED:
+            return motion, steps
+    return None
+
+
+def reduced_from(
+    pilots: ScenePilots, motion: Trajectory, steps: int
+) -> tuple[ScenePilots, int] | None:
+    """The pilots of a reduced model of a motion in some steps; None where it differs from that
+    motion by more than SURE of what half as long steps change.
+    """
+    scene = pilots.scene.chosen(None, motion.times[-1] / steps)
+    raw = build.system(scene, None, pilots.allow_outside)
+    analysis = build.dynamic(scene)
+    joints = {name: [name] for joint in scene.joints.values() for name in joint.coordinates}
+    components = {name: [name] for name in scene.bodies} | joints
+    plan = Plan(components, EPS, hyper=hyper_reduction.named("points"))
+    case = Case(raw, analysis.scheme, analysis.duration, analysis.newton)
+    form = partial(build.chosen_form, scene)
+    states = motion.states
+    task = full_runs.task_of(case, plan, states.times, form)
+    trained = train_reduction(task, [full_runs.run_of_motion(task, states)])
+    found = copy.copy(pilots)
+    found.systems = {0: finer_systems.unchecked(reduced_case(task, trained, {}).system)}
+    own = found.run(0, steps)
+    half = found.run(0, 2 * steps)
+    if own is None or half is None:
+        return None
+    apart = size(pilots.differ(own, outputs_of(motion)))
+    return (found, steps) if apart <= SURE * max(size(found.differ(own, half)), 1.0) else None
