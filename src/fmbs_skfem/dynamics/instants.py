@@ -21,8 +21,8 @@ work is linear.
 
 Accelerations at the start of elastic bodies balance loads that begin there by waves that belong to
 the mesh: where q''(0) is farther from the quadratic through the three steps behind it than these
-are large, the first step has that of the quadratic. With its own a plate under a torque that begins had 15 J of strain energy there, for 2e-4 J at both
-ends of the step.
+are large, the first step has that of the quadratic. With its own a plate under a torque that begins
+had 15 J of strain energy there, for 2e-4 J at both ends of the step.
 
 Source: Hairer, Norsett, Wanner, Solving ordinary differential equations I, 2nd ed., Springer 1993,
 section II.6 (dense output).
