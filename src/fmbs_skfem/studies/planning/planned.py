@@ -16,8 +16,19 @@ from ...scenes import build, times
 from ...scenes.schema import Scene
 from .levels import with_levels
 from .pilots import ScenePilots
-from .planner import LEAST, NOTHING, ROACHE, AccuracyPlan, Limits, Pilot, Unresolved, plan, size
-from .reduced_pilots import reduce_pilots
+from .planner import (
+    LEAST,
+    NOTHING,
+    ROACHE,
+    SHARE,
+    AccuracyPlan,
+    Limits,
+    Pilot,
+    Unresolved,
+    plan,
+    size,
+)
+from .reduced_pilots import ReducedPilots, reduce_pilots
 
 USUAL = 6  #: pilot runs of a plan
 #: of an equilibrium whose meshes are all given, and whose parts are judged
@@ -120,7 +131,7 @@ def find(
     large = reduce_pilots(pilots) if motion and not given and not pilots.open else None
     try:
         found = (
-            plan_of_large(pilots, *large, limits, see)
+            plan_of_large(pilots, large, limits, see)
             if large
             else plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
             if steps or cells
@@ -161,20 +172,16 @@ def find(
 
 
 def plan_of_large(
-    pilots: ScenePilots,
-    reduced: ScenePilots,
-    steps: int,
-    limits: Limits,
-    see: Callable[[Pilot], None],
+    pilots: ScenePilots, reduced: ReducedPilots, limits: Limits, see: Callable[[Pilot], None]
 ) -> AccuracyPlan:
-    """A plan whose steps are found by a reduced model, from so many on, and whose meshes by full
-    ones.
-    """
-    found = plan(reduced, 0, steps, limits=limits, see=see)
-    pilots.titles = reduced.titles
-    pilots.units = reduced.units
-    pilots.room = reduced.room
-    return with_given_meshes(pilots, found, see, steps) if pilots.refined else found
+    """A plan whose steps are found by a reduced model, and whose meshes are judged by full ones."""
+    limits = replace(limits, share=SHARE)
+    found = plan(reduced.pilots, 0, reduced.steps, limits=limits, see=see)
+    pilots.titles = reduced.pilots.titles
+    pilots.units = reduced.pilots.units
+    pilots.room = reduced.pilots.room
+    found = replace(found, time=found.time + reduced.apart)
+    return with_given_meshes(pilots, found, see, reduced.steps) if pilots.refined else found
 
 
 def nothing_to_find(pilots: ScenePilots) -> Planned:

@@ -276,6 +276,7 @@ class Limits:
     fewest: int = 1  #: cells that a mesh may have
     usual: int = 10_000_000  #: with which meshes are compared, where more are given
     least: int = 0  #: steps of what is chosen
+    share: float = 1.0  #: of the accuracy, for the step where no mesh is judged here
 
     def rounded(self, steps: float) -> int:
         """Whole steps, at least so many."""
@@ -737,7 +738,7 @@ def plan(
     """
     done = Planner(pilots, limits, see)
     open_mesh = bool(cells) and free_cells
-    share = SAFETY * (SHARE if open_mesh else 1.0)
+    share = SAFETY * (SHARE if open_mesh else limits.share)
     time, first, why = NO_STEPS
     if steps:
         cells, time, first, why = done.settling(cells, steps, share, not free_steps, open_mesh)
