@@ -49,7 +49,7 @@ def with_levels(
     `fewest` are the fewest steps of a run. The plan stays as it is where that is not cheaper, or
     cannot be proved.
     """
-    equal = pilots.run(found.cells, found.steps)
+    equal = found.run
     resolved = min(one.steps for one in found.pilots if one.resolved)
     steps = limits.rounded(max(found.steps / LONGER, resolved, fewest))
     goal = SAFETY * (SHARE if size(found.mesh) > 0.0 else 1.0)

@@ -254,6 +254,7 @@ class AccuracyPlan:
     #: of steps of several lengths over the size of the mechanism, 0 for equal ones
     local_error: float = 0.0
     parts: np.ndarray | None = None  #: (2, k) those of parts, None where nothing is known of any
+    run: Any = None  #: what the run gave that is chosen, where it was made
 
     @property
     def errors(self) -> np.ndarray:
@@ -379,7 +380,8 @@ class Planner:
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         plan = AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
-        return self.cheapest(plan, free) if plan.met else plan
+        plan = self.cheapest(plan, free) if plan.met else plan
+        return replace(plan, run=self.known.get((plan.cells, plan.steps)))
 
     def cheapest(self, found: AccuracyPlan, free: tuple[bool, bool]) -> AccuracyPlan:
         """The plan with the cheapest run so far that errs by no more than is wanted, with what it
