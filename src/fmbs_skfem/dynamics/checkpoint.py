@@ -133,6 +133,7 @@ class RunState:
     rows: Callable[[int, int], Rows]  #: stored states from the first up to the second number
     checkpoint: Callable[[], Checkpoint]
     halved: int = 0  #: steps that failed, and were divided
+    factorisations: int = 0  #: so far
 
 
 @dataclass(frozen=True)

@@ -341,6 +341,7 @@ def moment(run: OpenRun) -> RunState:
     )
     size = 8 * numbers
     calls = partial(states, run), checkpoint
+    cost = cost_of(run)
     return RunState(
         run.done,
         run.steps,
@@ -348,7 +349,8 @@ def moment(run: OpenRun) -> RunState:
         count_stored(run),
         size,
         *calls,
-        cost_of(run).halved,
+        cost.halved,
+        cost.factorisations,
     )
 
 

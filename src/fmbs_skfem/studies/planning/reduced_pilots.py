@@ -19,9 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.errors import FmbsError, SolverError
+from ...core.errors import FmbsError, Reason, SolverError
 from ...core.notices import Notice
 from ...dynamics import Trajectory
+from ...dynamics.checkpoint import RunState
 from ...reduction import full_runs
 from ...reduction.cases import Case
 from ...reduction.hyper import hyper_reduction
@@ -33,10 +34,14 @@ from .pilots import DIVIDED, INSTANTS, ScenePilots, give_up, outputs_of
 from .planner import SURE, size
 
 LARGE = 1000  #: unknowns of a full model, from which training costs less than its runs
-# crank-slider of 3134 unknowns in 0.2 s: 400 steps take 12 s, with factors in every correction, 800
-# steps 2.1 s
-BEGIN = 4  #: times the steps with which chains of small models begin
-HALVINGS = 5  #: of these steps, down to which a motion of the full model is sought
+#: times the steps with which chains of small models begin: in 200 steps it takes 10 s to see that
+#: they are too few
+BEGIN = 2
+# crank-slider of 3134 unknowns: 0.89 a step and 12 s in 400 steps, 0.001 and 2 s in 800; a plate that
+# is bent: 0.005 in 200
+DEAR = 0.2  #: factorisations a step, from which twice as many steps cost less
+SOON = 4  #: steps after which that is looked at
+HALVINGS = 5  #: of these steps, down to which a full motion is sought
 # crank-slider of 3134 unknowns: 1e-8 and 1e-12 tell the same differences within 5 %
 EPS = 1e-10  #: of its bases
 
@@ -67,7 +72,7 @@ def reduce_pilots(pilots: ScenePilots) -> ReducedPilots | None:
 
 def coarse_motion(pilots: ScenePilots) -> tuple[Trajectory, int] | None:
     """The full motion in the fewest steps, from BEGIN times the usual ones by doubling, that
-    resolve it, with INSTANTS states.
+    resolve it and do not ask for factors all the time, with INSTANTS states.
     """
     asked = build.dynamic(pilots.scene)
     for halving in range(HALVINGS):
@@ -75,13 +80,23 @@ def coarse_motion(pilots: ScenePilots) -> tuple[Trajectory, int] | None:
         analysis = asked.piloted(steps, 1, tolerance=pilots.tolerance(steps))
         try:
             motion = analysis.integrate(
-                pilots.system(0), record=give_up, judged=False, states=INSTANTS + 1
+                pilots.system(0), record=give_up_early, judged=False, states=INSTANTS + 1
             )
         except SolverError:
             continue
         if motion.statistics.halved <= DIVIDED:
             return motion, steps
     return None
+
+
+def give_up_early(state: RunState) -> None:
+    """SolverError of a run that divides too many of its steps, or needs new factors in most."""
+    give_up(state)
+    if state.factorisations > DEAR * state.done >= DEAR * SOON:
+        raise SolverError(
+            f"{state.factorisations} factorisations up to t = {state.time:.6g} s",
+            Reason.NOT_CONVERGED,
+        )
 
 
 def reduced_from(pilots: ScenePilots, motion: Trajectory, steps: int) -> ReducedPilots | None:
