@@ -218,6 +218,26 @@ def test_few_stored_states_still_tell_the_turns() -> None:
     assert_allclose(outputs(motion)["angle"], 10.0 * np.sin(motion.times), atol=5e-3)
 
 
+@pytest.mark.parametrize("every", [2, 5, 10, 20])
+def test_waves_of_a_load_that_begins_are_no_turns(every: int) -> None:
+    """The slope of a hinged beam under a moment from the start on, where it is held: it gained turns
+    between the first two states, however small the motion was.
+    """
+    beam = body.cable("beam", models.segment(10), sections.Given(EA=1e7, EI=1e3, rhoA=1.0), dim=2)
+    at = At("beam", "left")
+    system = eliminate(
+        assemble(
+            [beam],
+            [joints.Revolute("pin", at)],
+            [loads.Moment("push", at, 10.0)],
+            outputs={"angle": probes.Angle(at)},
+        )
+    )
+    motions = [integrate(system, GeneralizedAlpha(1e-3), 0.4, every=one) for one in (1, every)]
+    each, few = (outputs(motion)["angle"] for motion in motions)
+    assert_allclose(few, each[::every], rtol=0.0, atol=1e-9)
+
+
 def test_a_part_of_a_motion_knows_the_turns() -> None:
     """The energy of the spring, turned by 10 sin(2) = 9.1 rad, in the last state alone."""
     motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.0, TIGHT)

@@ -16,7 +16,7 @@ import numpy as np
 from ..core.algebra.linalg import as_dense, narrowed, rows_at
 from ..core.notices import notify
 from ..systems.measures import readings
-from ..systems.measures.angles import DOUBT, TURN, change_between
+from ..systems.measures.angles import DOUBT, turns_between
 from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
@@ -250,10 +250,8 @@ def count_turns(before: Any, now: Any) -> tuple[Any, Any]:
     `before` and `now`: time [s], angle, rate and acceleration, numbers or those of many runs (p,).
     """
     (t, value, w, change), (time, angle, speed, acceleration) = before, now
-    expected = change_between(time - t, (w, speed), (change, acceleration))
-    turns = (expected - (angle - value)) / TURN
-    angle = angle + TURN * (round(turns) if isinstance(turns, float) else np.rint(turns))
-    return angle, abs(angle - value - expected) > DOUBT
+    turns, off = turns_between(time - t, angle - value, (w, speed), (change, acceleration))
+    return angle + turns, off > DOUBT
 
 
 def warn_of_turns(name: str) -> None:
