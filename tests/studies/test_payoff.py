@@ -9,7 +9,7 @@ import math
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -181,13 +181,13 @@ def test_the_first_line_says_whether_it_pays(
 
 
 @pytest.mark.parametrize(
-    ("threshold", "least", "full"),
-    [((training_work, "FAST"), 20.0, 1), ((worth, "GROWTH"), 10.0, 1 + training_work.CORNERS)],
+    ("fast", "growth", "full"),
+    [(20.0, 1.0, 1), (0.1, 100.0, 1 + training_work.CORNERS)],
     ids=["by one run", "by three"],
 )
 def test_a_training_that_cannot_pay_ends_before_it_begins(
-    threshold: tuple[ModuleType, str],
-    least: float,
+    fast: float,
+    growth: float,
     full: int,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -198,7 +198,8 @@ def test_a_training_that_cannot_pay_ends_before_it_begins(
     monkeypatch.setattr(affine, "fit", fitted)
     # one full run that something else slows down looks 1.5 times as long: the threshold has a test
     # of its own
-    monkeypatch.setattr(*threshold, least)
+    monkeypatch.setattr(training_work, "FAST", fast)
+    monkeypatch.setattr(worth, "GROWTH", growth)
     out = tmp_path / "out"
     call = fmbs(
         "train",
