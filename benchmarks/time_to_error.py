@@ -30,6 +30,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -434,16 +435,31 @@ def trials(
     ]
     least = min(error for _, _, error in runs)
     way = min((run for run in runs if run[2] <= AS_GOOD * least), key=lambda run: run[1])[0]
+    meshes = [one for one in MESHES[:-1] if name != "slider_crank" or one % 2 == 0]
+    run = lambda elements, steps: exudyn_run(  # noqa: E731
+        name, replace(way, elements=elements, steps=steps), duration
+    )
+    for elements, steps, spent, error in tried(meshes, run, reference):
+        yield replace(way, elements=elements, steps=steps), spent, error
+
+
+def tried(
+    meshes: Sequence[int],
+    run: Callable[[int, int], tuple[float, np.ndarray | None]],
+    reference: np.ndarray,
+) -> Iterator[tuple[int, int, float, float]]:
+    """Meshes, steps, CPU seconds and true errors of all runs of a grid but for those that take
+    longer than the best run of the smallest error so far.
+    """
     soonest = np.inf
-    for elements in (one for one in MESHES[:-1] if name != "slider_crank" or one % 2 == 0):
+    for mesh in meshes:
         last = np.inf
         for steps in STEPS[:-1]:
-            one = replace(way, elements=elements, steps=steps)
-            spent, found = exudyn_run(name, one, duration)
+            spent, found = run(mesh, steps)
             if found is None:
                 continue
             error = apart(found, reference)
-            yield one, spent, error
+            yield mesh, steps, spent, error
             if error <= min(WANTED):
                 soonest = min(soonest, spent)
             settled = steps >= 1600 and error > 0.9 * last  # more steps help no more on this mesh
@@ -452,47 +468,23 @@ def trials(
             last = error
 
 
-def positions(pilots: ScenePilots, cells: int, steps: int) -> np.ndarray | None:
-    """Our positions (s, c) at the instants."""
-    found = pilots.run(cells, steps)
-    return (
-        None
-        if found is None
-        else np.stack(list(found.columns.values()), axis=1)[:: (len(found.times) - 1) // INSTANTS]
-    )
-
-
-def own_trials(pilots: ScenePilots, reference: np.ndarray) -> Iterator[tuple[int, int, float]]:
-    """Cells, steps and true error of all our runs that could be the best of some error, of the same
-    grid as `trials`.
-    """
-    soonest = np.inf
-    for cells in MESHES[:-1]:
-        last = np.inf
-        for steps in STEPS[:-1]:
-            begin = time.process_time()
-            found = positions(pilots, cells, steps)
-            spent = time.process_time() - begin
-            if found is None:
-                continue
-            error = apart(found, reference)
-            yield cells, steps, error
-            if error <= min(WANTED):
-                soonest = min(soonest, spent)
-            settled = steps >= 1600 and error > 0.9 * last
-            if error <= min(WANTED) or settled or spent > 1.5 * soonest:
-                break
-            last = error
+def own_run(pilots: ScenePilots, cells: int, steps: int) -> tuple[float, np.ndarray | None]:
+    """CPU seconds and positions (s, c) at the instants of a run of ours."""
+    spent, found = timed(pilots, cells, steps)
+    if found is None:
+        return spent, None
+    values = np.stack(list(found.columns.values()), axis=1)
+    return spent, values[:: (len(found.times) - 1) // INSTANTS]
 
 
 def cheapest(
-    pilots: ScenePilots, tried: Sequence[tuple[int, int, float]], wanted: float
+    pilots: ScenePilots, runs: Sequence[tuple[int, int, float]], wanted: float
 ) -> tuple[float | None, tuple[int, int] | None]:
     """The cheapest of our runs that meet an error: CPU seconds, the best of three, with its cells
     and steps.
     """
     fewest: dict[int, int] = {}
-    for cells, steps, error in tried:
+    for cells, steps, error in runs:
         if error <= wanted:
             fewest.setdefault(cells, steps)
     times = {one: min(timed(pilots, *one)[0] for _ in range(3)) for one in fewest.items()}
@@ -507,7 +499,7 @@ def measure(name: str, scene: Scene, repetitions: int) -> list[Row]:
         1
     ]
     ours = ScenePilots(wanting(scene, min(WANTED)))
-    own = positions(ours, MESHES[-1], STEPS[-1])
+    own = own_run(ours, MESHES[-1], STEPS[-1])[1]
     if limit is None or own is None or apart(own, limit) > SAME:
         raise RuntimeError(
             f"{name}: the limits of both codes differ by {apart(own, limit):.1e} of the range, expected {SAME:g}"
@@ -516,8 +508,9 @@ def measure(name: str, scene: Scene, repetitions: int) -> list[Row]:
         f"{name}: the limits of both codes differ by {apart(own, limit):.1e} of the range",
         flush=True,
     )
-    tried = list(trials(name, duration, limit))
-    mine_tried = list(own_trials(ours, own))
+    others_tried = list(trials(name, duration, limit))
+    run = partial(own_run, ours)
+    ours_tried = [(one, steps, error) for one, steps, _, error in tried(MESHES[:-1], run, own)]
     rows = []
     for wanted in WANTED:
         mine = wanting(scene, wanted)
@@ -526,8 +519,10 @@ def measure(name: str, scene: Scene, repetitions: int) -> list[Row]:
         plan = planned.find(mine)
         pilots_s, pilots = time.process_time() - begin, ScenePilots(mine)
         cells = plan.cells or 0
-        hindsight = cheapest(pilots, mine_tried, wanted)
-        best = min((one for one in tried if one[2] <= wanted), key=lambda one: one[1], default=None)
+        hindsight = cheapest(pilots, ours_tried, wanted)
+        best = min(
+            (one for one in others_tried if one[2] <= wanted), key=lambda one: one[1], default=None
+        )
         times: list[float] = []
         others: list[float] = []
         found = None

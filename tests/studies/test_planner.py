@@ -127,7 +127,7 @@ def test_a_cheaper_run_is_chosen_where_the_one_that_is_proved_shows_its_error() 
             return (20.0 if steps < 300 and cells < 4 else 0.1) / cells + self.step / steps**2
 
     runs = Unlike(0.0, 1e5)
-    found = plan(runs, 4, 200, limits=Limits(least=200))
+    found = plan(runs, 4, 200)
     assert found.met
     others = [(one.cells, one.steps) for one in found.pilots]
     dearest = max(others, key=lambda one: one[0] * one[1])

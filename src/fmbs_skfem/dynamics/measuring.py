@@ -16,7 +16,7 @@ import numpy as np
 from ..core.algebra.linalg import as_dense, narrowed, rows_at
 from ..core.notices import notify
 from ..systems.measures import readings
-from ..systems.measures.angles import DOUBT, turns_between
+from ..systems.measures.angles import DOUBT, TURN, turns_between
 from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
@@ -251,7 +251,7 @@ def count_turns(before: Any, now: Any) -> tuple[Any, Any]:
     """
     (t, value, w, change), (time, angle, speed, acceleration) = before, now
     turns, off = turns_between(time - t, angle - value, (w, speed), (change, acceleration))
-    return angle + turns, off > DOUBT
+    return angle + TURN * turns, off > DOUBT
 
 
 def warn_of_turns(name: str) -> None:

@@ -23,7 +23,7 @@ from ..reduction.full_runs import (
     task_of,
 )
 from ..reduction.hyper import hyper_reduction
-from ..reduction.plan import USUAL, Plan, with_components
+from ..reduction.plan import USUAL, Components, Plan, with_components
 from ..scenes import build, extensions
 from ..scenes.accuracy import ALL
 
@@ -90,13 +90,20 @@ def interval(scene: Scene) -> float | np.ndarray:
     )
 
 
+def components(scene: Scene, bodies: Components | None = None) -> Components:
+    """Components of a scene: those of its bodies that are given, by default each by itself, and one
+    of every coordinate of a joint.
+    """
+    of_joints = {name: [name] for joint in scene.joints.values() for name in joint.coordinates}
+    return {**(bodies or {name: [name] for name in scene.bodies}), **of_joints}
+
+
 def plan(scene: Scene) -> Plan:
     """How the scene wants its reduced models trained."""
     wanted = sections(scene)[1]
     hyper = wanted.hyper_reduction
-    of_joints = {name: [name] for joint in scene.joints.values() for name in joint.coordinates}
     return Plan(
-        components=(wanted.components or {name: [name] for name in scene.bodies}) | of_joints,
+        components=components(scene, wanted.components),
         tolerance=USUAL if wanted.tolerance is None else wanted.tolerance,
         modes=wanted.modes,
         hyper=hyper_reduction.named(hyper.sample, hyper.tolerance) if hyper else NONE,

@@ -7,7 +7,7 @@ from __future__ import annotations
 import copy
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -87,6 +87,8 @@ class ScenePilots:
         self.systems: dict[int, System] = {}
         #: the same, with parts that can be held against finer ones
         self.checked: dict[int, System] = {}
+        #: of a level and a number of steps, as far as somebody has kept them
+        self.made: dict[tuple[int, int], PilotOutputs] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
         self.units: tuple[str, ...] = ()  #: theirs
         self.room = 0.0  #: what a motion may err by, over its size, as far as it is known
@@ -154,7 +156,12 @@ class ScenePilots:
             return "leave cells and refine out to have that found" if cut else ""
         return f"give {listed([name for name in self.refined if name not in cut])} more cells (`refine` or `cells`)"
 
-    def system(self, level: int) -> System:
+    def level_of(self, cells: int) -> int:
+        """The level of some cells: 0 and 1 are the meshes that are given."""
+        return cells if self.open else max(cells, 1)
+
+    def system(self, cells: int) -> System:
+        level = self.level_of(cells)
         if level not in self.systems:
             scene = self.scene_of(level)
             self.checked[level] = build.chosen_form(
@@ -163,16 +170,22 @@ class ScenePilots:
             self.systems[level] = finer_systems.unchecked(self.checked[level])
         return self.systems[level]
 
-    def with_finer_parts(self, level: int) -> ScenePilots | None:
+    def with_finer_parts(self, cells: int) -> ScenePilots | None:
         """The same with all shapes that parts know; None where none of them knows more."""
-        self.system(level)
+        self.system(cells)
+        level = self.level_of(cells)
         if (
             not departures.trained_parts(self.checked[level])
             or (finer := finer_parts.finer(self.checked[level])) is None
         ):
             return None
+        return self.with_system(cells, finer)
+
+    def with_system(self, cells: int, system: System) -> ScenePilots:
+        """The same with another system of a level."""
         found = copy.copy(self)
-        found.systems = {level: finer_systems.unchecked(finer)}
+        found.systems = {self.level_of(cells): finer_systems.unchecked(system)}
+        found.made = {}
         return found
 
     def run(self, cells: int, steps: int, local_error: float = 0.0) -> PilotOutputs | None:
@@ -183,11 +196,20 @@ class ScenePilots:
         A force that repeats as often as the steps is the same at all their ends, and at those of
         half the steps.
         """
+        if not local_error and (made := self.made.get((self.level_of(cells), steps))):
+            return made
+        tried = self.attempt(lambda: self.solve(cells, steps, local_error, give_up))
+        return None if tried is None else tried[1]
+
+    def attempt(self, solve: Callable[[], Trajectory]) -> tuple[Trajectory, PilotOutputs] | None:
+        """The motion that is solved for, and its outputs; None where it fails, or its steps do not
+        resolve it.
+        """
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("ignore", Notice)
             warnings.simplefilter("always", CoarseStep)
             try:
-                motion = self.solve(cells, steps, local_error, give_up)
+                motion = solve()
             except SolverError:
                 if not self.analysis.moves:
                     raise
@@ -197,9 +219,16 @@ class ScenePilots:
             )
             if coarse or motion.statistics.halved > DIVIDED:
                 return None
-            found = outputs_of(motion)
+            cost = motion.statistics
+            found = PilotOutputs(
+                motion.times,
+                output_errors.columns(motion),
+                tuple(one.time for one in motion.events),
+                output_errors.stopped(motion),
+                cost.iterations + FACTOR * cost.factorisations,
+            )
         self.find_room(found)
-        return found
+        return motion, found
 
     def solve(
         self, cells: int, steps: int, local_error: float = 0.0, watch: Record | None = None
@@ -337,18 +366,6 @@ class ScenePilots:
             else:
                 low = middle
         return float(common[low])
-
-
-def outputs_of(motion: Trajectory) -> PilotOutputs:
-    """What is compared of a motion."""
-    cost = motion.statistics
-    return PilotOutputs(
-        motion.times,
-        output_errors.columns(motion),
-        tuple(one.time for one in motion.events),
-        output_errors.stopped(motion),
-        cost.iterations + FACTOR * cost.factorisations,
-    )
 
 
 def give_up(state: RunState) -> None:

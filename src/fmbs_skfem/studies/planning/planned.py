@@ -114,7 +114,6 @@ def find(
             whole=pilots.grid,
             fewest=fewest,
             usual=pilots.usual,
-            least=pilots.usual,
         )
         if motion
         else Limits(1, fewest=fewest)
@@ -177,9 +176,6 @@ def plan_of_large(
     """A plan whose steps are found by a reduced model, and whose meshes are judged by full ones."""
     limits = replace(limits, share=SHARE)
     found = plan(reduced.pilots, 0, reduced.steps, limits=limits, see=see)
-    pilots.titles = reduced.pilots.titles
-    pilots.units = reduced.pilots.units
-    pilots.room = reduced.pilots.room
     found = replace(found, time=found.time + reduced.apart)
     return with_given_meshes(pilots, found, see, reduced.steps) if pilots.refined else found
 

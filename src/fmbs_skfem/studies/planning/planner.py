@@ -276,7 +276,6 @@ class Limits:
     whole: int = 1  #: those of proofs are multiples of this
     fewest: int = 1  #: cells that a mesh may have
     usual: int = 10_000_000  #: with which meshes are compared, where more are given
-    least: int = 0  #: steps of what is chosen
     share: float = 1.0  #: of the accuracy, for the step where no mesh is judged here
 
     def rounded(self, steps: float) -> int:
@@ -380,12 +379,12 @@ class Planner:
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         plan = AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
-        plan = self.cheapest(plan, free) if plan.met else plan
+        plan = self.cheapest(plan, free, time.known()[-1][0]) if plan.met else plan
         return replace(plan, run=self.known.get((plan.cells, plan.steps)))
 
-    def cheapest(self, found: AccuracyPlan, free: tuple[bool, bool]) -> AccuracyPlan:
-        """The plan with the cheapest run so far that errs by no more than is wanted, with what it
-        differs by from the one that is proved.
+    def cheapest(self, found: AccuracyPlan, free: tuple[bool, bool], least: int) -> AccuracyPlan:
+        """The plan with the cheapest run so far, of the `least` steps or more, that errs by no more
+        than is wanted, with what it differs by from the one that is proved.
 
         First of those with as many steps, then of those on that mesh.
         """
@@ -400,7 +399,7 @@ class Planner:
                 if run is not None
                 and one[of_cells] == proved[of_cells]
                 and one < proved
-                and one[1] >= self.limits.least
+                and one[1] >= least
             )
             for cells, steps in others:
                 apart = self.differ((cells, steps), proved)

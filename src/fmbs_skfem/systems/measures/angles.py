@@ -74,7 +74,7 @@ def product(a: Parts, b: Parts) -> Part:
 def turns_between(
     h: Part, step: Part, speed: tuple[Part, Part], acceleration: tuple[Part, Part]
 ) -> tuple[Part, Part]:
-    """Whole turns [rad] that an angle has made beside its change `step` [rad] in times h [s], and
+    """How many whole turns an angle has made beside its change `step` [rad] in times h [s], and
     what that is off a guess by [rad].
 
         h / 2 (w0 + w1) + h^2 / 12 (w0' - w1')
@@ -87,8 +87,8 @@ def turns_between(
     whole = round if number else np.rint
     guesses = [0.5 * h * (speed[1] + speed[0])]
     guesses.append(guesses[0] + h * h / 12.0 * (acceleration[0] - acceleration[1]))
-    turns = [TURN * whole((guess - step) / TURN) for guess in guesses]
-    off = [abs(step + one - guess) for one, guess in zip(turns, guesses, strict=True)]
+    turns = [whole((guess - step) / TURN) for guess in guesses]
+    off = [abs(step + TURN * one - guess) for one, guess in zip(turns, guesses, strict=True)]
     smooth = off[0] >= CLEARER * off[1]
     if number:
         return (turns[1], off[1]) if smooth else (turns[0], off[0])
@@ -117,7 +117,7 @@ def continuous(
         (speed[:-1], speed[1:]),
         (acceleration[:-1], acceleration[1:]),
     )
-    found = angle + np.append(0.0, np.cumsum(turns))
+    found = angle + TURN * np.append(0.0, np.cumsum(turns))
     if off.max(initial=0.0) > DOUBT:
         warn_of_doubt(name)
     return found
