@@ -178,12 +178,13 @@ def test_parts_have_section_forces() -> None:
 
 
 def test_parts_trained_alone_stand_in_another_frame() -> None:
+    """With shapes between their places; with their states alone they are 36 % off, and say so."""
+    rough = part_files.train(bar("bar"), states(), 1e-9, shapes=states()[:0])
     with pytest.warns(Notice, match="do not stand for their bodies"):
-        rough = error(of_part(trained(1e-9).body))
-    few, fine = trained(1e-9).notes["functions"], error(of_part(trained(1e-13).body))
-    assert few < trained(1e-13).notes["functions"] < len(bar("bar").reference)
-    assert fine < 1e-2
-    assert fine < 0.2 * rough
+        assert error(of_part(rough.body)) > 0.1
+    assert error(of_part(trained(1e-9).body)) < 1e-2
+    assert error(of_part(trained(1e-13).body)) < 2e-4
+    assert trained(1e-13).notes["functions"] < len(bar("bar").reference)
 
 
 def test_directors_at_places_are_coordinates() -> None:
@@ -200,8 +201,8 @@ def test_files_keep_beams(tmp_path: Path) -> None:
     body, same = part_files.load(path).body, trained(1e-11).body
     assert body.directors is not None
     assert_allclose(body.directors.toarray(), same.directors.toarray())  # type: ignore[union-attr]
-    small = part_files.coarsen(part_files.resume(path), 1e-8)
-    assert small.notes["functions"] < part_files.load(path).notes["functions"]
+    small = part_files.coarsen(part_files.resume(path), None, 12)
+    assert small.notes["functions"] == 12
     assert small.body.shapes is not None
     assert small.body.shapes.missing is not None
     more = part_files.train(

@@ -54,7 +54,7 @@ from tests.cli.calls import fmbs
 from verification.plates import rectangle
 from verification.vibration import ring
 
-from .test_part_files import alone, arm, unknown
+from .test_part_files import arm, of_states, unknown
 
 SCHEME, SHARP = GeneralizedAlpha(2e-3), Newton(tolerance=1e-12)
 WEIGHT = 9.81 * np.array([0.0, 0.0, -0.02])
@@ -70,7 +70,13 @@ def states() -> np.ndarray:
 @cache
 def pinned() -> Part:
     """The arm trained on them: its ends are never bent."""
-    return part_files.train(arm(), states())
+    return of_states(arm(), states())
+
+
+@cache
+def alone() -> Part:
+    """The arm trained with moments."""
+    return of_states(arm(), excite(arm(), Excitation(runs=4, step=1e-3)))
 
 
 def hung(
@@ -170,7 +176,7 @@ def test_a_plate_that_stretches_where_it_bends_is_told_where_it_has_many_functio
     % of what it moves.
     """
     full = plate("sheet", rectangle("bfs", 5, 5, 0.5, 0.5), 3e-3, Material(2e9, 1200.0, 0.3), dim=3)
-    part = part_files.train(
+    part = of_states(
         full,
         excite(full, Excitation(runs=1, duration=0.4, samples=200, step=1e-3)),
         1e-10,
@@ -342,10 +348,10 @@ def test_a_clamp_where_a_training_had_no_moments_is_told_before_the_run(tmp_path
         "loads: {", "loads: {M: {type: torque, at: arm.right, torque: [0, 1 N mm, 0]}, "
     )
     short = states()[::40]
-    trained = part_files.train(arm(), short, 1e-9, None, 1e-2, **record)
-    more = part_files.train(arm(), short, 1e-9, None, 1e-2, trained, **moments)
-    other = part_files.train(arm(), short, 1e-9, None, 1e-2, **moments)
-    unknown = part_files.train(arm(), short, 1e-9, None, 1e-2)
+    trained = of_states(arm(), short, 1e-9, None, 1e-2, **record)
+    more = of_states(arm(), short, 1e-9, None, 1e-2, trained, **moments)
+    other = of_states(arm(), short, 1e-9, None, 1e-2, **moments)
+    unknown = of_states(arm(), short, 1e-9, None, 1e-2)
     cases = [
         (trained, weld, "left"),
         (trained, motor, "right"),
@@ -380,7 +386,7 @@ def test_a_point_of_a_rim_is_not_told_for_the_axes_of_its_rim() -> None:
         rims={"A": rim},
     )
     moved = excite(full, Excitation(runs=1, duration=0.02, samples=20, step=1e-3))
-    part = part_files.train(full, moved, 1e-6, None, None, alone={"moment": 0.1}).body
+    part = of_states(full, moved, 1e-6, None, None, alone={"moment": 0.1}).body
     pin, clamp = joints.Pin("pin", At("sheet", "A")), joints.Clamp("clamp", At("sheet", "b"))
     assert unbent_places.unbent_places(assemble([part], [pin]), part) == []
     assert unbent_places.unbent_places(assemble([part], [clamp]), part) == ["b"]
@@ -419,7 +425,7 @@ def test_equilibria_that_bend_too_little_err_by_what_is_said() -> None:
 def test_a_part_that_cannot_bend_is_told() -> None:
     """With four functions an arm of the plane that is clamped at both ends is at rest."""
     full = cable("arm", models.segment(16), models.SECTION, models.MATERIAL, dim=2)
-    part = part_files.train(full, excite(full, Excitation(runs=2, step=2e-3)))
+    part = of_states(full, excite(full, Excitation(runs=2, step=2e-3)))
     held = [joints.Clamp("A", At("arm", "left")), joints.Clamp("B", At("arm", "right"))]
     stiff = part_files.coarsen(part, None, 4).body
     system = eliminate(
@@ -446,7 +452,7 @@ def test_errors_are_the_same_in_any_units() -> None:
     """The arm in millimetres, tonnes and newtons."""
     mesh = models.segment(16, end=(1000.0, 0.0, 0.0))
     full = cable("arm", mesh, Circular(1e3 * models.SECTION.diameter), Material(1e3, 1.8e-9))
-    body = part_files.train(full, 1e3 * states()).body
+    body = of_states(full, 1e3 * states()).body
     assert Material(1e9, 1800.0) == models.MATERIAL
     with pytest.warns(Notice):
         one, other = clamped(pinned().body), clamped(body, 1e3 * WEIGHT)
@@ -627,7 +633,7 @@ def test_a_finer_part_is_its_body_with_more_functions(tmp_path: Path) -> None:
     moved = excite(washer, Excitation(runs=1, step=2e-3, duration=0.05, samples=25))
     for full, part in (
         (arm(), pinned()),
-        (washer, part_files.train(washer, moved, 1e-8, None, None)),
+        (washer, of_states(washer, moved, 1e-8, None, None)),
     ):
         read = part_files.resume(part_files.save(part, tmp_path / f"{full.name}.part.h5"))
         assert read.memory is not None

@@ -64,6 +64,11 @@ def alone() -> part_files.Part:
     return part_files.train(arm(), states())
 
 
+def of_states(body: Body, states: np.ndarray, *more: Any, **notes: Any) -> part_files.Part:
+    """A part that knows nothing but its states: none of the shapes between its places."""
+    return part_files.train(body, states, *more, shapes=states[:0], **notes)
+
+
 def unknown(body: Body) -> Body:
     """A part of which nothing is known but its strains."""
     assert body.shapes is not None
@@ -314,10 +319,10 @@ def test_a_training_goes_on_without_the_states_of_before(tmp_path: Path) -> None
     pinned, bent = (
         excite(arm(), Excitation(runs=2, step=1e-3, duration=1.5, moment=m)) for m in (0.0, 0.14)
     )
-    first = part_files.train(arm(), pinned, 1e-10)
+    first = of_states(arm(), pinned, 1e-10)
     file = part_files.save(first, tmp_path / "arm.part.h5")
-    both = part_files.train(arm(), bent, 1e-10, None, 1e-4, part_files.resume(file))
-    once = part_files.train(arm(), np.concatenate([pinned, bent]), 1e-10)
+    both = of_states(arm(), bent, 1e-10, None, 1e-4, part_files.resume(file))
+    once = of_states(arm(), np.concatenate([pinned, bent]), 1e-10)
     assert left_out(first, bent) > 1e-8
     for states in (pinned, bent):
         assert left_out(both, states) < 3e-10
@@ -407,7 +412,7 @@ def test_a_part_is_made_coarser_where_it_is_used(tmp_path: Path) -> None:
     """Leading functions and fewer of its points: errors grow with eps as those of a part that was
     trained to it, points fall.
     """
-    file = part_files.save(alone(), tmp_path / "arm.part.h5")
+    file = part_files.save(of_states(arm(), states()), tmp_path / "arm.part.h5")
     whole, weight = part_files.resume(file), (0.0, -6.937, 6.937)
     wanted = path(integrate(two(arm(), weight, False), GeneralizedAlpha(1e-3), 0.5, SHARP))
     made = [part_files.coarsen(whole, eps) for eps in (1e-10, 1e-7)]
@@ -455,7 +460,7 @@ def test_what_functions_leave_out_of_strains_is_known_and_said_where_forces_are_
     """Of a part, and of a coarser one from its file, which adds what the finer one leaves out;
     forces err by as much.
     """
-    whole = part_files.train(arm(), states(), 1e-15, None, 1e-3)
+    whole = of_states(arm(), states(), 1e-15, None, 1e-3)
     fine = part_files.resume(part_files.save(whole, tmp_path / "arm.part.h5"))
     small = part_files.coarsen(fine, 1e-8)
     errors = [one.body.shapes.strain_errors for one in (fine, small)]  # type: ignore[union-attr]

@@ -34,7 +34,7 @@ from ..bodies.body import (
     read_by_cells,
 )
 from ..core.algebra import ranks
-from ..core.algebra.linalg import alike, as_dense
+from ..core.algebra.linalg import alike, as_dense, squares
 from ..core.errors import InputError, say
 from ..reduction.hyper import sampling
 from ..reduction.hyper.ecsw import Level
@@ -44,7 +44,7 @@ from ..reduction.spaces import invariant, pod
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
 from ..systems import assemble, lengths
-from ..systems.compiled import compile_system, elastic_tangent
+from ..systems.compiled import Compiled, compile_system, elastic_tangent
 from ..systems.system import Elastic
 from ..systems.terms import elastic as terms
 from ..systems.terms import shape_points
@@ -52,7 +52,10 @@ from ..systems.terms.cells import gradient_rows
 from ..systems.terms.points import dense_rows
 from . import departures
 
+# stretching of second order is 1e-13 there, bending of a bar of 1:1000 1e-9 of its energy
+SMALL = 1e-6  #: displacements, over the size of a body, that are linear
 STATES = 20  #: states whose strains are found at a time
+SAME = 1e-6  #: part of shapes in a direction, over the largest, that is round-off
 MISSES = 1e-9  #: distance of the reference from the shape functions, over the size of the body, from which it is refused
 
 
@@ -79,18 +82,53 @@ def shape_functions(
     tolerance: float | None = 1e-12,
     modes: int | None = None,
     earlier: np.ndarray | None = None,
+    shapes: np.ndarray | None = None,
 ) -> np.ndarray:
     """S (b, m) of (1) from states (s, b, c) of a full body; eps = `tolerance` refers to the
     deviations from the field 1, or m.
 
     Coordinates at the places of the body come first, the others are orthonormal in the mass over
     that of the body. Factors U_1 S_1 (b, k) of `earlier` states stand for them, by the left
-    singular vectors of [U_1 S_1, Y].
+    singular vectors of [U_1 S_1, Y]. Displacements `shapes` (j, b, c) are among the functions, as
+    far as m allows: see `interface_shapes`.
     """
     columns = as_columns(states) if earlier is None else np.hstack([earlier, as_columns(states)])
-    keep = np.column_stack([part.constant, part.reference])
-    S = pod.of_vectors(columns, keep, None if modes else tolerance, modes, metric(part)).modes
-    return with_places(part, S)
+    return with_places(
+        part, leading(part, columns, shapes, None if modes else tolerance, modes).modes
+    )
+
+
+def leading(
+    part: Body,
+    columns: np.ndarray,
+    shapes: np.ndarray | None,
+    tolerance: float | None,
+    modes: int | None,
+) -> pod.Basis:
+    """Functions (b, m) of columns (b, k), one a component: the field 1, the reference, those of
+    `shapes` (j, b, c), and the leading ones of the rest.
+    """
+    W = metric(part)
+    affine = np.column_stack([part.constant, part.reference])
+    kept = affine if shapes is None else np.hstack([affine, functions_of(part, W, affine, shapes)])
+    rank = int(np.linalg.matrix_rank(affine))
+    if modes is not None:
+        kept = kept[:, : affine.shape[1] + max(0, modes - rank)]
+    return pod.of_vectors(columns, kept, tolerance, modes, W)
+
+
+def functions_of(part: Body, W: csr_array, affine: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Functions (b, k) of the components of displacements (j, b, c) outside of affine motions (b,
+    i), orthonormal in W (b, b), those that most of them have first.
+    """
+    if not len(shapes):
+        return affine[:, :0]
+    columns = as_columns(shapes)
+    sizes = squares(columns, W).reshape(len(shapes), -1).sum(axis=1)
+    columns = columns / np.repeat(np.sqrt(sizes), shapes.shape[2])
+    U, s = pod.left_singular(W, affine)
+    found, s = pod.left_singular(W, pod.outside(W, columns, U[:, s > MISSES * s[0]]))
+    return np.asarray(found[:, s > SAME * s[0]])
 
 
 def as_columns(states: np.ndarray) -> np.ndarray:
@@ -132,6 +170,8 @@ def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
 
     as of `projected`.
     """
+    if not len(states):
+        return np.zeros((0, S.shape[1], part.dim))
     found = projected(part, S, as_columns(states))
     return found.reshape(S.shape[1], len(states), -1).transpose(1, 0, 2)
 
@@ -258,11 +298,14 @@ def one_point(cells: Cells) -> Cells:
     return Cells(cells.law, table, cells.nodes, cells.dim, section, cells.spread)
 
 
-def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
+def sampled(
+    part: Body, states: np.ndarray, tolerance: float = USUAL, shapes: np.ndarray | None = None
+) -> Body:
     """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance
     eta at its states (s, m, c).
 
     Forces are measured by the energy of the displacements that they make, see `compliance`.
+    Displacements `shapes` (j, m, c) count as much as all states, and each as much as any other.
     """
     if part.shapes is None:
         raise InputError(
@@ -273,17 +316,34 @@ def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
                 "reduce it first: parts.reduced_body",
             )
         )
+    model = compile_system(assemble([part], pictures=False))
     member = Elastic(part.name, 0.0, dense_rows(part.shapes))
-    sample, _, _ = sampling.solve(
-        [([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS, compliance(part)
-    )
+    runs = [([member], states.reshape(len(states), -1))]
+    if shapes is not None and len(shapes):
+        runs.append(([member], model.system.x0 + small(part, model, shapes)))
+    sample, _, _ = sampling.solve(runs, 0, tolerance, Level.POINTS, compliance(model))
     return ranged(
         replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)),
         states,
     )
 
 
-def compliance(part: Body) -> Measure:
+def small(part: Body, model: Compiled, shapes: np.ndarray) -> np.ndarray:
+    """Displacements (j, n) along shapes (j, m, c) of a reduced body, all of one strain energy, the
+    largest `SMALL` of the body; rigid ones are left out.
+    """
+    u = shapes.reshape(len(shapes), -1)
+    W = as_dense(model.system.metric)
+    K = as_dense(elastic_tangent(model, model.system.x0, 0.0))
+    size = np.einsum("ji,ik,jk->j", u, W, u)
+    energy = np.einsum("ji,ik,jk->j", u, K, u)
+    held = energy > ranks.EXACT * size * (energy / size).max()
+    u = u[held] / np.sqrt(energy[held])[:, None]
+    longest = np.sqrt((size[held] / energy[held]).max() / model.system.weight)
+    return np.asarray(u * (SMALL * extent(part) / longest))
+
+
+def compliance(model: Compiled) -> Measure:
     """States (s, n) of a reduced body -> roots of their compliance (s, n, n).
 
         C^(1/2),    C = sum_i v_i v_i^T / (|l_i| + w^2),    K v_i = l_i W v_i
@@ -292,9 +352,8 @@ def compliance(part: Body) -> Measure:
     free body: what changes slowly moves the body by K^-1 f. A beam that is sampled by its forces
     alone keeps its axial ones, which are large and move it little.
     """
-    model = compile_system(assemble([part], pictures=False))
     W = as_dense(model.system.metric)
-    rigid = part.dim * (part.dim + 1) // 2
+    rigid = model.system.dim * (model.system.dim + 1) // 2
 
     def modes(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         found: tuple[np.ndarray, np.ndarray] = eigh(as_dense(elastic_tangent(model, state, 0.0)), W)

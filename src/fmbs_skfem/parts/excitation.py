@@ -89,7 +89,8 @@ class Excitation:
     Random numbers follow from `seed` alone.
     """
 
-    runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
+    # interface functions and modes are in the basis: one, two and four of an arm err alike
+    runs: Annotated[int, "number of motions, which begin at the places in turn"] = 2
     force: Annotated[float, fields.quantity("N", ">= 0")] | None = None
     #: at slopes of lines and at frames; None: a tenth of F L
     moment: Annotated[float, fields.quantity("N m", ">= 0")] | None = None

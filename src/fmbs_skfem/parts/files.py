@@ -35,10 +35,9 @@ from ..core.storage import container, validation
 from ..core.storage.container import FileKind, storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Misfit, Reals, require
-from ..reduction.spaces import pod
 from ..systems.places import directions
 from . import bodies as parts
-from . import departures, missing_shapes
+from . import departures, interface_shapes, missing_shapes
 from .excitation import turns
 
 KIND = FileKind(
@@ -75,6 +74,10 @@ class Memory:
     functions: Annotated[np.ndarray, Reals("b m")]  #: S
     factor: Annotated[np.ndarray, Reals("m m")]  #: L
     states: Annotated[np.ndarray, Reals("s m c")]  #: some z
+    #: displacements that its functions hold, see `interface_shapes`
+    shapes: Annotated[np.ndarray, Reals("* * *")] = field(
+        default_factory=lambda: np.zeros((0, 0, 0))
+    )
 
 
 @dataclass(frozen=True)
@@ -98,13 +101,16 @@ def train(
     eta: float | None = ETA,
     before: Part | None = None,
     /,
+    *,
+    shapes: np.ndarray | None = None,
     **notes: Any,
 ) -> Part:
     """The part of a full body from states (s, b, c) of any of its motions; without `eta` its energy
     is that of all points.
 
     What a part of `before` with its memory was trained on counts as well, and none of its states is
-    needed.
+    needed. Its functions hold the displacements `shapes` (j, b, c), by default those of
+    `interface_shapes`.
     """
     begun = clock.process_time()
     then = {} if before is None else before.notes
@@ -114,16 +120,19 @@ def train(
         else remembered(recall(before, body))
     )
     every = np.concatenate([old, states])
-    S = parts.shape_functions(body, states, tolerance, modes, factor)
+    shapes = interface_shapes.find(body) if shapes is None else shapes
+    S = parts.shape_functions(body, states, tolerance, modes, factor, shapes)
     warn_of_no_bending(body, S)
     warn_of_size(body, S)
     z = parts.coordinates(body, S, every)
+    own = parts.coordinates(body, S, shapes)
     found = parts.reduced_body(body, S)
-    found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta)
+    found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta, own)
     some = states[evenly(0, len(states) - 1, KEPT)]
     kept = evenly(0, len(z) - 1, KEPT)
     lacks = missing_shapes.find(body, S, every, np.hstack([factor, parts.as_columns(some)]))
-    lacks = lacks and replace(lacks, unbent=unbent(body, notes.get("alone")))
+    if lacks and not len(shapes):
+        lacks = replace(lacks, unbent=unbent(body, notes.get("alone")))
     errors = parts.strain_errors(
         body, S, np.concatenate([old, states[evenly(0, len(states) - 1, LOOKED_AT)]])
     )
@@ -152,7 +161,7 @@ def train(
         "training_s": clock.process_time() - begun,
     }
     columns = np.hstack([parts.projected(body, S, factor), parts.as_columns(z[len(old) :])])
-    memory = Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept])
+    memory = Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept], own)
     return Part(replace(found, shapes=points), record | notes, memory)
 
 
@@ -300,14 +309,14 @@ def coarsen(
             say(f"part '{body.name}'", "one that keeps factors of its training", "none", remedy)
         )
     assert body.shapes is not None
-    keep = np.column_stack([body.constant, body.reference])
     limit = tolerance if tolerance or modes else float(np.finfo(float).eps)
-    found = pod.of_vectors(known.factor, keep, None if modes else limit, modes, parts.metric(body))
+    found = parts.leading(body, known.factor, known.shapes, None if modes else limit, modes)
     S = parts.with_places(body, found.modes)
     warn_of_no_bending(body, S)
     z = parts.coordinates(body, S, known.states)
     eta = points_to(found.singular_values, S.shape[1]) if eta is None else eta
-    small = parts.sampled(parts.reduced_body(body, S), z, eta)
+    shapes = parts.coordinates(body, S, known.shapes)
+    small = parts.sampled(parts.reduced_body(body, S), z, eta, shapes)
     assert small.shapes is not None
     missing = missing_shapes.coarser(body, S, known.states, known.factor)
     errors = coarser_strains(body, S, known.states)
@@ -326,7 +335,7 @@ def coarsen(
     return Part(
         small,
         part.notes | numbers,
-        Memory(known.functions @ S, np.asarray(np.linalg.qr(factor, mode="r")).T, z),
+        Memory(known.functions @ S, np.asarray(np.linalg.qr(factor, mode="r")).T, z, shapes),
     )
 
 

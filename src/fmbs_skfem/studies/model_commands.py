@@ -155,7 +155,7 @@ def train_part(
     ] = None,
     runs: Annotated[
         int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)
-    ] = 4,
+    ] = 2,
     push: Annotated[
         float | None, Option("Forces at its places, by default its weight.", "NEWTON", least=0.0)
     ] = None,

@@ -276,9 +276,7 @@ def massless(system: System, parts: Pieces) -> bool:
     joints determine them.
     """
     read = distinct(
-        np.concatenate(
-            [np.zeros(0, np.int64), *(terms.couplings(one).ravel() for one in parts.storages)]
-        )
+        np.concatenate([np.zeros(0, np.int64), *(terms.stiffened(one) for one in parts.storages)])
     )
     # what an elastic energy reads has a stiffness: no pivot of W is zero there
     held = distinct(nonzeros(rows_at(parts.matrix, read))[1])

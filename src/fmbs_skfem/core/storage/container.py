@@ -21,7 +21,7 @@ import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import field, fields, is_dataclass
+from dataclasses import MISSING, Field, field, fields, is_dataclass
 from enum import Enum
 from functools import lru_cache, singledispatch
 from pathlib import Path
@@ -511,8 +511,13 @@ def sparse(parts: Sequence[np.ndarray], shape: tuple[int, ...], where: str) -> c
     return matrix
 
 
+def has_default(part: Field[Any]) -> bool:
+    """Whether a field of a dataclass need not be given, as one that releases after a file have added."""
+    return part.default is not MISSING or part.default_factory is not MISSING
+
+
 def struct(name: str, values: Tree, where: str) -> Any:
-    """A storable dataclass of exactly its own fields."""
+    """A storable dataclass of its own fields, of which a file may lack those that have a default."""
     if name not in TYPES:
         remedy = (
             "import the Python file that declares it first, or name it: fmbs --extension FILE ..."
@@ -525,8 +530,9 @@ def struct(name: str, values: Tree, where: str) -> Any:
         )
     kind = TYPES[name]
     expected = {part.name for part in fields(kind)}
+    later = {part.name for part in fields(kind) if has_default(part)}
     got = set(values)
-    if expected != got:
+    if not expected - later <= got <= expected:
         raise ValueError(
             f"other fields of {name} at {where}: missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
         )

@@ -335,6 +335,12 @@ def couplings(piece: Any) -> np.ndarray:
 
 
 @singledispatch
+def stiffened(piece: Any) -> np.ndarray:
+    """Coordinates p (l,) to which a piece gives a stiffness: by default all that it couples."""
+    return couplings(piece).ravel()
+
+
+@singledispatch
 def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray | None:
     """Derivatives of the position u (k c, p, e) at the points of a storage, at unknowns x (n,) and
     body coordinates q (q,).

@@ -35,6 +35,9 @@ from .elastic import Lifts, Setting, Targets, Term
 from .points import Sampled, dense_rows, weigh
 
 
+ROUND = 1e-12  #: values of a function, over those of the largest, that are round-off
+
+
 class ShapePointsRecord(NamedTuple):
     """Points of a body for compiled code."""
 
@@ -315,6 +318,14 @@ def split(points: ShapePoints, lifts: Lifts) -> list[ShapePoints]:
 def couplings(points: ShapePoints) -> np.ndarray:
     """All coordinates of the body, (b c, 1)."""
     return np.arange(points.columns.start, points.columns.stop)[:, None]
+
+
+@terms.stiffened.register(ShapePoints)
+def stiffened(points: ShapePoints) -> np.ndarray:
+    """Those of functions that are not zero at all points, as third axes of hinged rims are."""
+    size = np.abs(points.table).max(axis=(0, 1))
+    read = np.repeat(size > ROUND * size.max(), points.dim)
+    return np.arange(points.columns.start, points.columns.stop)[read]
 
 
 @terms.compile_term.register(ShapePoints)
