@@ -107,7 +107,7 @@ def train(
 
     def make(plan: Plan) -> Part:
         """The part to the tolerances of a plan."""
-        more = {"body": body, **record, "provenance": kept}
+        more: dict[str, Any] = {"body": body, **record, "provenance": kept}
         return part_files.train(
             part, states, plan.tolerance, modes, plan.hyper.tolerance, known, **more
         )

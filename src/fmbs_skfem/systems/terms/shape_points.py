@@ -34,7 +34,6 @@ from .cells import put
 from .elastic import Lifts, Setting, Targets, Term
 from .points import Sampled, dense_rows, weigh
 
-
 ROUND = 1e-12  #: values of a function, over those of the largest, that are round-off
 
 
