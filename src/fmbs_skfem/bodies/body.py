@@ -42,6 +42,7 @@ from ..core.values import arrays
 from ..core.values.arguments import checked
 from ..core.values.fields import Length
 from ..shapes import curves, line, locking, meshes, surface
+from ..shapes.nodes import Nodes
 from ..shapes.surface import Surface
 from ..shapes.table import BasisTable, Curve
 from . import stations
@@ -203,6 +204,19 @@ def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
 
 @storable
 @dataclass(frozen=True)
+class LinearElasticity:
+    """Stiffness and damping of a body in its reference, for small strains, its b functions with
+    three components each.
+
+        K R = 0    of all rigid motions R of the reference
+    """
+
+    stiffness: csr_array | np.ndarray  #: K (b c, b c) [N/m]
+    damping: csr_array | np.ndarray | None = None  #: C (b c, b c) [N s/m]
+
+
+@storable
+@dataclass(frozen=True)
 class Body:
     """A part whose points are linear in its coordinates q (b, c) [m], so that its mass is constant.
 
@@ -216,9 +230,9 @@ class Body:
     reference: np.ndarray  #: (b, c) coordinates of the reference configuration [m]
     mass: csr_array  #: (b, b) [kg]
     constant: np.ndarray  #: (b,) coordinates of the field 1
-    #: named points: xi on a line, (cell, xi1, xi2) on a surface
+    #: named points: xi on a line, (cell, xi1, xi2) on a surface, rows (1, n) over nodes
     places: dict[str, Any] = field(default_factory=dict)
-    space: line.BSpline | line.Hermite | Surface | None = None
+    space: line.BSpline | line.Hermite | Surface | Nodes | None = None
     cells: Cells | None = None
     radius: float = 0.01  #: drawn radius [m]
     #: named rigid frames: first of their functions c, e1, e2 (, e3)
@@ -241,11 +255,20 @@ class Body:
     profile: Profile | None = None  #: the section along the line of a beam
     #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
     arcs: np.ndarray | None = None
+    #: its elastic energy, in place of that of cells
+    linear: LinearElasticity | None = None
+    #: (3, b) mean axes a_k of the nodes that a frame follows, by its name, see `from_matrices`
+    fits: dict[str, csr_array] = field(default_factory=dict)
 
     @property
     def dim(self) -> int:
         """Number of components c, 2 or 3."""
         return int(self.reference.shape[1])
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether it has a strain energy."""
+        return self.cells is not None or self.linear is not None
 
     @property
     def total_mass(self) -> float:
@@ -392,7 +415,7 @@ def positions(part: Body) -> np.ndarray:
     """
     if part.space is None and part.frames:
         return part.reference[0] + np.array(list(part.places.values())) @ part.reference[1:]
-    if part.shapes is not None and part.spread is not None:
+    if part.spread is not None and (part.shapes is not None or part.linear is not None):
         return part.shape_reference[part.spread @ part.constant > 0.5]
     return part.reference[part.constant > 0.5]
 
@@ -640,8 +663,8 @@ def limp(cells: Any, dim: int) -> bool:
     return cells.law.bends and dim == 3 and bool(cells.section[2].any())
 
 
-#: xi on a line, (cell, xi1, xi2) on a surface, name of a frame
-Place: TypeAlias = float | tuple[int, float, float] | str
+#: xi on a line, (cell, xi1, xi2) on a surface, a row (1, n) over nodes, name of a frame
+Place: TypeAlias = float | tuple[int, float, float] | str | csr_array
 
 
 def locate(body: Body, place: str | float) -> Place:
@@ -744,6 +767,8 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
             else rows[0]
         )
         return vector_row(body, derivative, 2, local)
+    if isinstance(body.space, Nodes):
+        return vector_row(body, derivative, 0, own(body, place))
     if body.space is None and body.frames:
         if derivative:
             return probe(body, next(iter(body.frames)), derivative)
@@ -814,7 +839,7 @@ def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_a
                 remedy,
             )
         )
-    return row if body.shapes is None else without_round_off(row)
+    return row if body.shapes is None and body.linear is None else without_round_off(row)
 
 
 def without_round_off(row: csr_array) -> csr_array:

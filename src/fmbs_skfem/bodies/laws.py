@@ -58,6 +58,7 @@ class Law:
     PRESSURE: ClassVar[Law]
     EDGE_PRESSURE: ClassVar[Law]
     BEAM: ClassVar[Law]
+    LINEAR: ClassVar[Law]
 
     @blamed
     def __init__(
@@ -160,6 +161,8 @@ STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a 
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
 BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
 Law.BEAM = Law("BEAM", 8, BEAM, (3,), compiled(".strain_law", "beam_"), holds=True, fields=4)
+#: small strains of a whole body by its stiffness matrix, see `systems.terms.corotated`: no points
+Law.LINEAR = Law("LINEAR", 0, (), (3,), lambda dim, kind: 0)
 #: numbers of laws in outputs and files
 NUMBERS = {
     0: Law.QUADRATIC,
@@ -170,6 +173,7 @@ NUMBERS = {
     6: Law.PRESSURE,
     7: Law.EDGE_PRESSURE,
     8: Law.BEAM,
+    9: Law.LINEAR,
 }
 
 

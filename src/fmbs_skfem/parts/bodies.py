@@ -126,9 +126,14 @@ def functions_of(part: Body, W: csr_array, affine: np.ndarray, shapes: np.ndarra
     columns = as_columns(shapes)
     sizes = squares(columns, W).reshape(len(shapes), -1).sum(axis=1)
     columns = columns / np.repeat(np.sqrt(sizes), shapes.shape[2])
-    U, s = pod.left_singular(W, affine)
-    found, s = pod.left_singular(W, pod.outside(W, columns, U[:, s > MISSES * s[0]]))
+    found, s = pod.left_singular(W, pod.outside(W, columns, orthonormal(W, affine)))
     return np.asarray(found[:, s > SAME * s[0]])
+
+
+def orthonormal(W: csr_array, columns: np.ndarray) -> np.ndarray:
+    """Columns (b, i), orthonormal in W (b, b), that span the same space as others (b, k)."""
+    U, s = pod.left_singular(W, columns)
+    return np.asarray(U[:, s > MISSES * s[0]])
 
 
 def as_columns(states: np.ndarray) -> np.ndarray:

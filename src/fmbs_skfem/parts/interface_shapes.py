@@ -21,12 +21,13 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.sparse import csr_array
 
 from ..bodies.body import Body, extent, locate, positions, probe
 from ..core.algebra import ranks, saddle
 from ..core.algebra.linalg import Array, as_dense
-from ..core.errors import InputError
-from ..dynamics.near_state.linear import linearise
+from ..core.errors import InputError, say
+from ..dynamics.near_state.linear import Linear, linearise
 from ..dynamics.near_state.modes import real_modes
 from ..systems import assemble, free_motions
 from .excitation import turns
@@ -47,26 +48,61 @@ def find(part: Body) -> np.ndarray:
 
     Rows that keep the axes of rims orthonormal hold in all of them.
     """
-    none = np.zeros((0, *part.reference.shape))
     J = rows_of_interfaces(part)
-    if not len(J):
-        return none
     system = assemble([part], pictures=False)
     try:
         free_motions.refuse_limp(part.name, system)
-        linear = linearise(system)
-        held = replace(linear, rows=np.vstack([linear.rows, J]))
+        held = hold(linearise(system), J)
         modes = real_modes(held, MODES * part.dim).shapes
     except InputError:
-        return none
+        return np.zeros((0, *part.reference.shape))
+    functions = at_rest(held, len(J))
+    if functions is None or not len(J):
+        return np.zeros((0, *part.reference.shape))
+    return as_shapes(part, np.hstack([soft(part, held.stiffness, J, functions), modes]))
+
+
+def of_interfaces(part: Body, count: int) -> np.ndarray:
+    """All interface functions and `count` fixed-interface modes (j, b, c) of a body of matrices,
+    as displacements.
+
+    InputError where it moves without energy by more than rigid motions.
+    """
+    assert part.linear is not None
+    J = rows_of_interfaces(part)
+    alone = linearise(assemble([replace(part, linear=None)], pictures=False))
+    held = hold(replace(alone, stiffness=csr_array(part.linear.stiffness)), J)
+    functions = at_rest(held, len(J))
+    if functions is None:
+        remedy = "look for loose nodes, or a mechanism in it"
+        where = f"body '{part.name}'"
+        raise InputError(say(where, "energy in all motions but rigid ones", "none in some", remedy))
+    found = [functions, real_modes(held, count).shapes] if count else [functions]
+    return as_shapes(part, np.hstack(found))
+
+
+def hold(linear: Linear, J: np.ndarray) -> Linear:
+    """Linear equations of a body in which rows J (i, n) hold, too."""
+    return replace(linear, rows=np.vstack([linear.rows, J]))
+
+
+def at_rest(held: Linear, count: int) -> np.ndarray | None:
+    """Interface functions (n, count), of the last rows that are held; None where some motion costs
+    no energy.
+    """
     inverse = saddle.inverse(saddle.matrix(held.stiffness, held.rows))
     if inverse is None:
-        return none
-    n = len(linear.x)
-    moved = np.zeros((n + len(held.rows), len(J)))
-    moved[-len(J) :] = np.eye(len(J))
-    found = np.hstack([soft(part, held.stiffness, J, inverse(moved)[:n]), modes])
-    return np.ascontiguousarray(found.T.reshape(-1, *part.reference.shape))
+        return None
+    n = len(held.x)
+    moved = np.zeros((n + len(held.rows), count))
+    moved[n + len(held.rows) - count :] = np.eye(count)
+    found = inverse(moved)[:n]
+    return found if np.isfinite(found).all() else None
+
+
+def as_shapes(part: Body, columns: np.ndarray) -> np.ndarray:
+    """Displacements (j, b, c) of columns (b c, j)."""
+    return np.ascontiguousarray(columns.T.reshape(-1, *part.reference.shape))
 
 
 def soft(part: Body, K: Array, J: np.ndarray, functions: np.ndarray) -> np.ndarray:

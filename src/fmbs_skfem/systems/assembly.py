@@ -60,6 +60,8 @@ from .system import (
     keep_constraints,
     linear_part,
 )
+from .terms import corotated
+from .terms.corotated import Corotated
 
 FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
@@ -184,7 +186,7 @@ def assemble(
             *(
                 Elastic(part.name, damping.stiffness, energy(part, layout))
                 for part in parts
-                if part.cells is not None
+                if part.is_elastic
             ),
             *(
                 Elastic(name, 0.0, gather(part, cells, layout))
@@ -362,13 +364,20 @@ def springs(parts: list[Body], dim: int) -> csr_array:
     return diagonal([alike(matrix, dim) for matrix in own])
 
 
-def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints:
-    """The storage of a body's elastic energy: its cells, or the points of a reduced body."""
+def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints | Corotated:
+    """The storage of a body's elastic energy: its cells, the points of a reduced body, or matrices
+    that turn with it.
+    """
+    first = layout.first[part.name]
+    columns = slice(first, first + part.reference.size)
+    if part.linear is not None:
+        K, C = part.linear.stiffness, part.linear.damping
+        made = corotated.of_matrices(K, C, part.mass, part.reference, part.constant)
+        return replace(made, columns=columns)
     assert part.cells is not None
     if part.shapes is None:
         return gather(part, part.cells, layout)
-    first = layout.first[part.name]
-    return replace(part.shapes, columns=slice(first, first + part.reference.size))
+    return replace(part.shapes, columns=columns)
 
 
 def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
@@ -384,11 +393,12 @@ def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
 
 
 def orthonormal(part: Body, draft: Draft) -> None:
-    """The axes of every frame of a body stay unit vectors at right angles.
+    """The axes of every frame of a body stay unit vectors at right angles, and those that follow
+    nodes turn as these do.
 
-        (e_i . e_j - delta_ij) / (1 + delta_ij) = 0
+        (e_i . e_j - delta_ij) / (1 + delta_ij) = 0,    e_i . a_j - e_j . a_i = 0
 
-    one row a pair i <= j.
+    one row a pair i <= j, and i < j.
     """
     dim = part.dim
     for frame in part.frames:
@@ -403,6 +413,22 @@ def orthonormal(part: Body, draft: Draft) -> None:
                     (-0.5 * (i == j), -1, -1, -1)
                 ]
                 draft.constraints.row(f"{part.name}.{frame}", f"e{j + 1}.e{i + 1}", *terms)
+        if frame in part.fits:
+            follow(f"{part.name}.{frame}", part, frame, rows, draft)
+
+
+def follow(name: str, part: Body, frame: str, axes: list[int], draft: Draft) -> None:
+    """The axes of a frame, with the first probe rows (3,) of each, turn as the mean axes of its
+    nodes.
+
+        e_i . a_j - e_j . a_i = 0
+    """
+    first = draft.probes.add(draft.layout.spread(part, part.fits[frame]))
+    for i in range(3):
+        for j in range(i + 1, 3):
+            terms = [(1.0, -1, axes[i] + c, first + 3 * j + c) for c in range(3)]
+            terms += [(-1.0, -1, axes[j] + c, first + 3 * i + c) for c in range(3)]
+            draft.constraints.row(name, f"e{i + 1}.a{j + 1}", *terms)
 
 
 def empty_draft(parts: list[Body]) -> tuple[Draft, Coordinates]:

@@ -18,6 +18,7 @@ from ..core.storage.records import dataclass
 from ..core.values import arrays, mappings
 from ..core.values.arguments import checked
 from ..core.values.inputs import Source
+from ..shapes.nodes import Nodes
 from ..shapes.surface import Surface
 from . import row_laws
 from .affine import Affine
@@ -255,7 +256,9 @@ def directions(part: Body, place: str | float) -> int:
     """
     if place in part.frames or (part.space is None and part.frames) or part.directors is not None:
         return part.dim
-    return 0 if part.space is None else 2 if isinstance(part.space, Surface) else 1
+    if part.space is None or isinstance(part.space, Nodes):
+        return 0
+    return 2 if isinstance(part.space, Surface) else 1
 
 
 def vector(where: str, values: Any, size: int) -> np.ndarray:

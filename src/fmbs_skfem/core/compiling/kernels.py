@@ -74,6 +74,7 @@ MODULES = (
     "systems/kernels.py",
     "systems/row_programs.py",
     "systems/terms/cells.py",
+    "systems/terms/corotated.py",
     "systems/terms/corotation.py",
     "systems/terms/elastic.py",
     "systems/terms/lifts.py",

@@ -76,9 +76,9 @@ def is_open(elastic: Elastic) -> bool:
     """Whether a beam in full may have a thin open section, by its stiffnesses G J and E I: J is
     small over the polar moment.
     """
-    law, section = elastic.gather.law, elastic.gather.section
-    if law is not Law.BEAM or section.shape[1] == 1:
+    if elastic.gather.law is not Law.BEAM or elastic.gather.section.shape[1] == 1:
         return False
+    section = elastic.gather.section
     C = matrices(section[:, 0])
     GJ = 1.0 / np.linalg.inv(C)[:, 3, 3]  # about the shear centre, wherever the line passes
     return bool((OPEN * (C[:, 4, 4] + C[:, 5, 5]) > 2.0 * GJ).any())

@@ -1,0 +1,321 @@
+r"""Bodies that come as matrices: a finite-element part of another program.
+
+    T = 1/2 sum_c v_c^T m v_c,    W = 1/2 d^T K d,    M = m (x) 1,    K R = 0 of all rigid motions R
+
+Nodes of a rigid interface (RBE2) are slaved to a frame, r_i = c + X_i e_1 + Y_i e_2 + Z_i e_3. An
+average (RBE3) has a frame without mass that follows its nodes: it stands at their mean and turns as
+they do in the least squares of their displacements,
+
+    c = sum_i w_i r_i,    e_j . a_k = e_k . a_j,    a_k = sum_i w_i X_ik (r_i - c),    w_i = 1 / n
+
+with X_i the places of the nodes about their mean in the reference. Both are exact for rotations of
+any size.
+
+Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319, doi 10.2514/3.4741 (what becomes
+of them, see `parts.condensation`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array, hstack, kron, vstack
+
+from ..core.algebra.linalg import Array, alike, as_csr
+from ..core.errors import InputError, say
+from ..core.notices import notify
+from ..core.storage.records import dataclass
+from ..core.values import arrays
+from ..core.values.arguments import checked
+from ..shapes.nodes import Nodes
+from .body import Body, LinearElasticity
+
+ALIKE = 1e-12  #: difference of two entries, over the largest ones of their rows, that is round-off
+# seven digits of a file are 5e-8 of an entry
+ROUNDED = 1e-5  #: the same, up to which it comes from the digits of a file
+#: force of a rigid motion, over the sum of the sizes of its terms, that the digits of a file leave
+RIGID = 1e-5
+FLAT = 1e-6  #: second moment of the nodes of an interface, over the largest, that is none
+
+
+@dataclass(frozen=True)
+@checked
+class Interface:
+    """Nodes of a body that move as one rigid frame (`rigid`), or whose mean motion a frame follows.
+
+    The frame stands at `center` (3,) [m], of a rigid one by default the mean of its nodes, as of an
+    average always. Nodes (i,) count from 0.
+    """
+
+    nodes: Annotated[tuple[int, ...], "numbers of nodes, from 0"]
+    rigid: bool = True
+    center: tuple[float, float, float] | None = None
+
+
+def from_matrices(
+    name: str,
+    nodes: np.ndarray,
+    stiffness: Array,
+    mass: Array,
+    damping: Array | None = None,
+    *,
+    unit: np.ndarray | None = None,
+    interfaces: Mapping[str, Interface] | None = None,
+    places: Mapping[str, int] | None = None,
+    origin: np.ndarray | None = None,
+    rotation: np.ndarray | None = None,
+) -> Body:
+    """A body of n nodes (n, 3) [m] with K, M and C (3 n, 3 n), unknowns node by node, x, y, z of
+    each; M may be (n, n), alike for every component.
+
+    `unit` (n,) is 1 where a coordinate is a position, by default everywhere, 0 where it is a
+    gradient. `interfaces` become frames, `places` are single nodes; `origin` (3,) [m] and
+    `rotation` (3, 3) move the body, x <- origin + rotation x. InputError where the matrices are not
+    those of a free elastic body: not symmetric, bound, in other axes, or of unlike components.
+    """
+    where = f"body '{name}'"
+    nodes = arrays.finite(nodes, f"{where}: nodes", "positions (n, 3) [m]", None, 3)
+    n = len(nodes)
+    unit = np.ones(n) if unit is None else arrays.finite(unit, f"{where}: unit", f"{n} numbers", n)
+    m = of_components(where, mass, n)
+    K = symmetric(where, "stiffness", stiffness, 3 * n)
+    C = None if damping is None else symmetric(where, "damping", damping, 3 * n)
+    refuse_bound(where, K, nodes, unit)
+    found = interfaces or {}
+    for key, one in found.items():
+        check_interface(f"{where}: interface '{key}'", one, nodes)
+    turn = np.eye(3) if rotation is None else rotation
+    if rotation is not None:
+        Q = csr_array(kron(eye_array(n), turn))
+        K, C = as_csr(Q @ K @ Q.T), None if C is None else as_csr(Q @ C @ Q.T)
+    spread, reference, constant = tie(where, nodes, unit, found)
+    reference = reference @ turn.T
+    if origin is not None:
+        reference += np.outer(constant, origin)
+    wide = alike(spread, 3)
+    whole = not found
+    return Body(
+        name,
+        reference,
+        as_csr(spread.T @ m @ spread),
+        constant,
+        {key: node_row(f"{where}: place '{key}'", node, n) for key, node in (places or {}).items()},
+        Nodes(n),
+        frames={key: 4 * k for k, key in enumerate(found)},
+        axes=None if whole else axes_of(found, spread),
+        spread=None if whole else spread,
+        linear=LinearElasticity(
+            as_csr(wide.T @ K @ wide), None if C is None else as_csr(wide.T @ C @ wide)
+        ),
+        fits={
+            key: as_csr(mean_axes(one, nodes) @ spread)
+            for key, one in found.items()
+            if not one.rigid
+        },
+    )
+
+
+def of_components(where: str, mass: Array, n: int) -> csr_array:
+    """m (n, n) of a mass m (x) 1, given as itself or as (3 n, 3 n).
+
+    InputError where components have other masses, or share some.
+    """
+    if mass.shape == (n, n):
+        return symmetric(where, "mass", mass, n)
+    M = symmetric(where, "mass", mass, 3 * n)
+    parts = [as_csr(M[k::3, k::3]) for k in range(3)]
+    m = as_csr(sum(parts[1:], parts[0]) / 3.0)
+    size = float(abs(m).max())
+    unlike = max(float(abs(one - m).max()) for one in parts)
+    crossed = float(abs(M - alike(m, 3)).max())
+    if max(unlike, crossed) > ROUNDED * size:
+        got = "one that couples them" if crossed > unlike else "others"
+        left = "local axes of nodes, rotations or drilling unknowns are left in"
+        remedy = f"{left}: export translations in global axes, and condense all others"
+        raise InputError(say(f"{where}: mass", "one that is alike for x, y and z", got, remedy))
+    if float(m.diagonal().min()) < 0.0 or not float(np.ones(n) @ (m @ np.ones(n))) > 0.0:
+        raise InputError(say(f"{where}: mass", "positive masses", "negative ones, or none"))
+    return m
+
+
+def symmetric(where: str, what: str, A: Array, size: int) -> csr_array:
+    """A matrix (i, i), i = `size`, by the mean of itself and its transposed one.
+
+    InputError for another size, numbers that are not finite, and entries ij and ji that differ by
+    more than the digits of a file.
+    """
+    A = as_csr(A)
+    if A.shape != (size, size):
+        nodes = size // 3
+        remedy = "unknowns are x, y, z of every node"
+        if A.shape == (2 * size, 2 * size):
+            remedy = (
+                "rotations are left in: condense them in the program that made it, or take solids"
+            )
+        got = f"({A.shape[0]}, {A.shape[1]})"
+        raise InputError(
+            say(f"{where}: {what}", f"({size}, {size}) for {nodes} nodes", got, remedy)
+        )
+    if not np.isfinite(A.data).all():
+        raise InputError(say(f"{where}: {what}", "finite numbers", "others"))
+    largest = np.sqrt(np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300))
+    units = csr_array((1.0 / largest, (np.arange(size), np.arange(size))), shape=A.shape)
+    apart = abs(units @ (A - A.T) @ units)
+    worst = float(apart.max()) if apart.nnz else 0.0
+    if worst > ROUNDED:
+        i, j = np.unravel_index(int(apart.argmax()), A.shape)
+        remedy = "if the file has one half alone, let it say so (%%MatrixMarket matrix coordinate real symmetric)"
+        got = f"{A[i, j]:.6g} and {A[j, i]:.6g} at unknowns {i + 1} and {j + 1}"
+        raise InputError(say(f"{where}: {what}", "a symmetric matrix", got, remedy))
+    if worst > ALIKE:
+        notify(
+            f"{where}: its {what} is not symmetric, by {worst:.1g} of its entries; its mean with the transposed one is taken"
+        )
+    return as_csr(0.5 * (A + A.T))
+
+
+def rigid_fields(nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """Translations and rotations (3 n, 6) of vectors (n, 3), about their mean, in units of their
+    distance from it.
+    """
+    center = unit @ nodes / float(unit.sum())
+    about = nodes - np.outer(unit, center)
+    size = float(np.abs(about).max()) or 1.0
+    moves = [np.outer(unit, axis) for axis in np.eye(3)]
+    turns = [np.cross(axis, about) / size for axis in np.eye(3)]
+    return np.stack([one.ravel() for one in (*moves, *turns)], axis=1)
+
+
+def refuse_bound(where: str, K: csr_array, nodes: np.ndarray, unit: np.ndarray) -> None:
+    """InputError where rigid motions of a body meet forces, with what may be wrong."""
+    Q = rigid_fields(nodes, unit)
+    forces, sizes = np.abs(K @ Q), abs(K) @ np.abs(Q)
+    # of a row against all motions, so that a direction that moves next to nothing counts little
+    left = forces / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)
+    moved, turned = left[:, :3].max(axis=1), left[:, 3:].max(axis=1)
+    if max(moved.max(), turned.max()) <= RIGID:
+        return
+    worst = int(np.argmax(np.maximum(moved, turned)))
+    node, axis = divmod(worst, 3)
+    bad = np.flatnonzero(moved > RIGID)
+    got = f"a force of {max(moved[worst], turned[worst]):.1g} of its terms at node {node + 1}, {'xyz'[axis]}"
+    if not len(bad):
+        remedy = "its nodes may be in another order than its unknowns, or mirrored"
+    elif len(bad) < len(moved) / 3:
+        remedy = f"unknowns are held or in local axes at {len(np.unique(bad // 3))} nodes: export the free body in global axes"
+    else:
+        remedy = "its unknowns may be in another order than x, y, z of every node, or in local axes"
+    raise InputError(say(f"{where}: stiffness", "no forces of rigid motions", got, remedy))
+
+
+def check_interface(where: str, one: Interface, nodes: np.ndarray) -> None:
+    """InputError for an interface of too few nodes, of some that are not there, or on one line."""
+    ids = np.array(one.nodes)
+    if len(ids) and (ids.min() < 0 or ids.max() >= len(nodes)):
+        raise InputError(say(where, f"nodes 0 to {len(nodes) - 1}", f"{ids.min()} to {ids.max()}"))
+    if len(np.unique(ids)) != len(ids):
+        raise InputError(say(where, "every node once", "some more than once"))
+    about = nodes[ids] - nodes[ids].mean(axis=0) if len(ids) else nodes[:0]
+    moments = np.linalg.eigvalsh(about.T @ about)
+    if len(ids) < 3 or moments[1] <= FLAT * moments[2]:
+        got = f"{len(ids)} nodes" if len(ids) < 3 else f"{len(ids)} nodes on a line"
+        remedy = "take more nodes, or name single ones as `points`"
+        raise InputError(say(where, "three or more nodes that are not on a line", got, remedy))
+
+
+def tie(
+    where: str, nodes: np.ndarray, unit: np.ndarray, interfaces: Mapping[str, Interface]
+) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Nodes from the functions of the body: spread (n, b), their reference (b, 3) [m], and the
+    field 1 (b,).
+
+    Free nodes, then c, e_1, e_2, e_3 of rigid interfaces, then e_1, e_2, e_3 of averages.
+    """
+    n = len(nodes)
+    taken = np.zeros(n, dtype=bool)
+    rows, columns = [np.zeros((n, 0))], []
+    for key, one in interfaces.items():
+        if not one.rigid:
+            continue
+        ids = np.array(one.nodes)
+        if taken[ids].any():
+            expected = "nodes of one rigid interface each"
+            got = f"{int(taken[ids].sum())} of them in another one"
+            raise InputError(say(f"{where}: interface '{key}'", expected, got))
+        taken[ids] = True
+        center = nodes[ids].mean(axis=0) if one.center is None else np.array(one.center)
+        block = np.zeros((n, 4))
+        block[ids] = np.column_stack([unit[ids], nodes[ids] - np.outer(unit[ids], center)])
+        rows.append(block)
+        columns.append(np.vstack([center, np.eye(3)]))
+    free = np.flatnonzero(~taken)
+    own = csr_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(n, len(free)))
+    averages = sum(not one.rigid for one in interfaces.values())
+    beside = np.column_stack([*rows, np.zeros((n, 3 * averages))])
+    spread = as_csr(hstack([own, csr_array(beside)]))
+    reference = np.vstack([nodes[free], *columns, *[np.eye(3)] * averages])
+    constant = np.concatenate(
+        [unit[free], *[np.array([1.0, 0.0, 0.0, 0.0])] * len(columns), np.zeros(3 * averages)]
+    )
+    return spread, reference, constant
+
+
+def axes_of(interfaces: Mapping[str, Interface], spread: csr_array) -> csr_array:
+    """Rows (i, b) of c, e_1, e_2 and e_3 of every interface, in their order."""
+    b = spread.shape[1]
+    averages = sum(not one.rigid for one in interfaces.values())
+    rigid = b - 3 * averages - 4 * (len(interfaces) - averages)
+    average = b - 3 * averages
+    rows = []
+    for one in interfaces.values():
+        if one.rigid:
+            rows.append(unit_rows(rigid, 4, b))
+            rigid += 4
+        else:
+            rows.append(as_csr(mean_row(one, spread.shape[0]) @ spread))
+            rows.append(unit_rows(average, 3, b))
+            average += 3
+    return as_csr(vstack(rows))
+
+
+def unit_rows(first: int, count: int, size: int) -> csr_array:
+    """Rows (count, size) that read coordinates from `first` on."""
+    k = np.arange(count)
+    return csr_array((np.ones(count), (k, first + k)), shape=(count, size))
+
+
+def mean_row(one: Interface, n: int) -> csr_array:
+    """Row (1, n) of the mean of the nodes of an interface."""
+    ids = np.array(one.nodes)
+    share = np.full(len(ids), 1.0 / len(ids))
+    return csr_array((share, (np.zeros(len(ids), np.int64), ids)), shape=(1, n))
+
+
+def mean_axes(one: Interface, nodes: np.ndarray) -> csr_array:
+    """Rows (3, n) of a_k, over the mean square distance of the nodes from their mean."""
+    ids = np.array(one.nodes)
+    about = nodes[ids] - nodes[ids].mean(axis=0)
+    rows = about.T / float((about**2).sum())
+    k, i = np.nonzero(rows)
+    return csr_array((rows[k, i], (k, ids[i])), shape=(3, len(nodes)))
+
+
+def node_row(where: str, node: int, n: int) -> csr_array:
+    """Row (1, n) of a node; InputError where it is not there."""
+    if not 0 <= node < n:
+        raise InputError(say(where, f"a node from 0 to {n - 1}", node))
+    return unit_rows(node, 1, n)
+
+
+def rigidity(body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Centre of mass (3,) [m] and inertia about it (3, 3) [kg m2] of a body.
+
+    J = tr(G) 1 - G,    G = (q - t c)^T M (q - t c)
+    """
+    heavy = np.asarray(body.mass @ body.constant)
+    center = heavy @ body.reference / float(heavy @ body.constant)
+    about = body.reference - np.outer(body.constant, center)
+    G = about.T @ np.asarray(body.mass @ about)
+    return center, np.trace(G) * np.eye(3) - G

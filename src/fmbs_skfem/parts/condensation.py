@@ -1,0 +1,77 @@
+r"""Bodies of matrices with few shape functions, by Craig and Bampton, which move by large rotations.
+
+    u = sum_j Psi_j b_j + sum_i Phi_i a_i        interface functions of the places, fixed-interface modes: see `interface_shapes`
+    r(X_n) = sum_s N_s(n) p_s,    N = [1, X, x-, y- and z-components of all Psi_j and Phi_i],    p_s vectors of the scene
+
+Every component of a shape is a function of its own, so that the space holds with a shape its
+rotations of any size: mass and stiffness are constant, and the stiffness turns with the body, see
+`systems.terms.corotated`.
+
+Sources: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319, doi 10.2514/3.4741; A. Pechstein,
+D. Reischl, J. Gerstmayr, J. Comput. Nonlinear Dynam. 8 (2013) 031019, doi 10.1115/1.4007191.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..bodies.body import Body, LinearElasticity
+from ..core.algebra.linalg import Array, alike, as_dense
+from ..core.errors import InputError, say
+from . import bodies as parts
+from . import interface_shapes
+
+
+def condense(body: Body, modes: int) -> Body:
+    """A body of matrices with the functions of its interfaces and `modes` fixed-interface modes.
+
+    InputError where it has no places, or moves without energy by more than rigid motions.
+    """
+    where = f"body '{body.name}'"
+    assert body.linear is not None
+    if not body.frames and not body.places:
+        remedy = "name interfaces or points, at which joints and loads act"
+        raise InputError(say(where, "places between which it has shapes", "none", remedy))
+    shapes = interface_shapes.of_interfaces(body, modes)
+    S = functions(body, shapes)
+    wide = alike(csr_array(S), body.dim)
+    found = parts.projected(body, S, np.column_stack([body.constant, body.reference]))
+    return replace(
+        body,
+        reference=np.ascontiguousarray(found[:, 1:]),
+        constant=np.ascontiguousarray(found[:, 0]),
+        mass=parts.symmetric(body.mass, S),
+        spread=csr_array(S if body.spread is None else body.spread @ S),
+        axes=None if body.axes is None else csr_array(body.axes @ S),
+        fits={name: csr_array(rows @ S) for name, rows in body.fits.items()},
+        linear=LinearElasticity(
+            reduced(body.linear.stiffness, wide),
+            None if body.linear.damping is None else reduced(body.linear.damping, wide),
+        ),
+    )
+
+
+def functions(body: Body, shapes: np.ndarray) -> np.ndarray:
+    """Functions (b, m) of displacements (j, b, c) of a body: the field 1, the reference, the
+    components of all of them, and one for each axis that has neither mass nor stiffness.
+    """
+    assert body.linear is not None
+    W = parts.metric(body)
+    stiff = body.linear.stiffness.diagonal().reshape(len(body.reference), -1).max(axis=1)
+    loose = (body.mass.diagonal() <= 0.0) & (stiff <= 0.0)
+    kept = np.where(loose[:, None], 0.0, np.column_stack([body.constant, body.reference]))
+    moved = np.where(loose[None, :, None], 0.0, shapes)
+    affine = parts.orthonormal(W, kept)
+    S = np.hstack(
+        [affine, parts.functions_of(body, W, affine, moved), np.eye(len(loose))[:, loose]]
+    )
+    return parts.with_places(body, S)
+
+
+def reduced(A: Array, wide: csr_array) -> np.ndarray:
+    """V^T A V (m c, m c), symmetric."""
+    found = as_dense(wide.T @ (A @ wide))
+    return 0.5 * (found + found.T)
