@@ -31,6 +31,7 @@ from ..core.values import arrays
 from ..core.values.arguments import checked
 from ..shapes.nodes import Nodes
 from .body import Body, LinearElasticity
+from .rigid import SLIM
 
 ALIKE = 1e-12  #: difference of two entries, over the largest ones of their rows, that is round-off
 # seven digits of a file are 5e-8 of an entry
@@ -96,15 +97,24 @@ def from_matrices(
         reference += np.outer(constant, origin)
     wide = alike(spread, 3)
     whole = not found
+    points = {
+        key: node_row(f"{where}: place '{key}'", node, n) for key, node in (places or {}).items()
+    }
+    heavy = as_csr(spread.T @ m @ spread)
+    axes = None if whole else axes_of(found, spread)
+    shown = [one @ spread for one in points.values()]
+    shown += [] if axes is None else [axes[[4 * k]] for k in range(len(found))]
     return Body(
         name,
         reference,
-        as_csr(spread.T @ m @ spread),
+        heavy,
         constant,
-        {key: node_row(f"{where}: place '{key}'", node, n) for key, node in (places or {}).items()},
+        points,
         Nodes(n),
+        radius=SLIM * float(np.ptp(nodes, axis=0).max()),
+        outline=through_center(shown, heavy @ constant / (constant @ (heavy @ constant))),
         frames={key: 4 * k for k, key in enumerate(found)},
-        axes=None if whole else axes_of(found, spread),
+        axes=axes,
         spread=None if whole else spread,
         linear=LinearElasticity(
             as_csr(wide.T @ K @ wide), None if C is None else as_csr(wide.T @ C @ wide)
@@ -115,6 +125,16 @@ def from_matrices(
             if not one.rigid
         },
     )
+
+
+def through_center(rows: list[csr_array], center: np.ndarray) -> np.ndarray:
+    """Rows (x, b) of a line from place to place, by way of the centre of mass (b,) where they are
+    one or two.
+    """
+    places = [one.toarray() for one in rows]
+    if len(places) > 2:
+        return np.vstack([*places, places[0]])
+    return np.vstack([*places[:1], center[None], *places[1:]])
 
 
 def of_components(where: str, mass: Array, n: int) -> csr_array:

@@ -21,6 +21,9 @@ from scipy.sparse import csr_array
 from ..bodies.body import Body, LinearElasticity
 from ..core.algebra.linalg import Array, alike, as_dense
 from ..core.errors import InputError, say
+from ..dynamics.near_state.linear import linearise
+from ..dynamics.near_state.modes import real_modes
+from ..systems import assemble
 from . import bodies as parts
 from . import interface_shapes
 
@@ -46,6 +49,7 @@ def condense(body: Body, modes: int) -> Body:
         mass=parts.symmetric(body.mass, S),
         spread=csr_array(S if body.spread is None else body.spread @ S),
         axes=None if body.axes is None else csr_array(body.axes @ S),
+        outline=None if body.outline is None else body.outline @ S,
         fits={name: csr_array(rows @ S) for name, rows in body.fits.items()},
         linear=LinearElasticity(
             reduced(body.linear.stiffness, wide),
@@ -75,3 +79,18 @@ def reduced(A: Array, wide: csr_array) -> np.ndarray:
     """V^T A V (m c, m c), symmetric."""
     found = as_dense(wide.T @ (A @ wide))
     return 0.5 * (found + found.T)
+
+
+def damp(body: Body, ratio: float) -> Body:
+    """The body with all of its free vibrations damped by a ratio.
+
+    C = sum_i 2 ratio w_i M v_i v_i^T M,    K v_i = w_i^2 M v_i,    v_i^T M v_i = 1
+    """
+    linear = linearise(assemble([body], pictures=False))
+    modes = real_modes(linear, len(linear.x))
+    w = modes.angular_frequencies
+    MV = np.asarray(linear.mass @ modes.shapes) * np.sqrt(2.0 * ratio * w)
+    assert body.linear is not None
+    own = body.linear.damping
+    C = MV @ MV.T + (0.0 if own is None else as_dense(own))
+    return replace(body, linear=replace(body.linear, damping=C))

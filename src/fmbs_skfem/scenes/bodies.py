@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, Self
 
 import numpy as np
 
@@ -763,7 +763,17 @@ class PlacedPart(SceneBody, word="part"):
         )
 
 
-def placed(model: OfLine | RigidPlate | ThinBody | PlacedPart) -> dict[str, Any]:
+class Placed(Protocol):
+    """What a scene moves from where its file has it."""
+
+    @property
+    def origin(self) -> Position | None: ...
+
+    @property
+    def rotation(self) -> fields.Rotation | None: ...
+
+
+def placed(model: Placed) -> dict[str, Any]:
     """Where a body stands: its origin (c,) [m] and rotation (c, c)."""
     origin, rotation = model.origin, model.rotation
     return {

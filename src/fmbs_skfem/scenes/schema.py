@@ -43,6 +43,7 @@ from .analyses.static import Static
 from .analyses.vibration import Modes
 from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, SceneBody, Shell
 from .inputs import INPUT, TABLE, TableModel
+from .matrices import MatricesBody
 from .parameters import SCHEMA, Changes
 from .training_options import Training
 
@@ -52,6 +53,7 @@ __all__ = [
     "PointMass",
     "Rigid",
     "RigidPlate",
+    "MatricesBody",
     "Plate",
     "Shell",
     "PlacedPart",

@@ -142,10 +142,17 @@ def train(
 
 
 def members_of(system: System, first: int, last: int) -> list[Elastic]:
-    """The bodies whose unknowns lie in the given range, their points as dense rows."""
+    """The bodies with points whose unknowns lie in the given range, these as dense rows."""
     return [
-        replace(one, gather=sampled_gather(one)) for one in system.elastic if owns(one, first, last)
+        replace(one, gather=sampled_gather(one))
+        for one in system.elastic
+        if owns(one, first, last) and has_points(one)
     ]
+
+
+def has_points(elastic: Elastic) -> bool:
+    """Whether a reduced body has points to choose among: one of matrices has none."""
+    return dense_rows(elastic.gather) is not None
 
 
 def owns(elastic: Elastic, first: int, last: int) -> bool:
@@ -405,7 +412,7 @@ def apply(system: System, selections: tuple[Selection, ...]) -> System:
     for selection in selections:
         start = 0
         for number, member in enumerate(system.elastic):
-            if owns(member, *spans[selection.component]):
+            if owns(member, *spans[selection.component]) and has_points(member):
                 size = count(member, selection.level)
                 weights = np.zeros(size)
                 mine = (selection.sample.indices >= start) & (
@@ -415,7 +422,12 @@ def apply(system: System, selections: tuple[Selection, ...]) -> System:
                 elastic[number] = weighted(member, weights, selection.level)
                 start += size
     return replace(
-        system, elastic=tuple(one for one in elastic if len(terms.cells_of_points(one.gather)))
+        system,
+        elastic=tuple(
+            one
+            for one in elastic
+            if not has_points(one) or len(terms.cells_of_points(one.gather))
+        ),
     )
 
 

@@ -32,7 +32,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...bodies.laws import Law
-from ...core.algebra.linalg import alike, as_dense, is_sparse
+from ...core.algebra.linalg import alike, as_dense, is_sparse, support
 from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import Matrix as Rows
@@ -445,6 +445,12 @@ def couplings(body: Corotated) -> np.ndarray:
 def stiffened(body: Corotated) -> np.ndarray:
     """Those with a stiffness: axes of rims and averages have none."""
     return couplings(body)[body.stiffness.diagonal() > 0.0].ravel()
+
+
+@terms.unknowns.register(Corotated)
+def unknowns(body: Corotated) -> slice:
+    """Those of its matrix."""
+    return body.columns if body.matrix is None else support(as_dense(body.matrix))
 
 
 @terms.compile_term.register(Corotated)
