@@ -371,8 +371,7 @@ def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints | Corotated:
     first = layout.first[part.name]
     columns = slice(first, first + part.reference.size)
     if part.linear is not None:
-        K, C = part.linear.stiffness, part.linear.damping
-        made = corotated.of_matrices(K, C, part.mass, part.reference, part.constant)
+        made = corotated.of_body(part.linear, part.mass, part.reference, part.constant)
         return replace(made, columns=columns)
     assert part.cells is not None
     if part.shapes is None:

@@ -31,6 +31,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from ...bodies.body import LinearElasticity
 from ...bodies.laws import Law
 from ...core.algebra.linalg import alike, as_dense, is_sparse, support
 from ...core.compiling.entries import view
@@ -69,11 +70,11 @@ class Corotated:
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,)
 
 
-def of_matrices(
-    K: Matrix, C: Matrix | None, mass: csr_array, reference: np.ndarray, unit: np.ndarray
+def of_body(
+    linear: LinearElasticity, mass: csr_array, reference: np.ndarray, unit: np.ndarray
 ) -> Corotated:
-    """The energy of a body with stiffness K and damping C (b c, b c) in its reference (b, c), the
-    mass M (b, b) of every component, and the coordinates `unit` (b,) of the field 1.
+    """The energy of a body with stiffness K and damping C in its reference (b, c), the mass M (b,
+    b) of every component, and the coordinates `unit` (b,) of the field 1.
 
         K <- P^T K P,    P = 1 - Q (Q^T M Q)^-1 Q^T M,    Q the rigid motions
 
@@ -92,8 +93,8 @@ def of_matrices(
         return np.ascontiguousarray(0.5 * (B + B.T))
 
     return Corotated(
-        elastic(K),
-        np.zeros((0, 0)) if C is None else elastic(C),
+        elastic(linear.stiffness),
+        np.zeros((0, 0)) if linear.damping is None else elastic(linear.damping),
         about,
         np.asarray(mass @ about),
         unit,
@@ -490,3 +491,25 @@ def functions_read(body: Corotated, size: int) -> csr_array:
     first, last = body.columns.start // 3, body.columns.stop // 3
     ones = np.ones(last - first, np.float32)
     return csr_array((ones, np.arange(first, last), [0, last - first]), shape=(1, size))
+
+
+def coordinates(body: Corotated, lift: Affine, x: np.ndarray, fixed: float = 1.0) -> np.ndarray:
+    """Coordinates (b c,) of a body from the unknowns (n,), or their changes with `fixed` 0."""
+    if body.matrix is None:
+        return np.asarray(lift.matrix @ x + fixed * lift.offset)[body.columns]
+    return np.asarray(body.matrix @ x + fixed * body.offset)
+
+
+def spin(body: Corotated, z: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Angular velocity (3,) [rad/s] of the axes of a body in the scene, of coordinates and rates (b
+    c,), by (3).
+
+        sum_b (R m_b) x rates_b = R J R^T omega
+    """
+    q, v = z.reshape(-1, 3), rates.reshape(-1, 3)
+    x = q - np.outer(body.unit, body.weights @ q)
+    U, _, W = np.linalg.svd(x.T @ body.moments)
+    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ W)]) @ W
+    m = body.moments @ R.T
+    S = 0.5 * (x.T @ m + m.T @ x)
+    return np.linalg.solve(np.trace(S) * np.eye(3) - S, np.cross(m, v).sum(axis=0))
