@@ -19,9 +19,10 @@ def knows_more(part: Body) -> bool:
     """Whether a body is a part that knows shapes beside its own, and is to be held against them.
 
     That is so of reduced bodies whose training has kept such shapes (`MissingShapes`), unless they
-    say `checked` False.
+    say `checked` False, and of bodies of matrices with more modes in reserve.
     """
-    return part.shapes is not None and part.shapes.checked and knows_shapes(part.shapes)
+    trained = part.shapes is not None and part.shapes.checked and knows_shapes(part.shapes)
+    return trained or part.spare is not None
 
 
 def knows_shapes(points: ShapePoints) -> bool:
@@ -39,6 +40,8 @@ def finer(part: Body) -> Body:
     body; mass, spread and frames grow by the blocks of T, and the energy is that of all quadrature
     points.
     """
+    if part.spare is not None:
+        return part.spare
     if not knows_more(part):
         return part
     points = part.shapes

@@ -3,7 +3,13 @@
 from typing import TYPE_CHECKING
 
 from ..core.beside import load, names_of
-from .diagnoses import far_turns, fast_spin, fast_wheels, free_warping, step_size  # which offer observers  # noqa: F401
+from .diagnoses import (  # which offer observers  # noqa: F401
+    far_turns,
+    fast_spin,
+    fast_wheels,
+    free_warping,
+    step_size,
+)
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 
 if TYPE_CHECKING:

@@ -27,9 +27,12 @@ from ..systems import assemble
 from . import bodies as parts
 from . import interface_shapes
 
+LEAST = 4  #: modes in reserve
 
-def condense(body: Body, modes: int) -> Body:
-    """A body of matrices with the functions of its interfaces and `modes` fixed-interface modes.
+
+def condense(body: Body, modes: int, checked: bool = True) -> Body:
+    """A body of matrices with the functions of its interfaces and `modes` fixed-interface modes,
+    and where it is to be `checked` one with as many again in reserve, LEAST at least.
 
     InputError where it has no places, or moves without energy by more than rigid motions.
     """
@@ -38,8 +41,16 @@ def condense(body: Body, modes: int) -> Body:
     if not body.frames and not body.places:
         remedy = "name interfaces or points, at which joints and loads act"
         raise InputError(say(where, "places between which it has shapes", "none", remedy))
-    shapes = interface_shapes.of_interfaces(body, modes)
-    S = functions(body, shapes)
+    more = max(LEAST, modes) if checked else 0
+    shapes = interface_shapes.of_interfaces(body, modes + more)
+    S, T = functions(body, shapes, len(shapes) - more)
+    found = with_functions(body, S)
+    return replace(found, spare=with_functions(body, np.hstack([S, T]))) if T.shape[1] else found
+
+
+def with_functions(body: Body, S: np.ndarray) -> Body:
+    """A body of matrices with functions S (b, m) over its own."""
+    assert body.linear is not None
     wide = alike(csr_array(S), body.dim)
     found = parts.projected(body, S, np.column_stack([body.constant, body.reference]))
     return replace(
@@ -58,9 +69,12 @@ def condense(body: Body, modes: int) -> Body:
     )
 
 
-def functions(body: Body, shapes: np.ndarray) -> np.ndarray:
-    """Functions (b, m) of displacements (j, b, c) of a body: the field 1, the reference, the
-    components of all of them, and one for each axis that has neither mass nor stiffness.
+def functions(body: Body, shapes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Functions of displacements (j, b, c) of a body: S (b, m), of the first ones, and T (b, t) of
+    the rest.
+
+    S are the field 1, the reference, the components of the first `count` of them, and one for each
+    axis that has neither mass nor stiffness.
     """
     assert body.linear is not None
     W = parts.metric(body)
@@ -69,10 +83,9 @@ def functions(body: Body, shapes: np.ndarray) -> np.ndarray:
     kept = np.where(loose[:, None], 0.0, np.column_stack([body.constant, body.reference]))
     moved = np.where(loose[None, :, None], 0.0, shapes)
     affine = parts.orthonormal(W, kept)
-    S = np.hstack(
-        [affine, parts.functions_of(body, W, affine, moved), np.eye(len(loose))[:, loose]]
-    )
-    return parts.with_places(body, S)
+    own = np.hstack([affine, parts.functions_of(body, W, affine, moved[:count])])
+    beside = parts.functions_of(body, W, own, moved[count:])
+    return parts.with_places(body, np.hstack([own, np.eye(len(loose))[:, loose]])), beside
 
 
 def reduced(A: Array, wide: csr_array) -> np.ndarray:
@@ -93,4 +106,5 @@ def damp(body: Body, ratio: float) -> Body:
     assert body.linear is not None
     own = body.linear.damping
     C = MV @ MV.T + (0.0 if own is None else as_dense(own))
-    return replace(body, linear=replace(body.linear, damping=C))
+    spare = None if body.spare is None else damp(body.spare, ratio)
+    return replace(body, linear=replace(body.linear, damping=C), spare=spare)

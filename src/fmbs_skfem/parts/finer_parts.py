@@ -36,6 +36,7 @@ from ..systems import finer_systems
 from ..systems.assembly import eliminate
 from ..systems.prepared import remembered
 from ..systems.system import Elastic, System
+from ..systems.terms.corotated import Corotated
 from . import departures, loads_met
 
 #: least part of the range of its output that a column counts with: a small motion across a large
@@ -45,6 +46,7 @@ ROUND = 1e-6  #: part of what a mechanism of this size and mass does in its time
 JUMP = 0.2  #: change between two samples that is a jump, over the range
 SUDDEN = 4.0  #: and over the changes around
 BESIDE = 2  #: samples beside a jump
+MORE = "take more of their `modes`"
 HOLD = "hold the mechanism once against full bodies (fmbs part check)"
 WHY = "they know no others (`fmbs part info` says why)"
 
@@ -103,9 +105,21 @@ class HeldAgainst(Observer):
         return hold_against(motion, told.given, told.repeat, watched=True, progress=told.progress)
 
 
+def held_bodies(system: System) -> list[Elastic]:
+    """Parts, and bodies of matrices that are held against more modes."""
+    return [*departures.trained_parts(system), *of_matrices(system)]
+
+
+def of_matrices(system: System) -> list[Elastic]:
+    """Bodies of matrices that are held against more modes."""
+    return [
+        one for one in system.elastic if isinstance(one.gather, Corotated) and one.gather.checked
+    ]
+
+
 @offered
 def _(setting: RunSetting) -> Iterator[Observer]:
-    if setting.repeat is not None and departures.trained_parts(setting.system):
+    if setting.repeat is not None and held_bodies(setting.system):
         yield HeldAgainst(setting)
 
 
@@ -249,15 +263,15 @@ def find_doubts(found: Mapping[str, float], motion: Trajectory) -> Iterator[Noti
         return
     departed = departures.find(motion)
     where = f"; {departures.summarise(departed)}" if departed else ""
-    names = departures.first_of(
-        [f"'{one.name}'" for one in departures.trained_parts(motion.system)]
-    )
+    names = departures.first_of([f"'{one.name}'" for one in held_bodies(motion.system)])
     about = f"parts {names} do not stand for their bodies here"
     yield Notice(f"{about}, {listed} of the range{where}; {remedy(motion)}", about)
 
 
 def remedy(motion: Trajectory) -> str:
-    """The training that covers what parts have met."""
+    """The training that covers what parts have met, and more modes of bodies of matrices."""
+    if not departures.trained_parts(motion.system):
+        return MORE
     line = f"fmbs part train ... --alone {loads_met.find(motion)} --continue ..."
     return f"train on such motions ({line}), or take more of their shape functions (a smaller tolerance)"
 
@@ -308,4 +322,4 @@ def find_off(what: str, found: Mapping[str, float]) -> Iterator[str]:
     ]:
         line = "--alone --fastest .. for faster motions, --moment .. where they are clamped"
         text = f"{what} of parts are off from those of their bodies: {departures.first_of(listed)}"
-        yield f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions"
+        yield f"{text}; go on with their training (fmbs part train {line}), or take more of their shape functions or `modes`"

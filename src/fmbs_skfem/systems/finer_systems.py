@@ -13,6 +13,7 @@ from dataclasses import replace
 from ..bodies.body import ShapePoints
 from .prepared import COMPILED, remembered
 from .system import System
+from .terms.corotated import Corotated
 
 KEY = "finer system"
 
@@ -53,7 +54,7 @@ def unchecked(system: System) -> System:
         return system
     elastic = tuple(
         replace(one, gather=replace(one.gather, checked=False))
-        if isinstance(one.gather, ShapePoints)
+        if isinstance(one.gather, ShapePoints | Corotated)
         else one
         for one in system.elastic
     )

@@ -2,9 +2,9 @@ r"""Bodies of matrices that spin fast beside their lowest frequency: their stiff
 
     (omega / omega_1)^2    what a spin adds to the stiffness, or takes of it, over the stiffness
 
-Centrifugal forces stiffen a blade and soften a disc. A body of matrices knows it as far as its axes
-turn with it, three quarters of it for a blade, as its strains are linear. omega_1 is the lowest frequency of the mechanism at rest in which this body has
-most of the strain energy.
+Centrifugal forces stiffen a blade and soften a disc. As its strains are linear, a body of matrices
+knows that as far as its axes turn with it, of a blade three quarters. omega_1 is the lowest
+frequency of the mechanism at rest in which this body has most of the strain energy.
 """
 
 from __future__ import annotations

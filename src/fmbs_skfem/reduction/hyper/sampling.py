@@ -424,9 +424,7 @@ def apply(system: System, selections: tuple[Selection, ...]) -> System:
     return replace(
         system,
         elastic=tuple(
-            one
-            for one in elastic
-            if not has_points(one) or len(terms.cells_of_points(one.gather))
+            one for one in elastic if not has_points(one) or len(terms.cells_of_points(one.gather))
         ),
     )
 

@@ -68,6 +68,7 @@ class Corotated:
     #: (b c, n) of the coordinates z in the unknowns
     matrix: csr_array | np.ndarray | None = None
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,)
+    checked: bool = False  #: whether what it takes part in is held against more modes
 
 
 def of_body(
