@@ -210,6 +210,12 @@ def rigid_fields(nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
 
 def refuse_bound(where: str, K: csr_array, nodes: np.ndarray, unit: np.ndarray) -> None:
     """InputError where rigid motions of a body meet forces, with what may be wrong."""
+    alone = np.flatnonzero((abs(K).sum(axis=1) - np.abs(K.diagonal())) == 0.0)
+    if len(alone):
+        node, axis = divmod(int(alone[0]), 3)
+        got = f"{len(alone)} unknowns that nothing couples, the first at node {node + 1}, {'xyz'[axis]}"
+        remedy = "export the free body, without boundary conditions and loose nodes"
+        raise InputError(say(f"{where}: stiffness", "unknowns of one elastic body", got, remedy))
     Q = rigid_fields(nodes, unit)
     forces, sizes = np.abs(K @ Q), abs(K) @ np.abs(Q)
     # of a row against all motions, so that a direction that moves next to nothing counts little

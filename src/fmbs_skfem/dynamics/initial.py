@@ -158,10 +158,11 @@ def is_filtered(system: System) -> bool:
 
 
 def has_massless_directors(system: System) -> bool:
-    """Whether a body is a beam with directors, the first of which have no mass: M alone determines
-    no accelerations.
+    """Whether a body is a beam with directors, the first of which have no mass, or one of matrices
+    with nodes that have none: M alone determines no accelerations.
     """
-    return any(part.gather.law is Law.BEAM for part in system.elastic)
+    laws = {part.gather.law for part in system.elastic}
+    return Law.BEAM in laws or (Law.LINEAR in laws and not system.mass.diagonal().all())
 
 
 def speed_of(v: np.ndarray) -> float:

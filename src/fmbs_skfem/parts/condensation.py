@@ -16,17 +16,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from ..bodies.body import Body, LinearElasticity
 from ..core.algebra.linalg import Array, alike, as_dense
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..dynamics.near_state.linear import linearise
 from ..dynamics.near_state.modes import real_modes
 from ..systems import assemble
 from . import bodies as parts
 from . import interface_shapes
 
+DIGITS = 1e-3  #: square of the frequency of a rigid motion, over that of the lowest vibration, that is told
 LEAST = 4  #: modes in reserve
 
 
@@ -45,7 +48,27 @@ def condense(body: Body, modes: int, checked: bool = True) -> Body:
     shapes = interface_shapes.of_interfaces(body, modes + more)
     S, T = functions(body, shapes, len(shapes) - more)
     found = with_functions(body, S)
+    tell_digits(body, found)
     return replace(found, spare=with_functions(body, np.hstack([S, T]))) if T.shape[1] else found
+
+
+def tell_digits(body: Body, few: Body) -> None:
+    """Say where rigid motions of a full body cost so much energy that the digits of its stiffness
+    may change frequencies, by those of the body with `few` functions.
+
+        max |Q^T K Q v| / |Q^T M Q v|  over  omega_1^2
+    """
+    assert body.linear is not None
+    Q = interface_shapes.rigid_motions(body)
+    stiff, heavy = Q.T @ (body.linear.stiffness @ Q), Q.T @ (alike(body.mass, body.dim) @ Q)
+    noise = float(np.abs(eigh(stiff, heavy, eigvals_only=True)).max())
+    found = real_modes(linearise(assemble([few], pictures=False)), Q.shape[1] + 1).squares
+    if len(found) > Q.shape[1] and noise > DIGITS * found[-1]:
+        hertz = np.sqrt([noise, found[-1]]) / (2.0 * np.pi)
+        text = f"body '{body.name}': rigid motions of its stiffness vibrate at {hertz[0]:.3g} Hz, the lowest other one at {hertz[1]:.3g} Hz"
+        notify(
+            f"{text}: frequencies may be off by {noise / found[-1]:.1g}; write it with more digits"
+        )
 
 
 def with_functions(body: Body, S: np.ndarray) -> Body:

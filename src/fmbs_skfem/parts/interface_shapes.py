@@ -48,11 +48,10 @@ def find(part: Body) -> np.ndarray:
 
     Rows that keep the axes of rims orthonormal hold in all of them.
     """
-    J = rows_of_interfaces(part)
     system = assemble([part], pictures=False)
     try:
         free_motions.refuse_limp(part.name, system)
-        held = hold(linearise(system), J)
+        held, J = hold(linearise(system), rows_of_interfaces(part))
         modes = real_modes(held, MODES * part.dim).shapes
     except InputError:
         return np.zeros((0, *part.reference.shape))
@@ -69,9 +68,9 @@ def of_interfaces(part: Body, count: int) -> np.ndarray:
     InputError where it moves without energy by more than rigid motions.
     """
     assert part.linear is not None
-    J = rows_of_interfaces(part)
     alone = linearise(assemble([replace(part, linear=None)], pictures=False))
-    held = hold(replace(alone, stiffness=csr_array(part.linear.stiffness)), J)
+    whole = replace(alone, stiffness=csr_array(part.linear.stiffness))
+    held, J = hold(whole, rows_of_interfaces(part))
     functions = at_rest(held, len(J))
     if functions is None:
         remedy = "look for loose nodes, or a mechanism in it"
@@ -81,9 +80,15 @@ def of_interfaces(part: Body, count: int) -> np.ndarray:
     return as_shapes(part, np.hstack(found))
 
 
-def hold(linear: Linear, J: np.ndarray) -> Linear:
-    """Linear equations of a body in which rows J (i, n) hold, too."""
-    return replace(linear, rows=np.vstack([linear.rows, J]))
+def hold(linear: Linear, J: np.ndarray) -> tuple[Linear, np.ndarray]:
+    """Linear equations of a body in which rows J (i, n) hold, too, and those that do not follow
+    from others: a point of a rigid rim moves with it.
+    """
+    rows = np.vstack([linear.rows, J])
+    first = np.arange(len(rows)) < len(linear.rows)
+    kept = ranks.part(rows, ranks.EXACT, first)[0]
+    J = rows[kept[~first[kept]]]
+    return replace(linear, rows=np.vstack([linear.rows, J])), J
 
 
 def at_rest(held: Linear, count: int) -> np.ndarray | None:
@@ -129,8 +134,8 @@ def rigid_motions(part: Body) -> np.ndarray:
 
 
 def rows_of_interfaces(part: Body) -> np.ndarray:
-    """Independent rows J (i, b c) of the displacements of all places, and of the rotations of those
-    on which moments act, by the displacement that these make at the distance of the body's size.
+    """Rows J (i, b c) of the displacements of all places, and of the rotations of those on which
+    moments act, by the displacement that these make at the distance of the body's size.
     """
     found = [np.zeros((0, part.reference.size))]
     for name in [*part.places, *part.frames]:
@@ -140,8 +145,7 @@ def rows_of_interfaces(part: Body) -> np.ndarray:
             p = np.vstack(vectors)
             turned = extent(part) * rotations(p @ part.reference).T
             found.append(turned @ np.kron(p, np.eye(part.dim)))
-    J = np.vstack(found)
-    return np.asarray(J[ranks.independent_rows(J)])
+    return np.vstack(found)
 
 
 def vectors_at(part: Body, name: str) -> list[np.ndarray]:
