@@ -17,15 +17,18 @@ Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319, doi 10.2514/3
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..bodies.body import Body, extent, locate, positions, probe
 from ..core.algebra import ranks, saddle
-from ..core.algebra.linalg import Array, as_dense
+from ..core.algebra.linalg import as_dense
 from ..core.errors import InputError, say
 from ..dynamics.near_state.linear import Linear, linearise
 from ..dynamics.near_state.modes import real_modes
@@ -39,26 +42,27 @@ MODES = 2  #: fixed-interface modes for every dimension
 # 16 times as hard in that direction, by its ends against one another 15 times as hard; a third cuts
 # that off, thrice of it gives a curved blade a quarter more functions, which pushes train as well
 CUT = 3e2  #: stiffness of a combination of interface functions, over that of the softest, above which it is left to the training
+FEW = 1000  #: unknowns up to which modes are found as those of all systems
 FLAT = 1e-9  #: change of the directions of a place by a rotation, over the largest, that is none
 
 
 def find(part: Body) -> np.ndarray:
-    """Interface functions and the lowest fixed-interface modes (j, b, c) of a full body, as
+    """Soft interface functions and the lowest fixed-interface modes (j, b, c) of a full body, as
     displacements; none where it has no places, or its reference is limp.
 
     Rows that keep the axes of rims orthonormal hold in all of them.
     """
+    none = np.zeros((0, *part.reference.shape))
     system = assemble([part], pictures=False)
     try:
         free_motions.refuse_limp(part.name, system)
-        held, J = hold(linearise(system), rows_of_interfaces(part))
-        modes = real_modes(held, MODES * part.dim).shapes
+        held = hold(part, linearise(system))
+        if held is None or not held.rows:
+            return none
+        modes = vibrations(held, MODES * part.dim)
     except InputError:
-        return np.zeros((0, *part.reference.shape))
-    functions = at_rest(held, len(J))
-    if functions is None or not len(J):
-        return np.zeros((0, *part.reference.shape))
-    return as_shapes(part, np.hstack([soft(part, held.stiffness, J, functions), modes]))
+        return none
+    return as_shapes(part, np.hstack([soft(part, held), modes]))
 
 
 def of_interfaces(part: Body, count: int) -> np.ndarray:
@@ -69,40 +73,60 @@ def of_interfaces(part: Body, count: int) -> np.ndarray:
     """
     assert part.linear is not None
     alone = linearise(assemble([replace(part, linear=None)], pictures=False))
-    whole = replace(alone, stiffness=csr_array(part.linear.stiffness))
-    held, J = hold(whole, rows_of_interfaces(part))
-    functions = at_rest(held, len(J))
-    if functions is None:
+    held = hold(part, replace(alone, stiffness=csr_array(part.linear.stiffness)))
+    if held is None:
         remedy = "look for loose nodes, or a mechanism in it"
         where = f"body '{part.name}'"
         raise InputError(say(where, "energy in all motions but rigid ones", "none in some", remedy))
-    found = [functions, real_modes(held, count).shapes] if count else [functions]
+    found = [held.functions, vibrations(held, count)] if count else [held.functions]
     return as_shapes(part, np.hstack(found))
 
 
-def hold(linear: Linear, J: np.ndarray) -> tuple[Linear, np.ndarray]:
-    """Linear equations of a body in which rows J (i, n) hold, too, and those that do not follow
-    from others: a point of a rigid rim moves with it.
+class Held(NamedTuple):
+    """A body that is held at its places, and what solves its equations at rest."""
+
+    linear: Linear  #: with rows of all places, the last `rows` of them
+    rows: int
+    inverse: Callable[[np.ndarray], np.ndarray]  #: of its saddle point matrix
+    functions: np.ndarray  #: (n, rows) interface functions
+
+
+def hold(part: Body, linear: Linear) -> Held | None:
+    """A body held at its places, by rows that do not follow from others, as a point of a rigid rim
+    does; None where some motion costs no energy.
+
+    Rigid motions that places do not hold are kept out by their momenta, as of a body that floats.
     """
-    rows = np.vstack([linear.rows, J])
+    rows = np.vstack([linear.rows, rows_of_interfaces(part)])
     first = np.arange(len(rows)) < len(linear.rows)
     kept = ranks.part(rows, ranks.EXACT, first)[0]
     J = rows[kept[~first[kept]]]
-    return replace(linear, rows=np.vstack([linear.rows, J])), J
-
-
-def at_rest(held: Linear, count: int) -> np.ndarray | None:
-    """Interface functions (n, count), of the last rows that are held; None where some motion costs
-    no energy.
-    """
+    Q = rigid_motions(part)
+    floating = (linear.mass @ (Q @ ranks.null_space(J @ Q, ranks.STATED))).T
+    held = replace(linear, rows=np.vstack([linear.rows, floating, J]))
     inverse = saddle.inverse(saddle.matrix(held.stiffness, held.rows))
     if inverse is None:
         return None
     n = len(held.x)
-    moved = np.zeros((n + len(held.rows), count))
-    moved[n + len(held.rows) - count :] = np.eye(count)
-    found = inverse(moved)[:n]
-    return found if np.isfinite(found).all() else None
+    moved = np.zeros((n + len(held.rows), len(J)))
+    moved[len(moved) - len(J) :] = np.eye(len(J))
+    functions = inverse(moved)[:n]
+    return Held(held, len(J), inverse, functions) if np.isfinite(functions).all() else None
+
+
+def vibrations(held: Held, count: int) -> np.ndarray:
+    """Fixed-interface modes (n, count), the lowest; of large bodies by the factors that are there."""
+    linear = held.linear
+    n = len(linear.x)
+    if n <= FEW:
+        return real_modes(linear, count).shapes
+    none = np.zeros(len(linear.rows))
+    at_rest = LinearOperator(
+        (n, n), matvec=lambda f: held.inverse(np.append(f, none))[:n], dtype=float
+    )
+    start = at_rest @ (linear.mass @ np.cos(np.arange(n)))
+    K, M = linear.stiffness, linear.mass
+    return np.asarray(eigsh(K, count, M=M, sigma=0.0, OPinv=at_rest, v0=start)[1])
 
 
 def as_shapes(part: Body, columns: np.ndarray) -> np.ndarray:
@@ -110,16 +134,17 @@ def as_shapes(part: Body, columns: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(columns.T.reshape(-1, *part.reference.shape))
 
 
-def soft(part: Body, K: Array, J: np.ndarray, functions: np.ndarray) -> np.ndarray:
+def soft(part: Body, held: Held) -> np.ndarray:
     """Combinations (n, k) of interface functions R (n, i) that cost little energy, the softest
     first; no rigid motions.
 
         R^T K R v = l v,    l <= CUT l_1
     """
-    values, vectors = eigh(functions.T @ (K @ functions))
-    rigid = np.linalg.matrix_rank(J @ rigid_motions(part))
+    R = held.functions
+    values, vectors = eigh(R.T @ (held.linear.stiffness @ R))
+    rigid = np.linalg.matrix_rank(held.linear.rows[-held.rows :] @ rigid_motions(part))
     elastic = values[rigid:]
-    return functions @ vectors[:, rigid:][:, elastic <= CUT * elastic[:1]]
+    return np.asarray(R @ vectors[:, rigid:][:, elastic <= CUT * elastic[:1]])
 
 
 def rigid_motions(part: Body) -> np.ndarray:
