@@ -539,18 +539,26 @@ def export(
     *,
     duration: Duration = None,
     frames: Annotated[int, Option("Instants of the series.", least=1, most=100_000)] = 201,
+    matrices: Annotated[
+        str | None, Option("Write stiffness, mass and nodes of a body, and solve nothing.", "BODY")
+    ] = None,
     **shared: Unpack[Shared],
-) -> "Run":
+) -> "Result":
     """Solve a scene and write a VTK series.
 
     `out` gets motion.pvd with one .vtu for each instant, and motion.vtkhdf with all of them and the
     mesh once, beside what `run` writes: displacement, velocity, strain, curvature and section
     forces, of plates also stress with its axes. Modes and buckling become fields of modes.pvd.
+
+    With `matrices` it gets a body of the scene for other programs and for `type: matrices`:
+    BODY.npz, and BODY_K.mtx, BODY_M.mtx (Matrix Market) and BODY_nodes.csv. Unknowns stand node by
+    node; gradients, which plates and beams have beside positions, count as nodes of their own.
     """
+    from . import matrices as bodies
     from .running import runs
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return runs.export_scene(job, frames)
+        return runs.export_scene(job, frames) if matrices is None else bodies.export(job, matrices)
 
 
 @study
