@@ -85,15 +85,19 @@ class MatricesBody(SceneBody, word="matrices"):
     """A body by its stiffness and mass matrices, those of a finite-element program, at large
     rotations and small strains.
 
-    Files: Matrix Market, .npz, Abaqus, Nastran DMIG and CalculiX for matrices, a mesh file, a table
-    of `number, x, y, z` or the .npz of `fmbs export --matrices` for `nodes`. Unknowns without labels
-    stand node by node, or all x before all y (`order: components`). `unit` is that of lengths in
-    all files; forces are in N and times in s, so that masses of files in mm are in tonnes. Joints
-    and loads act at `interfaces` and `points` (numbers of single nodes). Between them the body has
-    its interface functions and `modes` fixed-interface modes (Craig and Bampton); `reduce: false`
-    keeps all nodes. Everything is found once more with twice the modes, by which its error is known,
-    unless `check: false`. `damping_ratio` damps every one of its free vibrations. What is `expected` of
-    mass, centre and inertia, in the frame of the file, is compared.
+    Matrices are read from Matrix Market, .npz, Abaqus, Nastran DMIG and CalculiX files, `nodes`
+    from a mesh file or a table of `number, x, y, z`; `file` is one of `fmbs export --matrices` with
+    all of it. Unknowns without labels stand node by node, or all x before all y (`order:
+    components`). `unit` is that of lengths in all files; forces are in N and times in s, so that
+    masses of files in mm are in tonnes. `matrix_names` says which of several matrices of a file is
+    the `stiffness`, and which the `mass`.
+
+    Joints and loads act at `interfaces` and at `points`, which are numbers of single nodes. Between
+    them the body has its interface functions and `modes` fixed-interface modes (Craig and Bampton);
+    `reduce: false` keeps all nodes. Everything is found once more with twice the modes, by which
+    the error is known, unless `check: false`. `damping_ratio` damps every one of its free
+    vibrations. What is `expected` of mass, centre and inertia, in the frame of the file, is
+    compared.
 
     {type: matrices, stiffness: rod_K.mtx, mass: rod_M.mtx, nodes: rod.csv, interfaces: {left: {set: LEFT}}, modes: 10}
     """
