@@ -97,8 +97,8 @@ def test_half_of_a_clamped_hyperbolic_paraboloid() -> None:
 
 def test_the_derivative_across_vanishes_where_functions_allow_it() -> None:
     """Lines that cross the edge at right angles: zero at all points, of a warped field as well."""
-    from fmbs_skfem.bodies import edge_slopes
     from fmbs_skfem.bodies.plate import edge, trace
+    from fmbs_skfem.systems.connections import edge_slopes
 
     knots = np.linspace(0.0, 1.0, 5)
     shape = interpolated(lambda x, y: np.stack([x, y, 0 * x], -1), (knots, knots))

@@ -9,8 +9,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import csr_array
 
-from fmbs_skfem.bodies import edge_slopes, plate
+from fmbs_skfem.bodies import plate
 from fmbs_skfem.core.algebra import ranks
+from fmbs_skfem.systems.connections import edge_slopes
 from verification.plates import rectangle
 
 

@@ -134,7 +134,7 @@ def test_parameters_of_a_sweep() -> None:
         (
             "type: cable",
             "type: cabel",
-            "scene:7: bodies.beam.type: expected one of beam, cable, part, plate, point_mass, rigid, rigid_plate, shell, got "
+            "scene:7: bodies.beam.type: expected one of beam, cable, matrices, part, plate, point_mass, rigid, rigid_plate, shell, got "
             "'cabel'; did you mean 'cable'",
         ),
         (
@@ -145,7 +145,7 @@ def test_parameters_of_a_sweep() -> None:
         (
             "    type: cable\n",
             "",
-            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of beam, cable, part, plate, point_mass",
+            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of beam, cable, matrices, part, plate, point_mass",
         ),
         ("type: pin", "type: pni", "scene:16: joints.hinge.type: .* did you mean 'pin'"),
         (

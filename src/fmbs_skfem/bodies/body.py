@@ -42,9 +42,8 @@ from ..core.values import arrays
 from ..core.values.arguments import checked
 from ..core.values.fields import Length
 from ..shapes import curves, line, locking, meshes, surface
-from ..shapes.nodes import Nodes
 from ..shapes.surface import Surface
-from ..shapes.table import BasisTable, Curve
+from ..shapes.table import BasisTable, Curve, Nodes
 from . import stations
 from .beams import profiles
 from .beams.profiles import Profile

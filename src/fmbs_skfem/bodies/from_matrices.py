@@ -29,7 +29,7 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values import arrays
 from ..core.values.arguments import checked
-from ..shapes.nodes import Nodes
+from ..shapes.table import Nodes
 from .body import Body, LinearElasticity
 from .rigid import SLIM
 

@@ -21,6 +21,7 @@ from scipy import sparse
 
 from ..core import errors
 from ..core.errors import InputError, say
+from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 
 Floats = NDArray[np.float64]
@@ -31,6 +32,16 @@ class Curve(Protocol):
     """A curve or its derivative in the parameter: xi (x,) -> (x, c)."""
 
     def __call__(self, xi: Floats, derivative: int = 0, /) -> Floats: ...
+
+
+@storable
+@dataclass(frozen=True)
+class Nodes:
+    """The space of a body that comes as matrices: of each of its `count` functions a value is
+    known, and nothing between them.
+    """
+
+    count: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -554,7 +554,7 @@ def export(
     BODY.npz, and BODY_K.mtx, BODY_M.mtx (Matrix Market) and BODY_nodes.csv. Unknowns stand node by
     node; gradients, which plates and beams have beside positions, count as nodes of their own.
     """
-    from . import matrices as bodies
+    from .running import matrices as bodies
     from .running import runs
 
     with jobs.begin(source, duration=duration, **shared) as job:

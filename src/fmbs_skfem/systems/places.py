@@ -18,8 +18,8 @@ from ..core.storage.records import dataclass
 from ..core.values import arrays, mappings
 from ..core.values.arguments import checked
 from ..core.values.inputs import Source
-from ..shapes.nodes import Nodes
 from ..shapes.surface import Surface
+from ..shapes.table import Nodes
 from . import row_laws
 from .affine import Affine
 from .connections import constraint_laws

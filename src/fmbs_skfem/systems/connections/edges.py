@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vstack
 
-from ...bodies import edge_directions, edge_slopes
+from ...bodies import edge_directions
 from ...bodies.body import Body, own
 from ...bodies.plate import edge, local_first, trace
 from ...core.algebra import ranks
@@ -33,6 +33,7 @@ from ...shapes.surface import Surface
 from .. import fields
 from ..measures.resultants import Resultant
 from ..places import QUARTER, At, Draft
+from . import edge_slopes
 from .constraint_functions import Joint, far, needs_other_side, where
 
 SHOWN = 5  #: points of a held edge, and arrows of a load over an edge or a surface, in pictures

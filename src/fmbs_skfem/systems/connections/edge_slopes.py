@@ -14,12 +14,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core.algebra import ranks
-from ..core.algebra.linalg import distinct
-from ..shapes import surface as surfaces
-from ..shapes.surface import Surface
-from .edge_directions import UPRIGHT
-from .plate import trace
+from ...bodies.edge_directions import UPRIGHT
+from ...bodies.plate import trace
+from ...core.algebra import ranks
+from ...core.algebra.linalg import distinct
+from ...shapes import surface as surfaces
+from ...shapes.surface import Surface
 
 
 def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

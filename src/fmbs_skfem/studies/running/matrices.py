@@ -9,17 +9,17 @@ import numpy as np
 from scipy.io import mmwrite
 from scipy.sparse import coo_array, csr_array
 
-from ..bodies.body import Body, locate, probe
-from ..core.algebra.linalg import alike
-from ..core.errors import InputError, say
-from ..dynamics.near_state.linear import linearise
-from ..scenes import build
-from ..scenes.matrices import Bundle, write_bundle
-from ..systems import assemble, free_motions
-from . import job as jobs
-from . import parts, reports
-from .job import Job
-from .result import ReportTable, Result
+from ...bodies.body import Body, locate, probe
+from ...core.algebra.linalg import alike
+from ...core.errors import InputError, say
+from ...dynamics.near_state.linear import linearise
+from ...scenes import build
+from ...scenes.matrices import Bundle, write_bundle
+from ...systems import assemble, free_motions
+from .. import job as jobs
+from .. import parts, reports
+from ..job import Job
+from ..result import ReportTable, Result
 
 READ = 1e-9  #: share of a function at a place, over the largest, that counts
 
