@@ -32,7 +32,7 @@ from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, Motion, assemble, check_system, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.systems.measures import probes, recovered
 from verification import solids
 
 MASS = 2700.0 * 0.05**2
@@ -188,6 +188,41 @@ def test_a_body_knows_what_its_modes_leave_out() -> None:
     said = vibration_modes(assemble([body.spare], pictures=False), 8).angular_frequencies[6:]
     assert (few / whole > 1.01).all()
     assert_allclose(few / said, few / whole, rtol=2e-3)
+
+
+def test_stresses_are_those_of_the_whole_body() -> None:
+    """A cantilever, bent and turned with its wall: M z / I at centroids, the same in any direction;
+    of all of them the largest von Mises stress.
+    """
+    cells = (8, 2, 2)
+    nodes, K, M = solids.bar(cells)
+    where, rows = solids.stresses(cells)
+    near = int(np.argmin(np.linalg.norm(where - [0.5, 0.0, 0.02], axis=1)))
+    faces = {"left": Interface(solids.at(nodes, 0.0)), "right": Interface(solids.at(nodes, 1.0))}
+    recovery = {"one": rows[near], "all": rows.reshape(-1, K.shape[0])}
+    found = []
+    for turn in (np.eye(3), Rotation.from_rotvec([0.5, 1.0, -2.0]).as_matrix()):
+        body = condense(
+            from_matrices("rod", nodes, K, M, interfaces=faces, recovery=recovery, rotation=turn), 2
+        )
+        push = loads.PointForce("P", At("rod", "right"), tuple(turn @ [0.0, 0.0, 100.0]))
+        seen = {
+            "s": recovered.RecoveredStress("rod", "one"),
+            "v": recovered.RecoveredStress("rod", "all"),
+        }
+        root = joints.Weld("root", At("rod", "left"))
+        system = assemble([body], [root], [push], outputs=seen, pictures=False)
+        found.append({k: v[-1] for k, v in outputs(solve_statics(eliminate(system))).items()})
+    x, z = where[near, 0], where[near, 2]
+    exact = -100.0 * (1.0 - x) * z / (0.05**4 / 12.0)
+    assert found[0]["s_xx"] == pytest.approx(exact, rel=0.05)
+    for key, value in found[0].items():
+        assert found[1][key] == pytest.approx(value, rel=1e-6, abs=1e-6 * abs(exact))
+    # at the wall nearly twice of what it is in the middle
+    assert found[0]["v_von_mises"] > 1.5 * found[0]["s_von_mises"]
+    u = np.zeros(K.shape[0])
+    with pytest.raises(InputError, match="six rows a point"):
+        from_matrices("rod", nodes, K, M, recovery={"one": u[None]})
 
 
 def with_one(K: csr_array, row: int) -> csr_array:

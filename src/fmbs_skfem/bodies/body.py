@@ -258,6 +258,8 @@ class Body:
     linear: LinearElasticity | None = None
     #: (3, b) mean axes a_k of the nodes that a frame follows, by its name, see `from_matrices`
     fits: dict[str, csr_array] = field(default_factory=dict)
+    #: rows (6 k, b c) of stresses at k points by name, xx, yy, zz, xy, yz, zx in its axes [Pa/m]
+    recovery: dict[str, Any] = field(default_factory=dict)
     #: the same body with more functions behind its own, against which it is held
     spare: Body | None = None
 

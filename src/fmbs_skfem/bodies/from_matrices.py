@@ -65,6 +65,7 @@ def from_matrices(
     unit: np.ndarray | None = None,
     interfaces: Mapping[str, Interface] | None = None,
     places: Mapping[str, int] | None = None,
+    recovery: Mapping[str, Array] | None = None,
     origin: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
 ) -> Body:
@@ -72,7 +73,8 @@ def from_matrices(
     each; M may be (n, n), alike for every component.
 
     `unit` (n,) is 1 where a coordinate is a position, by default everywhere, 0 where it is a
-    gradient. `interfaces` become frames, `places` are single nodes; `origin` (3,) [m] and
+    gradient. `interfaces` become frames, `places` are single nodes; `recovery` has rows (6 k, 3 n) of
+    the stresses xx, yy, zz, xy, yz, zx of k points in the axes of the body [Pa/m]; `origin` (3,) [m] and
     `rotation` (3, 3) move the body, x <- origin + rotation x. InputError where the matrices are not
     those of a free elastic body: not symmetric, bound, in other axes, or of unlike components.
     """
@@ -87,9 +89,14 @@ def from_matrices(
     found = interfaces or {}
     for key, one in found.items():
         check_interface(f"{where}: interface '{key}'", one, nodes)
+    rows = {
+        key: stress_rows(f"{where}: recovery '{key}'", one, 3 * n)
+        for key, one in (recovery or {}).items()
+    }
     turn = np.eye(3) if rotation is None else rotation
     if rotation is not None:
         Q = csr_array(kron(eye_array(n), turn))
+        rows = {key: as_csr(one @ Q.T) for key, one in rows.items()}
         K, C = as_csr(Q @ K @ Q.T), None if C is None else as_csr(Q @ C @ Q.T)
     spread, reference, constant = tie(where, nodes, unit, found)
     reference = reference @ turn.T
@@ -119,6 +126,7 @@ def from_matrices(
         linear=LinearElasticity(
             as_csr(wide.T @ K @ wide), None if C is None else as_csr(wide.T @ C @ wide)
         ),
+        recovery={key: as_csr(one @ wide) for key, one in rows.items()},
         fits={
             key: as_csr(mean_axes(one, nodes) @ spread)
             for key, one in found.items()
@@ -326,6 +334,15 @@ def mean_axes(one: Interface, nodes: np.ndarray) -> csr_array:
     rows = about.T / float((about**2).sum())
     k, i = np.nonzero(rows)
     return csr_array((rows[k, i], (k, ids[i])), shape=(3, len(nodes)))
+
+
+def stress_rows(where: str, rows: Array, size: int) -> csr_array:
+    """Rows (6 k, size) of stresses; InputError for other numbers of rows or columns."""
+    A = as_csr(rows)
+    if A.shape[1] != size or A.shape[0] % 6 or not A.shape[0]:
+        expected = f"six rows a point (xx, yy, zz, xy, yz, zx) and {size} columns"
+        raise InputError(say(where, expected, f"({A.shape[0]}, {A.shape[1]})"))
+    return A
 
 
 def node_row(where: str, node: int, n: int) -> csr_array:

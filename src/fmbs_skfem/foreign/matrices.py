@@ -64,6 +64,17 @@ def read(path: Path, where: str, name: str = "") -> Labelled:
     return found
 
 
+def read_rows(path: Path, where: str) -> csr_array:
+    """A matrix (i, j) of Matrix Market or `scipy.sparse.save_npz`; InputError of anything else."""
+    if path.suffix.lower() not in (".mtx", ".npz"):
+        raise InputError(say(where, "a .mtx or .npz file", f"'{path.suffix}'"))
+    try:
+        found = mmread(path) if path.suffix.lower() == ".mtx" else load_npz(path)
+    except (OSError, ValueError, zipfile.BadZipFile) as problem:
+        raise InputError(say(where, "a file of a matrix", f"{problem}", CUT)) from problem
+    return csr_array(coo_array(found))
+
+
 def of_market(path: Path, where: str, _: str) -> Labelled:
     """Matrix Market, or what Abaqus writes with the same ending."""
     with path.open(encoding="utf-8", errors="replace") as file:

@@ -96,7 +96,9 @@ class MatricesBody(SceneBody, word="matrices"):
     them the body has its interface functions and `modes` fixed-interface modes (Craig and Bampton);
     `reduce: false` keeps all nodes. Everything is found once more with twice the modes, by which
     the error is known, unless `check: false`. `damping_ratio` damps every one of its free
-    vibrations. What is `expected` of mass, centre and inertia, in the frame of the file, is
+    vibrations. Files of `recovery` have rows of stresses (six a point: xx, yy, zz, xy, yz, zx) by
+    the unknowns, x, y, z of every node, for outputs of the type `recovered_stress`. What is
+    `expected` of mass, centre and inertia, in the frame of the file, is
     compared.
 
     {type: matrices, stiffness: rod_K.mtx, mass: rod_M.mtx, nodes: rod.csv, interfaces: {left: {set: LEFT}}, modes: 10}
@@ -115,6 +117,7 @@ class MatricesBody(SceneBody, word="matrices"):
         dict[str, InterfaceModel], names(Annotated[InterfaceModel, inline(InterfaceModel)])
     ] = field(default_factory=dict)
     points: dict[str, int] = field(default_factory=dict)
+    recovery: dict[str, str] = field(default_factory=dict)
     modes: Annotated[int, whole(0, 1000)] = 10
     reduce: bool = True
     check: bool = True
@@ -129,7 +132,8 @@ class MatricesBody(SceneBody, word="matrices"):
 
     def files(self) -> dict[str, str]:
         keys = ("file", "stiffness", "mass", "damping", "nodes")
-        return {key: name for key in keys if (name := getattr(self, key)) is not None}
+        given = {key: name for key in keys if (name := getattr(self, key)) is not None}
+        return given | {f"recovery.{key}": name for key, name in self.recovery.items()}
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         if dim == 2:
@@ -158,8 +162,8 @@ class MatricesBody(SceneBody, word="matrices"):
         )
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        def path(key: str) -> Path:
-            found = meshes.path(getattr(self, key), scene.folder, allow_outside, "matrix")
+        def path(key: str, name: str = "") -> Path:
+            found = meshes.path(name or getattr(self, key), scene.folder, allow_outside, "matrix")
             meshes.present(found, f"{key} {found}")
             return found
 
@@ -176,6 +180,10 @@ class MatricesBody(SceneBody, word="matrices"):
             interfaces={
                 key: self.interface(f"{where}: interface '{key}'", one, known)
                 for key, one in self.interfaces.items()
+            },
+            recovery={
+                key: foreign.read_rows(path(key, name), f"{where}: recovery '{key}'") / self.unit**3
+                for key, name in self.recovery.items()
             },
             places={
                 key: int(rows_of(np.array([node]), known, f"{where}: point '{key}'")[0])

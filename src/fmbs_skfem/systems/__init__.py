@@ -7,7 +7,7 @@ from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
 from .connections import joints
 from .forces import along_lines, bushing, controls, gauges, loads, springs
-from .measures import line_places, orientations, probes, sensors, stresses
+from .measures import line_places, orientations, probes, recovered, sensors, stresses
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
 from .prepared import Prepared, alike, prepare
@@ -28,6 +28,7 @@ __all__ = [
     "sensors",
     "gauges",
     "stresses",
+    "recovered",
     "Rayleigh",
     "Motion",
     "System",

@@ -509,8 +509,13 @@ def spin(body: Corotated, z: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """
     q, v = z.reshape(-1, 3), rates.reshape(-1, 3)
     x = q - np.outer(body.unit, body.weights @ q)
-    U, _, W = np.linalg.svd(x.T @ body.moments)
-    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ W)]) @ W
-    m = body.moments @ R.T
+    m = body.moments @ rotations(x[None], body.moments)[0].T
     S = 0.5 * (x.T @ m + m.T @ x)
     return np.linalg.solve(np.trace(S) * np.eye(3) - S, np.cross(m, v).sum(axis=0))
+
+
+def rotations(x: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """R (s, 3, 3) of (2), of coordinates x (s, b, 3) about the centre of mass and M X (b, 3)."""
+    U, _, W = np.linalg.svd(np.einsum("sbi,bk->sik", x, moments))
+    U[:, :, 2] *= np.linalg.det(U @ W)[:, None]
+    return np.asarray(U @ W)
