@@ -16,6 +16,7 @@ import pytest
 from fmbs_skfem import control, dynamics, reduction, scenes
 from fmbs_skfem.bodies import body, own_laws, sections
 from fmbs_skfem.bodies.beams.beam import beam
+from fmbs_skfem.bodies.from_matrices import from_matrices
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import Notice
@@ -26,6 +27,7 @@ from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.exports import c_files, refusals
 from fmbs_skfem.exports.numbers import Numbers
+from fmbs_skfem.parts.condensation import condense, damp
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case
@@ -46,6 +48,7 @@ from tests.exports.c_library import COMPILER, STRICT, CRun
 from tests.exports.held import held
 from tests.exports.test_c_control import SERVOS, rod
 from tests.reduction.conftest import full_of, hyper_reduced, projected, reduced
+from verification import solids
 from verification.plates import rectangle
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -224,7 +227,20 @@ def sheet(exact: bool = False) -> System:
     return polynomial.exact(made) if exact else made
 
 
+def of_matrices() -> System:
+    """A pendulum by its stiffness and mass matrices, hung at a node, damped."""
+    nodes, K, M = solids.bar((2, 1, 1), E=1e9)
+    ends = {"left": solids.at(nodes, 0.0)[0], "right": solids.at(nodes, 1.0)[0]}
+    part = damp(condense(from_matrices("rod", nodes, K, M, places=ends), 1, False), 0.01)
+    outputs = {"tip": probes.Position(At("rod", "right")), "energy": probes.Energy()}
+    pin = joints.Pin("pin", At("rod", "left"))
+    raw = assemble([part], [pin], [loads.Gravity((0, 0, -9.81))], outputs=outputs)
+    full = full_of(raw, STEP, 0.3)
+    return reduced(full, reduction.body_level(full.raw), 1e-10).system
+
+
 CASES = {
+    "a body of matrices": of_matrices,
     "planets on gears": planets,
     "a ball that bounces": bouncing,
     "a box that slides": sliding,

@@ -14,6 +14,7 @@ from scipy.sparse import csgraph
 
 from ..bodies import body as bodies
 from ..bodies import edge_directions, plate
+from ..bodies.from_matrices import rigidity
 from ..core.errors import Contradiction, InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
@@ -293,11 +294,32 @@ def describe_body(figure: Facts, part: Body, counted: Mechanism) -> dict[str, An
         "rigid_motions": counted.bodies[figure.name],
         "extent": figure.extent,
         **geometry(figure, part),
+        **of_matrices(part),
         "wave_speed": figure.wave_speed,
         "slenderness": figure.slenderness,
         "sag": figure.sag,
         "weight_strain": figure.weight_strain,
         "mesh": None if cells is None else asdict(cells),
+    }
+
+
+def of_matrices(part: Body) -> dict[str, Any]:
+    """Centre of mass [m], principal inertia [kg m2] and interfaces of a body of matrices; nothing of
+    others.
+    """
+    if part.linear is None:
+        return {}
+    center, inertia = rigidity(part)
+    kinds = {
+        name: ("average (RBE3)" if name in part.fits else "rigid (RBE2)", 6) for name in part.frames
+    } | dict.fromkeys(part.places, ("node", 3))
+    return {
+        "center": center.tolist(),
+        "principal_inertia": np.linalg.eigvalsh(inertia).tolist(),
+        "interfaces": {
+            name: {"couples": couples, "coordinates": count}
+            for name, (couples, count) in kinds.items()
+        },
     }
 
 
@@ -315,7 +337,7 @@ def geometry(figure: Facts, part: Body) -> dict[str, Any]:
         for name in names
     }
     pieces = 1
-    if part.space is not None and part.shapes is None:
+    if part.space is not None and part.shapes is None and part.linear is None:
         heavy = np.flatnonzero(part.mass.diagonal() > 0.0)
         pieces = int(
             csgraph.connected_components(
@@ -476,6 +498,31 @@ def where_bodies_are(found: list[dict[str, Any]], display: DisplayUnits) -> list
         *tables,
         *([ReportTable("Places", ("place", f"at [{unit}]"), places[:PLACES])] if places else []),
         *more,
+        *tables_of_matrices([body for body in found if "interfaces" in body]),
+    ]
+
+
+def tables_of_matrices(found: list[dict[str, Any]]) -> list[Any]:
+    """The tables of what bodies of matrices are as rigid ones, and of their interfaces."""
+    if not found:
+        return []
+    rigid = [
+        (
+            body["name"],
+            point(body["center"], body["extent"], 1.0),
+            ", ".join(f"{x:.5g}" for x in body["principal_inertia"]),
+        )
+        for body in found
+    ]
+    interfaces = [
+        (f"{body['name']}.{name}", one["couples"], one["coordinates"])
+        for body in found
+        for name, one in body["interfaces"].items()
+    ]
+    heads = ("body of matrices", "centre of mass [m]", "principal inertia [kg m2]")
+    return [
+        ReportTable("Matrices", heads, rigid),
+        ReportTable("Interfaces", ("place", "couples", "coordinates"), interfaces),
     ]
 
 
