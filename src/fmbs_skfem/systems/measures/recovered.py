@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 import numpy as np
-from scipy.sparse import eye_array
+from scipy.sparse import csr_array
 
 from ...core.algebra.linalg import as_dense
 from ...core.errors import InputError, closest, listed, say
@@ -50,36 +50,32 @@ class RecoveredStress(Probe):
             )
         S = as_dense(body.recovery[self.group])
         own = corotated.of_body(body.linear, body.mass, body.reference, body.constant)
-        numbers = [S, own.reference, own.moments, own.unit, own.weights]
-        size = body.reference.size
-        rows = draft.layout.widen(self.of, eye_array(size, format="csr"))
+        by_component = S.reshape(len(S), -1, 3).transpose(0, 2, 1)
+        # without the stress of a translation, which a file may have by its digits
+        by_component = by_component - (by_component @ own.unit)[..., None] * own.weights
+        rows = np.vstack([own.moments.T, by_component.reshape(3 * len(S), -1)])
         columns = (*TENSOR, MEASURE) if len(S) == len(TENSOR) else (MEASURE,)
-        parameters = (float(len(S)), *(float(x) for one in numbers for x in one.ravel()))
         return self.output(
-            draft, tuple(f"{name}_{one}" for one in columns), [rows], parameters=parameters
+            draft,
+            tuple(f"{name}_{one}" for one in columns),
+            [draft.layout.spread(body, csr_array(rows))],
+            parameters=tuple((S @ own.reference.ravel()).tolist()),
         )
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        q = sensed.values.reshape(len(sensed.values), -1, 3)
-        b = q.shape[1]
-        count = int(output.parameters[0])
-        sizes = np.cumsum([3 * b * count, 3 * b, 3 * b, b])
-        S, X, moments, unit, weights = np.split(np.array(output.parameters[1:]), sizes)
-        center = np.einsum("b,sbc->sc", weights, q)
-        x = q - np.einsum("b,sc->sbc", unit, center)
-        R = corotated.rotations(x, moments.reshape(b, 3))
-        d = np.einsum("sbc,scg->sbg", x, R).reshape(len(q), -1) - X
-        stress = (d @ S.reshape(count, -1).T).reshape(len(q), -1, len(TENSOR))
+        count = len(output.parameters)
+        rows = sensed.values.reshape(len(sensed.values), count + 1, 3, 3)
+        R = corotated.rotations(rows[:, 0].transpose(0, 2, 1))
+        stress = np.einsum("skcg,sgc->sk", rows[:, 1:], R) - np.array(output.parameters)
+        stress = stress.reshape(len(stress), -1, len(TENSOR))
         measure = von_mises(stress).max(axis=1)
         return [*stress[:, 0].T, measure] if count == len(TENSOR) else [measure]
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        b = len(output.rows) // dim
-        count = int(output.parameters[0])
-        several = count > len(TENSOR)
-        return dim * b, 1 if several else len(TENSOR) + 1, 1 + dim * b * (count + 2) + 2 * b
+        count = len(output.parameters)
+        return 9 * (count + 1), len(TENSOR) + 1 if count == len(TENSOR) else 1, None
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

@@ -509,13 +509,13 @@ def spin(body: Corotated, z: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """
     q, v = z.reshape(-1, 3), rates.reshape(-1, 3)
     x = q - np.outer(body.unit, body.weights @ q)
-    m = body.moments @ rotations(x[None], body.moments)[0].T
+    m = body.moments @ rotations((x.T @ body.moments)[None])[0].T
     S = 0.5 * (x.T @ m + m.T @ x)
     return np.linalg.solve(np.trace(S) * np.eye(3) - S, np.cross(m, v).sum(axis=0))
 
 
-def rotations(x: np.ndarray, moments: np.ndarray) -> np.ndarray:
-    """R (s, 3, 3) of (2), of coordinates x (s, b, 3) about the centre of mass and M X (b, 3)."""
-    U, _, W = np.linalg.svd(np.einsum("sbi,bk->sik", x, moments))
+def rotations(H: np.ndarray) -> np.ndarray:
+    """R (s, 3, 3) of (2), the rotations in H = sum_b q_b m_b^T (s, 3, 3)."""
+    U, _, W = np.linalg.svd(H)
     U[:, :, 2] *= np.linalg.det(U @ W)[:, None]
     return np.asarray(U @ W)
