@@ -145,19 +145,20 @@ def as_columns(states: np.ndarray) -> np.ndarray:
 
 
 def with_places(part: Body, S: np.ndarray) -> np.ndarray:
-    """The space of S (b, m), its first coordinates positions, and directors of beams, at places,
-    where the others vanish: (b, m).
+    """The space of S (b, m), its first coordinates positions, directors of beams and axes of bodies
+    of matrices, at places, where the others vanish: (b, m).
 
     What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its
     own, the last ones.
     """
-    names = [*part.places, *part.frames]
-    last = 0 if part.directors is None else part.dim
-    if names:
-        rows = vstack(
-            [probe(part, locate(part, name), k) for name in names for k in range(last + 1)]
-        )
-        sizes = np.tile([1.0, *[extent(part)] * last], len(names))
+    read = [
+        (name, k)
+        for name in [*part.places, *part.frames]
+        for k in range(1 + vectors_kept(part, name))
+    ]
+    if read:
+        rows = vstack([probe(part, locate(part, name), k) for name, k in read])
+        sizes = np.array([extent(part) if k else 1.0 for _, k in read])
         S = invariant.with_rows(S, csr_array(rows).toarray(), sizes)
     inertia, V = eigh(S.T @ (part.mass @ S), S.T @ (metric(part) @ S))
     empty = V[:, inertia <= lengths.LIGHT * inertia[-1]]
@@ -166,6 +167,14 @@ def with_places(part: Body, S: np.ndarray) -> np.ndarray:
     mixed = np.abs(empty).max(axis=1) > MISSES * np.abs(empty).max()
     others = qr(empty[mixed])[0][:, empty.shape[1] :]
     return np.hstack([S[:, ~mixed], S[:, mixed] @ others, S @ empty])
+
+
+def vectors_kept(part: Body, name: str) -> int:
+    """How many vectors at a place are coordinates: directors of beams, axes of bodies of matrices,
+    by which joints there leave out unknowns.
+    """
+    framed = part.linear is not None and name in part.frames
+    return part.dim if framed or part.directors is not None else 0
 
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
