@@ -212,6 +212,8 @@ class LinearElasticity:
 
     stiffness: csr_array | np.ndarray  #: K (b c, b c) [N/m]
     damping: csr_array | np.ndarray | None = None  #: C (b c, b c) [N s/m]
+    #: K_g (b c, b c), what stresses of a steady spin add to K [N/m]
+    prestress: csr_array | np.ndarray | None = None
 
 
 @storable

@@ -66,6 +66,7 @@ def from_matrices(
     interfaces: Mapping[str, Interface] | None = None,
     places: Mapping[str, int] | None = None,
     recovery: Mapping[str, Array] | None = None,
+    prestress: Array | None = None,
     origin: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
 ) -> Body:
@@ -74,7 +75,8 @@ def from_matrices(
 
     `unit` (n,) is 1 where a coordinate is a position, by default everywhere, 0 where it is a
     gradient. `interfaces` become frames, `places` are single nodes; `recovery` has rows (6 k, 3 n) of
-    the stresses xx, yy, zz, xy, yz, zx of k points in the axes of the body [Pa/m]; `origin` (3,) [m] and
+    the stresses xx, yy, zz, xy, yz, zx of k points in the axes of the body [Pa/m], `prestress` (3 n,
+    3 n) is what stresses of a steady spin add to K; `origin` (3,) [m] and
     `rotation` (3, 3) move the body, x <- origin + rotation x. InputError where the matrices are not
     those of a free elastic body: not symmetric, bound, in other axes, or of unlike components.
     """
@@ -85,6 +87,7 @@ def from_matrices(
     m = of_components(where, mass, n)
     K = symmetric(where, "stiffness", stiffness, 3 * n)
     C = None if damping is None else symmetric(where, "damping", damping, 3 * n)
+    Kg = None if prestress is None else symmetric(where, "prestress", prestress, 3 * n)
     refuse_bound(where, K, nodes, unit)
     found = interfaces or {}
     for key, one in found.items():
@@ -97,7 +100,8 @@ def from_matrices(
     if rotation is not None:
         Q = csr_array(kron(eye_array(n), turn))
         rows = {key: as_csr(one @ Q.T) for key, one in rows.items()}
-        K, C = as_csr(Q @ K @ Q.T), None if C is None else as_csr(Q @ C @ Q.T)
+        K = as_csr(Q @ K @ Q.T)
+        C, Kg = (None if one is None else as_csr(Q @ one @ Q.T) for one in (C, Kg))
     spread, reference, constant = tie(where, nodes, unit, found)
     reference = reference @ turn.T
     if origin is not None:
@@ -124,7 +128,8 @@ def from_matrices(
         axes=axes,
         spread=None if whole else spread,
         linear=LinearElasticity(
-            as_csr(wide.T @ K @ wide), None if C is None else as_csr(wide.T @ C @ wide)
+            as_csr(wide.T @ K @ wide),
+            *(None if one is None else as_csr(wide.T @ one @ wide) for one in (C, Kg)),
         ),
         recovery={key: as_csr(one @ wide) for key, one in rows.items()},
         fits={

@@ -107,13 +107,17 @@ def leading(
 ) -> pod.Basis:
     """Functions (b, m) of columns (b, k), one a component: the field 1, the reference, those of
     `shapes` (j, b, c), and the leading ones of the rest.
+
+    A number of `modes` that is too small for all shapes is that of leading functions alone: they
+    serve the motions of the training better.
     """
     W = metric(part)
     affine = np.column_stack([part.constant, part.reference])
     kept = affine if shapes is None else np.hstack([affine, functions_of(part, W, affine, shapes)])
-    rank = int(np.linalg.matrix_rank(affine))
-    if modes is not None:
-        kept = kept[:, : affine.shape[1] + max(0, modes - rank)]
+    if modes is not None and modes < kept.shape[1] - affine.shape[1] + np.linalg.matrix_rank(
+        affine
+    ):
+        kept = affine
     return pod.of_vectors(columns, kept, tolerance, modes, W)
 
 

@@ -73,7 +73,8 @@ def tell_digits(body: Body, few: Body) -> None:
 
 def with_functions(body: Body, S: np.ndarray) -> Body:
     """A body of matrices with functions S (b, m) over its own."""
-    assert body.linear is not None
+    linear = body.linear
+    assert linear is not None
     wide = alike(csr_array(S), body.dim)
     found = parts.projected(body, S, np.column_stack([body.constant, body.reference]))
     return replace(
@@ -87,8 +88,10 @@ def with_functions(body: Body, S: np.ndarray) -> Body:
         recovery={name: as_dense(rows @ wide) for name, rows in body.recovery.items()},
         fits={name: csr_array(rows @ S) for name, rows in body.fits.items()},
         linear=LinearElasticity(
-            reduced(body.linear.stiffness, wide),
-            None if body.linear.damping is None else reduced(body.linear.damping, wide),
+            *(
+                None if one is None else reduced(one, wide)
+                for one in (linear.stiffness, linear.damping, linear.prestress)
+            )
         ),
     )
 

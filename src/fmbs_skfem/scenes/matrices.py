@@ -50,6 +50,7 @@ class Bundle:
     mass: csr_array
     damping: csr_array | None
     unit: Floats | None
+    prestress: csr_array | None = None
 
 
 LARGEST = 1000  #: nodes of a body that keeps all of them: its matrix is dense
@@ -96,10 +97,10 @@ class MatricesBody(SceneBody, word="matrices"):
     them the body has its interface functions and `modes` fixed-interface modes (Craig and Bampton);
     `reduce: false` keeps all nodes. Everything is found once more with twice the modes, by which
     the error is known, unless `check: false`. `damping_ratio` damps every one of its free
-    vibrations. Files of `recovery` have rows of stresses (six a point: xx, yy, zz, xy, yz, zx) by
-    the unknowns, x, y, z of every node, for outputs of the type `recovered_stress`. What is
-    `expected` of mass, centre and inertia, in the frame of the file, is
-    compared.
+    vibrations; `prestress` is what stresses of a steady spin add to its stiffness. Files of
+    `recovery` have rows of stresses (six a point: xx, yy, zz, xy, yz, zx) by the unknowns, x, y, z
+    of every node, for outputs of the type `recovered_stress`. What is `expected` of mass, centre
+    and inertia, in the frame of the file, is compared.
 
     {type: matrices, stiffness: rod_K.mtx, mass: rod_M.mtx, nodes: rod.csv, interfaces: {left: {set: LEFT}}, modes: 10}
     """
@@ -117,6 +118,7 @@ class MatricesBody(SceneBody, word="matrices"):
         dict[str, InterfaceModel], names(Annotated[InterfaceModel, inline(InterfaceModel)])
     ] = field(default_factory=dict)
     points: dict[str, int] = field(default_factory=dict)
+    prestress: str | None = None
     recovery: dict[str, str] = field(default_factory=dict)
     modes: Annotated[int, whole(0, 1000)] = 10
     reduce: bool = True
@@ -131,7 +133,7 @@ class MatricesBody(SceneBody, word="matrices"):
         return None
 
     def files(self) -> dict[str, str]:
-        keys = ("file", "stiffness", "mass", "damping", "nodes")
+        keys = ("file", "stiffness", "mass", "damping", "prestress", "nodes")
         given = {key: name for key in keys if (name := getattr(self, key)) is not None}
         return given | {f"recovery.{key}": name for key, name in self.recovery.items()}
 
@@ -177,6 +179,7 @@ class MatricesBody(SceneBody, word="matrices"):
             known.mass,
             known.damping,
             unit=known.unit,
+            prestress=known.prestress,
             interfaces={
                 key: self.interface(f"{where}: interface '{key}'", one, known)
                 for key, one in self.interfaces.items()
@@ -206,7 +209,7 @@ class MatricesBody(SceneBody, word="matrices"):
         """What the files of the scene hold, nodes without unknowns left out."""
         found = {
             key: foreign.read(path(key), f"{where}: {key}", self.matrix_names.get(key, ""))
-            for key in ("stiffness", "mass", "damping")
+            for key in ("stiffness", "mass", "damping", "prestress")
             if getattr(self, key) is not None
         }
         nodes, numbers, sets = read_nodes(path("nodes"), f"{where}: nodes")
@@ -221,7 +224,14 @@ class MatricesBody(SceneBody, word="matrices"):
             for key, one in found.items()
         }
         return Bundle(
-            nodes, numbers, sets, made["stiffness"], made["mass"], made.get("damping"), None
+            nodes,
+            numbers,
+            sets,
+            made["stiffness"],
+            made["mass"],
+            made.get("damping"),
+            None,
+            made.get("prestress"),
         )
 
     def interface(self, where: str, one: InterfaceModel, known: Bundle) -> Interface:
@@ -271,13 +281,14 @@ def in_metres(known: Bundle, unit: float) -> Bundle:
     """
     if unit == 1.0:
         return known
-    K, M, C = (
+    K, M, C, Kg = (
         None if one is None else csr_array(one / unit)
-        for one in (known.stiffness, known.mass, known.damping)
+        for one in (known.stiffness, known.mass, known.damping, known.prestress)
     )
     assert K is not None
     assert M is not None
-    return replace(known, nodes=unit * known.nodes, stiffness=K, mass=M, damping=C)
+    nodes = unit * known.nodes
+    return replace(known, nodes=nodes, stiffness=K, mass=M, damping=C, prestress=Kg)
 
 
 def by_order(matrix: csr_array, order: str) -> csr_array:

@@ -36,7 +36,7 @@ def _(motion: Trajectory) -> Iterator[str]:
     system = motion.system
     for elastic in system.elastic:
         body = elastic.gather
-        if not isinstance(body, Corotated):
+        if not isinstance(body, Corotated) or body.prestressed:
             continue
         spins = [
             float(np.linalg.norm(spin(system, body, motion.x[k], motion.v[k])))
@@ -49,7 +49,7 @@ def _(motion: Trajectory) -> Iterator[str]:
         if share > FAST:
             text = f"body '{elastic.name}' spins at up to {fastest:.3g} rad/s, and vibrates from {lowest:.3g} rad/s on"
             off = f"the spin changes its stiffness by about {share:.0%}, of which linear strains know a part"
-            yield f"{text}: {off}; take a beam, a plate or a shell"
+            yield f"{text}: {off}; give the stiffness of its stresses at that spin (`prestress`), or take a beam, a plate or a shell"
 
 
 def spin(system: System, body: Corotated, x: np.ndarray, v: np.ndarray) -> np.ndarray:

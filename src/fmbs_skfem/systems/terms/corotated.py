@@ -49,6 +49,8 @@ from .cells import put
 from .elastic import Lifts, Setting, Targets, Term, TermRoutines
 from .turned_tangents import cofactors, to_rotation
 
+ROUND = 1e-12  #: stiffness of a coordinate, over the largest, that is round-off
+
 
 @storable
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Corotated:
     #: (b c, n) of the coordinates z in the unknowns
     matrix: csr_array | np.ndarray | None = None
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,)
+    prestressed: bool = False  #: whether the stresses of a spin are in its stiffness
     checked: bool = False  #: whether what it takes part in is held against more modes
 
 
@@ -79,7 +82,8 @@ def of_body(
 
         K <- P^T K P,    P = 1 - Q (Q^T M Q)^-1 Q^T M,    Q the rigid motions
 
-    which takes out what numbers of a file leave there, and changes no energy.
+    which takes out what numbers of a file leave there, and changes no energy. Stresses of a steady
+    spin act on d as well: what they do to rotations of the whole body is in those of its axes.
     """
     weights = np.asarray(mass @ unit) / float(unit @ (mass @ unit))
     about = reference - np.outer(unit, weights @ reference)
@@ -93,14 +97,16 @@ def of_body(
         B = B - share.T @ (Q.T @ B)
         return np.ascontiguousarray(0.5 * (B + B.T))
 
+    K = elastic(linear.stiffness)
     return Corotated(
-        elastic(linear.stiffness),
+        K if linear.prestress is None else K + elastic(linear.prestress),
         np.zeros((0, 0)) if linear.damping is None else elastic(linear.damping),
         about,
         np.asarray(mass @ about),
         unit,
         weights,
         slice(0, reference.size),
+        prestressed=linear.prestress is not None,
     )
 
 
@@ -446,7 +452,8 @@ def couplings(body: Corotated) -> np.ndarray:
 @terms.stiffened.register(Corotated)
 def stiffened(body: Corotated) -> np.ndarray:
     """Those with a stiffness: axes of rims and averages have none."""
-    return couplings(body)[body.stiffness.diagonal() > 0.0].ravel()
+    own = body.stiffness.diagonal()
+    return couplings(body)[own > ROUND * own.max()].ravel()
 
 
 @terms.unknowns.register(Corotated)
