@@ -214,6 +214,7 @@ class LinearElasticity:
     damping: csr_array | np.ndarray | None = None  #: C (b c, b c) [N s/m]
     #: K_g (b c, b c), what stresses of a steady spin add to K [N/m]
     prestress: csr_array | np.ndarray | None = None
+    slowest: float = 0.0  #: lowest angular frequency of the free body [rad/s], 0 where not known
 
 
 @storable

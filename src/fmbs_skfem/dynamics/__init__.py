@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from ..core.beside import load, names_of
 from .diagnoses import (  # which offer observers  # noqa: F401
     far_turns,
-    fast_spin,
     fast_wheels,
     free_warping,
+    linear_bodies,
     step_size,
 )
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions

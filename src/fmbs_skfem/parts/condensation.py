@@ -47,28 +47,33 @@ def condense(body: Body, modes: int, checked: bool = True) -> Body:
     more = max(LEAST, modes) if checked else 0
     shapes = interface_shapes.of_interfaces(body, modes + more)
     S, T = functions(body, shapes, len(shapes) - more)
-    found = with_functions(body, S)
-    tell_digits(body, found)
+    found = judged(with_functions(body, S), body)
     return replace(found, spare=with_functions(body, np.hstack([S, T]))) if T.shape[1] else found
 
 
-def tell_digits(body: Body, few: Body) -> None:
-    """Say where rigid motions of a full body cost so much energy that the digits of its stiffness
-    may change frequencies, by those of the body with `few` functions.
+def judged(few: Body, whole: Body) -> Body:
+    """A body of matrices that knows its lowest frequency, as few functions of a whole one have it.
 
-        max |Q^T K Q v| / |Q^T M Q v|  over  omega_1^2
+        max |Q^T K Q v| / |Q^T M Q v|  over  omega_1^2,    Q the rigid motions
+
+    Where rigid motions of the whole cost so much energy that the digits of its stiffness may change
+    frequencies, that is said.
     """
-    assert body.linear is not None
-    Q = interface_shapes.rigid_motions(body)
-    stiff, heavy = Q.T @ (body.linear.stiffness @ Q), Q.T @ (alike(body.mass, body.dim) @ Q)
+    linear = few.linear
+    assert linear is not None
+    assert whole.linear is not None
+    Q = interface_shapes.rigid_motions(whole)
+    stiff, heavy = Q.T @ (whole.linear.stiffness @ Q), Q.T @ (alike(whole.mass, whole.dim) @ Q)
     noise = float(np.abs(eigh(stiff, heavy, eigvals_only=True)).max())
     found = real_modes(linearise(assemble([few], pictures=False)), Q.shape[1] + 1).squares
-    if len(found) > Q.shape[1] and noise > DIGITS * found[-1]:
+    if len(found) == Q.shape[1]:
+        return few
+    if noise > DIGITS * found[-1]:
         hertz = np.sqrt([noise, found[-1]]) / (2.0 * np.pi)
-        text = f"body '{body.name}': rigid motions of its stiffness vibrate at {hertz[0]:.3g} Hz, the lowest other one at {hertz[1]:.3g} Hz"
-        notify(
-            f"{text}: frequencies may be off by {noise / found[-1]:.1g}; write it with more digits"
-        )
+        text = f"body '{few.name}': rigid motions of its stiffness vibrate at {hertz[0]:.3g} Hz, the lowest other one at {hertz[1]:.3g} Hz"
+        off = f"frequencies may be off by {noise / found[-1]:.1g}; write it with more digits"
+        notify(f"{text}: {off}")
+    return replace(few, linear=replace(linear, slowest=float(np.sqrt(found[-1]))))
 
 
 def with_functions(body: Body, S: np.ndarray) -> Body:
@@ -88,10 +93,9 @@ def with_functions(body: Body, S: np.ndarray) -> Body:
         recovery={name: as_dense(rows @ wide) for name, rows in body.recovery.items()},
         fits={name: csr_array(rows @ S) for name, rows in body.fits.items()},
         linear=LinearElasticity(
-            *(
-                None if one is None else reduced(one, wide)
-                for one in (linear.stiffness, linear.damping, linear.prestress)
-            )
+            reduced(linear.stiffness, wide),
+            None if linear.damping is None else reduced(linear.damping, wide),
+            None if linear.prestress is None else reduced(linear.prestress, wide),
         ),
     )
 
@@ -101,12 +105,12 @@ def functions(body: Body, shapes: np.ndarray, count: int) -> tuple[np.ndarray, n
     the rest.
 
     S are the field 1, the reference, the components of the first `count` of them, and one for each
-    axis that has neither mass nor stiffness.
+    axis of a frame: its change of second order in a rotation moves nothing else.
     """
-    assert body.linear is not None
     W = parts.metric(body)
-    stiff = body.linear.stiffness.diagonal().reshape(len(body.reference), -1).max(axis=1)
-    loose = (body.mass.diagonal() <= 0.0) & (stiff <= 0.0)
+    loose = np.zeros(len(body.reference), dtype=bool)
+    if body.axes is not None:
+        loose[[k for k in body.axes.indices if body.constant[k] == 0.0]] = True
     kept = np.where(loose[:, None], 0.0, np.column_stack([body.constant, body.reference]))
     moved = np.where(loose[None, :, None], 0.0, shapes)
     affine = parts.orthonormal(W, kept)

@@ -203,6 +203,8 @@ class MatricesBody(SceneBody, word="matrices"):
             got = f"{len(body.reference)}"
             remedy = "leave out `reduce: false`"
             raise InputError(say(where, f"at most {LARGEST} nodes that are kept", got, remedy))
+        else:
+            body = condensation.judged(body, body)
         return condensation.damp(body, self.damping_ratio) if self.damping_ratio else body
 
     def read_files(self, path: Callable[[str], Path], where: str) -> Bundle:

@@ -16,6 +16,7 @@ from scipy.linalg import eig
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigs
 
+from ...bodies.laws import Law
 from ...bodies.vectors import ALL
 from ...core.algebra import ranks, saddle
 from ...core.algebra.linalg import Array
@@ -110,6 +111,10 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes
                 "leave it out: they then grow with the factor",
             )
         )
+    if names := [f"'{one.name}'" for one in system.elastic if one.gather.law is Law.LINEAR]:
+        got = f"{', '.join(names)} of matrices, whose linear strains do not"
+        remedy = "take a beam, a plate or a shell"
+        raise InputError(say("buckling", "bodies that know what buckles them", got, remedy))
     model = compile_system(without_redundant(ramp(system, time)))
     probe = FIRST
     if free := find_free(model.system, linearise(model.system)).names:

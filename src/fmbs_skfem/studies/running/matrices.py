@@ -88,11 +88,7 @@ def of_body(job: Job, body: Body, name: str) -> Bundle:
     free_motions.refuse_limp(where, system)
     K = csr_array(linearise(system).stiffness)
     n = len(free.reference)
-    sets = {}
-    for key, first in body.frames.items():
-        assert body.spread is not None
-        slaved = abs(body.spread[:, first : first + 4]).sum(axis=1) > 0.0
-        sets[key] = np.flatnonzero(slaved) + 1
+    sets = slaved(body)
     for key in free.places:
         row = probe(free, locate(free, key)).toarray()[0]
         sets[key] = np.flatnonzero(np.abs(row) > READ * np.abs(row).max()) + 1
@@ -105,3 +101,23 @@ def of_body(job: Job, body: Body, name: str) -> Bundle:
         None,
         free.constant,
     )
+
+
+def slaved(body: Body) -> dict[str, np.ndarray]:
+    """Numbers of the nodes and gradients that follow each rim of a body: those that read its frame,
+    and those beside them that stay zero.
+    """
+    if body.spread is None:
+        return {}
+    read = {
+        name: np.asarray(abs(body.spread[:, first : first + 4]).sum(axis=1)).ravel() > 0.0
+        for name, first in body.frames.items()
+    }
+    still = np.flatnonzero(np.asarray(abs(body.spread).sum(axis=1)).ravel() == 0.0)
+    found = {name: np.flatnonzero(ids) for name, ids in read.items()}
+    if len(still) and found:
+        # neighbours in the numbering: gradients of a node stand beside it
+        near = np.stack([np.abs(still[:, None] - ids).min(axis=1) for ids in found.values()])
+        for k, name in enumerate(list(found)):
+            found[name] = np.union1d(found[name], still[near.argmin(axis=0) == k])
+    return {name: ids + 1 for name, ids in found.items()}

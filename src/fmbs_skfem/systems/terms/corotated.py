@@ -64,12 +64,14 @@ class Corotated:
     damping: Annotated[np.ndarray, Reals("* *")]  #: (b c, b c), or none (0, 0) [N s/m]
     reference: Annotated[np.ndarray, Reals("b c")]  #: X, about the centre of mass [m]
     moments: Annotated[np.ndarray, Reals("b c")]  #: m = M X [kg m]
+    mass: Annotated[np.ndarray, Reals("b b")]  #: M [kg]
     unit: Annotated[np.ndarray, Reals("b")]  #: t, of the field 1
     weights: Annotated[np.ndarray, Reals("b")]  #: w, of the centre of mass
     columns: Annotated[slice, Range("bc", end="q")]  #: coordinates of the body
     #: (b c, n) of the coordinates z in the unknowns
     matrix: csr_array | np.ndarray | None = None
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,)
+    slowest: float = 0.0  #: lowest angular frequency of the free body [rad/s], 0 where not known
     prestressed: bool = False  #: whether the stresses of a spin are in its stiffness
     checked: bool = False  #: whether what it takes part in is held against more modes
 
@@ -103,9 +105,11 @@ def of_body(
         np.zeros((0, 0)) if linear.damping is None else elastic(linear.damping),
         about,
         np.asarray(mass @ about),
+        as_dense(mass),
         unit,
         weights,
         slice(0, reference.size),
+        slowest=linear.slowest,
         prestressed=linear.prestress is not None,
     )
 
@@ -501,24 +505,11 @@ def functions_read(body: Corotated, size: int) -> csr_array:
     return csr_array((ones, np.arange(first, last), [0, last - first]), shape=(1, size))
 
 
-def coordinates(body: Corotated, lift: Affine, x: np.ndarray, fixed: float = 1.0) -> np.ndarray:
-    """Coordinates (b c,) of a body from the unknowns (n,), or their changes with `fixed` 0."""
+def coordinates(body: Corotated, lift: Affine, x: np.ndarray) -> np.ndarray:
+    """Coordinates (b c,) of a body from the unknowns (n,)."""
     if body.matrix is None:
-        return np.asarray(lift.matrix @ x + fixed * lift.offset)[body.columns]
-    return np.asarray(body.matrix @ x + fixed * body.offset)
-
-
-def spin(body: Corotated, z: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Angular velocity (3,) [rad/s] of the axes of a body in the scene, of coordinates and rates (b
-    c,), by (3).
-
-        sum_b (R m_b) x rates_b = R J R^T omega
-    """
-    q, v = z.reshape(-1, 3), rates.reshape(-1, 3)
-    x = q - np.outer(body.unit, body.weights @ q)
-    m = body.moments @ rotations((x.T @ body.moments)[None])[0].T
-    S = 0.5 * (x.T @ m + m.T @ x)
-    return np.linalg.solve(np.trace(S) * np.eye(3) - S, np.cross(m, v).sum(axis=0))
+        return np.asarray(lift(x))[body.columns]
+    return np.asarray(body.matrix @ x + body.offset)
 
 
 def rotations(H: np.ndarray) -> np.ndarray:
@@ -526,3 +517,11 @@ def rotations(H: np.ndarray) -> np.ndarray:
     U, _, W = np.linalg.svd(H)
     U[:, :, 2] *= np.linalg.det(U @ W)[:, None]
     return np.asarray(U @ W)
+
+
+def in_axes(body: Corotated, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """x and d (b, c) of (1), of coordinates (b c,)."""
+    q = z.reshape(-1, 3)
+    x = q - np.outer(body.unit, body.weights @ q)
+    x = x @ rotations((x.T @ body.moments)[None])[0]
+    return x, x - body.reference
