@@ -91,7 +91,7 @@ def from_matrices(
     refuse_bound(where, K, nodes, unit)
     found = interfaces or {}
     for key, one in found.items():
-        check_interface(f"{where}: interface '{key}'", one, nodes)
+        check_interface(f"{where}: interface '{key}'", one, nodes, unit)
     rows = {
         key: stress_rows(f"{where}: recovery '{key}'", one, 3 * n)
         for key, one in (recovery or {}).items()
@@ -112,7 +112,7 @@ def from_matrices(
         key: node_row(f"{where}: place '{key}'", node, n) for key, node in (places or {}).items()
     }
     heavy = as_csr(spread.T @ m @ spread)
-    axes = None if whole else axes_of(found, spread)
+    axes = None if whole else axes_of(found, spread, unit)
     shown = [one @ spread for one in points.values()]
     shown += [] if axes is None else [axes[[4 * k]] for k in range(len(found))]
     return Body(
@@ -134,7 +134,7 @@ def from_matrices(
         ),
         recovery={key: as_csr(one @ wide) for key, one in rows.items()},
         fits={
-            key: as_csr(mean_axes(one, nodes) @ spread)
+            key: as_csr(mean_axes(one, nodes, unit) @ spread)
             for key, one in found.items()
             if not one.rigid
         },
@@ -250,19 +250,32 @@ def refuse_bound(where: str, K: csr_array, nodes: np.ndarray, unit: np.ndarray) 
     raise InputError(say(f"{where}: stiffness", "no forces of rigid motions", got, remedy))
 
 
-def check_interface(where: str, one: Interface, nodes: np.ndarray) -> None:
-    """InputError for an interface of too few nodes, of some that are not there, or on one line."""
+def check_interface(where: str, one: Interface, nodes: np.ndarray, unit: np.ndarray) -> None:
+    """InputError for an interface of too few nodes, of some that are not there, or on one line;
+    gradients take it off the line where it is rigid.
+    """
     ids = np.array(one.nodes)
     if len(ids) and (ids.min() < 0 or ids.max() >= len(nodes)):
         raise InputError(say(where, f"nodes 0 to {len(nodes) - 1}", f"{ids.min()} to {ids.max()}"))
     if len(np.unique(ids)) != len(ids):
         raise InputError(say(where, "every node once", "some more than once"))
-    about = nodes[ids] - nodes[ids].mean(axis=0) if len(ids) else nodes[:0]
+    remedy = "take more nodes, or name single ones as `points`"
+    expected = "three or more nodes that are not on a line"
+    if len(ids) < 3 or not unit[ids].any():
+        got = f"{len(ids)} nodes, {int(unit[ids].sum())} of them positions"
+        raise InputError(say(where, expected, got, remedy))
+    about = nodes[ids] - np.outer(unit[ids], mean_place(one, nodes, unit))
+    if not one.rigid:
+        about *= unit[ids, np.newaxis]
     moments = np.linalg.eigvalsh(about.T @ about)
-    if len(ids) < 3 or moments[1] <= FLAT * moments[2]:
-        got = f"{len(ids)} nodes" if len(ids) < 3 else f"{len(ids)} nodes on a line"
-        remedy = "take more nodes, or name single ones as `points`"
-        raise InputError(say(where, "three or more nodes that are not on a line", got, remedy))
+    if moments[1] <= FLAT * moments[2]:
+        raise InputError(say(where, expected, f"{len(ids)} nodes on a line", remedy))
+
+
+def mean_place(one: Interface, nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """Mean (3,) of the positions of an interface; gradients have no place."""
+    ids = np.array(one.nodes)
+    return unit[ids] @ nodes[ids] / float(unit[ids].sum())
 
 
 def tie(
@@ -285,7 +298,8 @@ def tie(
             got = f"{int(taken[ids].sum())} of them in another one"
             raise InputError(say(f"{where}: interface '{key}'", expected, got))
         taken[ids] = True
-        center = nodes[ids].mean(axis=0) if one.center is None else np.array(one.center)
+        mean = mean_place(one, nodes, unit)
+        center = mean if one.center is None else np.array(one.center)
         block = np.zeros((n, 4))
         block[ids] = np.column_stack([unit[ids], nodes[ids] - np.outer(unit[ids], center)])
         rows.append(block)
@@ -329,7 +343,7 @@ def small_rotations(
     return as_csr(P.tocsr())
 
 
-def axes_of(interfaces: Mapping[str, Interface], spread: csr_array) -> csr_array:
+def axes_of(interfaces: Mapping[str, Interface], spread: csr_array, unit: np.ndarray) -> csr_array:
     """Rows (i, b) of c, e_1, e_2 and e_3 of every interface, in their order."""
     b = spread.shape[1]
     averages = sum(not one.rigid for one in interfaces.values())
@@ -341,7 +355,7 @@ def axes_of(interfaces: Mapping[str, Interface], spread: csr_array) -> csr_array
             rows.append(unit_rows(rigid, 4, b))
             rigid += 4
         else:
-            rows.append(as_csr(mean_row(one, spread.shape[0]) @ spread))
+            rows.append(as_csr(mean_row(one, unit) @ spread))
             rows.append(unit_rows(average, 3, b))
             average += 3
     return as_csr(vstack(rows))
@@ -353,17 +367,17 @@ def unit_rows(first: int, count: int, size: int) -> csr_array:
     return csr_array((np.ones(count), (k, first + k)), shape=(count, size))
 
 
-def mean_row(one: Interface, n: int) -> csr_array:
-    """Row (1, n) of the mean of the nodes of an interface."""
+def mean_row(one: Interface, unit: np.ndarray) -> csr_array:
+    """Row (1, n) of the mean of the positions of an interface."""
     ids = np.array(one.nodes)
-    share = np.full(len(ids), 1.0 / len(ids))
-    return csr_array((share, (np.zeros(len(ids), np.int64), ids)), shape=(1, n))
+    share = unit[ids] / float(unit[ids].sum())
+    return csr_array((share, (np.zeros(len(ids), np.int64), ids)), shape=(1, len(unit)))
 
 
-def mean_axes(one: Interface, nodes: np.ndarray) -> csr_array:
+def mean_axes(one: Interface, nodes: np.ndarray, unit: np.ndarray) -> csr_array:
     """Rows (3, n) of a_k, over the mean square distance of the nodes from their mean."""
     ids = np.array(one.nodes)
-    about = nodes[ids] - nodes[ids].mean(axis=0)
+    about = unit[ids, np.newaxis] * (nodes[ids] - mean_place(one, nodes, unit))
     rows = about.T / float((about**2).sum())
     k, i = np.nonzero(rows)
     return csr_array((rows[k, i], (k, ids[i])), shape=(3, len(nodes)))
