@@ -387,3 +387,28 @@ def test_nodes_without_mass_follow_at_rest() -> None:
     )
     motion = integrate(system, GeneralizedAlpha(2e-3), 0.1, Newton(tolerance=1e-10))
     assert np.isfinite(motion.x).all()
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+def test_neither_centres_of_interfaces_nor_the_origin_change_a_body(rigid: bool) -> None:
+    nodes, K, M = solids.bar((4, 1, 1), (0.3, 0.01, 0.02), 210e9)
+    turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+
+    def tip(center: tuple[float, float, float] | None, shift: np.ndarray) -> np.ndarray:
+        left = Interface(solids.at(nodes, 0.0), rigid, center)
+        ends = {"A": left, "B": Interface(solids.at(nodes, 0.3))}
+        bar = from_matrices("bar", nodes, K, M, interfaces=ends, origin=shift, rotation=turn)
+        force = tuple(turn @ [100.0, 30.0, -50.0])
+        system = assemble(
+            [condense(bar, 2)],
+            [joints.Clamp("clamp", At("bar", "A"))],
+            [loads.PointForce("push", At("bar", "B"), force)],
+            outputs={"tip": probes.Position(At("bar", "B"))},
+        )
+        found = outputs(solve_statics(eliminate(system)))
+        place = np.array([found[f"tip_{c}"][-1] for c in "xyz"])
+        return turn.T @ (place - shift) - [0.3, 0.0, 0.0]
+
+    once = tip(None, np.zeros(3))
+    assert_allclose(tip((-0.02, 0.01, 0.03), np.zeros(3)), once, rtol=0.0, atol=1e-11)
+    assert_allclose(tip(None, np.array([1000.0, -200.0, 70.0])), once, rtol=0.0, atol=1e-9)

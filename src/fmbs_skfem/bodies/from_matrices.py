@@ -9,7 +9,8 @@ they do in the least squares of their displacements,
     c = sum_i w_i r_i,    e_j . a_k = e_k . a_j,    a_k = sum_i w_i X_ik (r_i - c),    w_i = 1 / n
 
 with X_i the places of the nodes about their mean in the reference. Both are exact for rotations of
-any size.
+any size. Where an interface has a centre of its own, joints and loads act at c + o_k e_k, with o_k
+its distances from the mean, so that no centre changes the body.
 
 Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319, doi 10.2514/3.4741 (what becomes
 of them, see `parts.condensation`).
@@ -46,8 +47,7 @@ FLAT = 1e-6  #: second moment of the nodes of an interface, over the largest, th
 class Interface:
     """Nodes of a body that move as one rigid frame (`rigid`), or whose mean motion a frame follows.
 
-    The frame stands at `center` (3,) [m], of a rigid one by default the mean of its nodes, as of an
-    average always. Nodes (i,) count from 0.
+    The frame stands at `center` (3,) [m], by default the mean of its nodes. Nodes (i,) count from 0.
     """
 
     nodes: Annotated[tuple[int, ...], "numbers of nodes, from 0"]
@@ -112,7 +112,7 @@ def from_matrices(
         key: node_row(f"{where}: place '{key}'", node, n) for key, node in (places or {}).items()
     }
     heavy = as_csr(spread.T @ m @ spread)
-    axes = None if whole else axes_of(found, spread, unit)
+    axes = None if whole else axes_of(found, spread, nodes, unit)
     shown = [one @ spread for one in points.values()]
     shown += [] if axes is None else [axes[[4 * k]] for k in range(len(found))]
     return Body(
@@ -298,8 +298,7 @@ def tie(
             got = f"{int(taken[ids].sum())} of them in another one"
             raise InputError(say(f"{where}: interface '{key}'", expected, got))
         taken[ids] = True
-        mean = mean_place(one, nodes, unit)
-        center = mean if one.center is None else np.array(one.center)
+        center = mean_place(one, nodes, unit)
         block = np.zeros((n, 4))
         block[ids] = np.column_stack([unit[ids], nodes[ids] - np.outer(unit[ids], center)])
         rows.append(block)
@@ -343,8 +342,10 @@ def small_rotations(
     return as_csr(P.tocsr())
 
 
-def axes_of(interfaces: Mapping[str, Interface], spread: csr_array, unit: np.ndarray) -> csr_array:
-    """Rows (i, b) of c, e_1, e_2 and e_3 of every interface, in their order."""
+def axes_of(
+    interfaces: Mapping[str, Interface], spread: csr_array, nodes: np.ndarray, unit: np.ndarray
+) -> csr_array:
+    """Rows (i, b) of the place, e_1, e_2 and e_3 of every interface, in their order."""
     b = spread.shape[1]
     averages = sum(not one.rigid for one in interfaces.values())
     rigid = b - 3 * averages - 4 * (len(interfaces) - averages)
@@ -352,12 +353,17 @@ def axes_of(interfaces: Mapping[str, Interface], spread: csr_array, unit: np.nda
     rows = []
     for one in interfaces.values():
         if one.rigid:
-            rows.append(unit_rows(rigid, 4, b))
+            place = unit_rows(rigid, 1, b)
+            axes = unit_rows(rigid + 1, 3, b)
             rigid += 4
         else:
-            rows.append(as_csr(mean_row(one, unit) @ spread))
-            rows.append(unit_rows(average, 3, b))
+            place = mean_row(one, unit) @ spread
+            axes = unit_rows(average, 3, b)
             average += 3
+        if one.center is not None:
+            offset = np.array(one.center) - mean_place(one, nodes, unit)
+            place += csr_array(offset[np.newaxis]) @ axes
+        rows += [as_csr(place), axes]
     return as_csr(vstack(rows))
 
 
@@ -399,13 +405,20 @@ def node_row(where: str, node: int, n: int) -> csr_array:
     return unit_rows(node, 1, n)
 
 
+def about_center(body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Centre of mass (c,) [m] of a body, and its reference (b, c) about it, whose digits are those
+    of the body wherever it stands.
+    """
+    heavy = np.asarray(body.mass @ body.constant)
+    center = heavy @ body.reference / float(heavy @ body.constant)
+    return center, body.reference - np.outer(body.constant, center)
+
+
 def rigidity(body: Body) -> tuple[np.ndarray, np.ndarray]:
     """Centre of mass (3,) [m] and inertia about it (3, 3) [kg m2] of a body.
 
     J = tr(G) 1 - G,    G = (q - t c)^T M (q - t c)
     """
-    heavy = np.asarray(body.mass @ body.constant)
-    center = heavy @ body.reference / float(heavy @ body.constant)
-    about = body.reference - np.outer(body.constant, center)
+    center, about = about_center(body)
     G = about.T @ np.asarray(body.mass @ about)
     return center, np.trace(G) * np.eye(3) - G

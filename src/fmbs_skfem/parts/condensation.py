@@ -20,6 +20,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from ..bodies.body import Body, LinearElasticity
+from ..bodies.from_matrices import about_center
 from ..core.algebra.linalg import Array, alike, as_dense
 from ..core.errors import InputError, say
 from ..core.notices import notify
@@ -81,10 +82,11 @@ def with_functions(body: Body, S: np.ndarray) -> Body:
     linear = body.linear
     assert linear is not None
     wide = alike(csr_array(S), body.dim)
-    found = parts.projected(body, S, np.column_stack([body.constant, body.reference]))
+    center, about = about_center(body)
+    found = parts.projected(body, S, np.column_stack([body.constant, about]))
     return replace(
         body,
-        reference=np.ascontiguousarray(found[:, 1:]),
+        reference=found[:, 1:] + np.outer(found[:, 0], center),
         constant=np.ascontiguousarray(found[:, 0]),
         mass=parts.symmetric(body.mass, S),
         spread=csr_array(S if body.spread is None else body.spread @ S),
@@ -111,7 +113,7 @@ def functions(body: Body, shapes: np.ndarray, count: int) -> tuple[np.ndarray, n
     loose = np.zeros(len(body.reference), dtype=bool)
     if body.axes is not None:
         loose[[k for k in body.axes.indices if body.constant[k] == 0.0]] = True
-    kept = np.where(loose[:, None], 0.0, np.column_stack([body.constant, body.reference]))
+    kept = np.where(loose[:, None], 0.0, np.column_stack([body.constant, about_center(body)[1]]))
     moved = np.where(loose[None, :, None], 0.0, shapes)
     affine = parts.orthonormal(W, kept)
     own = np.hstack([affine, parts.functions_of(body, W, affine, moved[:count])])

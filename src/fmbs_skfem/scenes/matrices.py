@@ -63,7 +63,7 @@ class InterfaceModel:
     their numbers there.
 
     `rigid` ones move as one frame (RBE2), an `average` follows their mean motion and leaves them
-    their own (RBE3); it stands at `center`, by default the mean of the nodes, as averages do.
+    their own (RBE3); joints and loads act at `center`, by default the mean of the nodes.
     """
 
     set: str | None = None
