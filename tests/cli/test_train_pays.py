@@ -40,9 +40,11 @@ PART = "{type: part, file: arm.part.h5}"
 def test_a_family_of_parts_that_do_not_stand_for_their_bodies_promises_nothing(
     tmp_path: Path,
 ) -> None:
-    """Trained to a few hertz, the arm is shaken with 60 to 80."""
+    """With a function beside those of its rigid motions, trained to a few hertz, the arm is shaken
+    with 60 to 80.
+    """
     scene = kept(tmp_path / "full.yaml", BEAM.replace("BODY", FULL))
-    more = ("--runs", "1", "--samples", "100", "--out", tmp_path)
+    more = ("--modes", "3", "--runs", "1", "--samples", "100", "--out", tmp_path)
     done = fmbs("part", "train", scene, "--body", "arm", "--alone", *more)
     assert done.code == 0, done.err
     family = kept(tmp_path / "family.yaml", BEAM.replace("BODY", PART))
