@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies import Body, Material, Rectangular
 from fmbs_skfem.bodies.beams.beam import beam
-from fmbs_skfem.bodies.from_matrices import Interface, from_matrices, rigidity
+from fmbs_skfem.bodies.from_matrices import Coupling, from_matrices, rigidity
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import (
@@ -44,12 +44,12 @@ def matrices() -> tuple[np.ndarray, csr_array, csr_array]:
     return solids.bar()
 
 
-def ends(left: bool = True, right: bool = True) -> dict[str, Interface]:
+def ends(left: bool = True, right: bool = True) -> dict[str, Coupling]:
     """Both ends as interfaces, rigid or averages."""
     nodes = matrices()[0]
     return {
-        "left": Interface(solids.at(nodes, 0.0), left),
-        "right": Interface(solids.at(nodes, 1.0), right),
+        "left": Coupling(solids.at(nodes, 0.0), left),
+        "right": Coupling(solids.at(nodes, 1.0), right),
     }
 
 
@@ -133,7 +133,7 @@ def test_a_static_cantilever_is_that_of_its_matrices() -> None:
     """
     nodes, K, M = solids.bar((8, 2, 2))
     left, right = solids.at(nodes, 0.0), solids.at(nodes, 1.0)
-    faces = {"left": Interface(left), "right": Interface(right)}
+    faces = {"left": Coupling(left), "right": Coupling(right)}
     body = condense(from_matrices("rod", nodes, K, M, interfaces=faces), 0)
     push = loads.PointForce("P", At("rod", "right"), (0.0, 0.0, 1.0))
     twist = loads.Moment("T", At("rod", "right"), (1.0, 0.0, 0.0))
@@ -225,7 +225,7 @@ def test_stresses_are_those_of_the_whole_body() -> None:
     nodes, K, M = solids.bar(cells)
     where, rows = solids.stresses(cells)
     near = int(np.argmin(np.linalg.norm(where - [0.5, 0.0, 0.02], axis=1)))
-    faces = {"left": Interface(solids.at(nodes, 0.0)), "right": Interface(solids.at(nodes, 1.0))}
+    faces = {"left": Coupling(solids.at(nodes, 0.0)), "right": Coupling(solids.at(nodes, 1.0))}
     recovery = {"one": rows[near], "all": rows.reshape(-1, K.shape[0])}
     found = []
     for turn in (np.eye(3), Rotation.from_rotvec([0.5, 1.0, -2.0]).as_matrix()):
@@ -321,12 +321,12 @@ def test_interfaces_on_a_line_or_with_shared_nodes_are_refused() -> None:
     left = solids.at(nodes, 0.0)
     for rigid in (True, False):
         with pytest.raises(InputError, match="on a line"):
-            from_matrices("rod", nodes, K, M, interfaces={"edge": Interface(line, rigid)})
-    both = {"a": Interface(left), "b": Interface((*left[:3], 50))}
+            from_matrices("rod", nodes, K, M, interfaces={"edge": Coupling(line, rigid)})
+    both = {"a": Coupling(left), "b": Coupling((*left[:3], 50))}
     with pytest.raises(InputError, match="of them in another one"):
         from_matrices("rod", nodes, K, M, interfaces=both)
     with pytest.raises(InputError, match="2 nodes"):
-        from_matrices("rod", nodes, K, M, interfaces={"a": Interface(left[:2])})
+        from_matrices("rod", nodes, K, M, interfaces={"a": Coupling(left[:2])})
     with pytest.raises(InputError, match="places between which it has shapes"):
         condense(from_matrices("rod", nodes, K, M), 2)
 
@@ -395,8 +395,8 @@ def test_neither_centres_of_interfaces_nor_the_origin_change_a_body(rigid: bool)
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 
     def tip(center: tuple[float, float, float] | None, shift: np.ndarray) -> np.ndarray:
-        left = Interface(solids.at(nodes, 0.0), rigid, center)
-        ends = {"A": left, "B": Interface(solids.at(nodes, 0.3))}
+        left = Coupling(solids.at(nodes, 0.0), rigid, center)
+        ends = {"A": left, "B": Coupling(solids.at(nodes, 0.3))}
         bar = from_matrices("bar", nodes, K, M, interfaces=ends, origin=shift, rotation=turn)
         force = tuple(turn @ [100.0, 30.0, -50.0])
         system = assemble(

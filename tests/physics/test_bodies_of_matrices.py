@@ -14,7 +14,7 @@ import pytest
 
 from fmbs_skfem.bodies import Body, Material, Rectangular, point_mass, rigid
 from fmbs_skfem.bodies.beams.beam import beam
-from fmbs_skfem.bodies.from_matrices import Interface, from_matrices
+from fmbs_skfem.bodies.from_matrices import Coupling, from_matrices
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import (
@@ -51,7 +51,7 @@ def of_matrices(
         nodes,
         K,
         M,
-        interfaces={key: Interface(solids.at(nodes, x), rigid=False) for key, x in ends.items()},
+        interfaces={key: Coupling(solids.at(nodes, x), rigid=False) for key, x in ends.items()},
         places={"middle": middle},
         origin=np.array([start, 0.0, 0.0]),
     )
@@ -138,7 +138,7 @@ def test_a_shaft_that_is_spun_up_bends_as_a_beam() -> None:
 @cache
 def arm() -> Body:
     nodes, K, M = solids.bar((6, 1, 1))
-    ends = {"hub": Interface(solids.at(nodes, 0.0)), "tip": Interface(solids.at(nodes, 1.0), False)}
+    ends = {"hub": Coupling(solids.at(nodes, 0.0)), "tip": Coupling(solids.at(nodes, 1.0), False)}
     return condense(from_matrices("arm", nodes, K, M, interfaces=ends), 3, checked=False)
 
 

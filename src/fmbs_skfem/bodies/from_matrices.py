@@ -44,7 +44,7 @@ FLAT = 1e-6  #: second moment of the nodes of an interface, over the largest, th
 
 @dataclass(frozen=True)
 @checked
-class Interface:
+class Coupling:
     """Nodes of a body that move as one rigid frame (`rigid`), or whose mean motion a frame follows.
 
     The frame stands at `center` (3,) [m], by default the mean of its nodes. Nodes (i,) count from 0.
@@ -63,7 +63,7 @@ def from_matrices(
     damping: Array | None = None,
     *,
     unit: np.ndarray | None = None,
-    interfaces: Mapping[str, Interface] | None = None,
+    interfaces: Mapping[str, Coupling] | None = None,
     places: Mapping[str, int] | None = None,
     recovery: Mapping[str, Array] | None = None,
     prestress: Array | None = None,
@@ -210,16 +210,17 @@ def symmetric(where: str, what: str, A: Array, size: int) -> csr_array:
     return as_csr(0.5 * (A + A.T))
 
 
-def rigid_fields(nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
-    """Translations and rotations (3 n, 6) of vectors (n, 3), about their mean, in units of their
-    distance from it.
+def rigid_motions(about: np.ndarray, unit: np.ndarray, size: float = 1.0) -> np.ndarray:
+    """Translations and rotations (b c, r) of a body with coordinates (b, c) about its centre and
+    `unit` (b,) of the field 1, rotations in units of a size [m].
     """
-    center = unit @ nodes / float(unit.sum())
-    about = nodes - np.outer(unit, center)
-    size = float(np.abs(about).max()) or 1.0
-    moves = [np.outer(unit, axis) for axis in np.eye(3)]
-    turns = [np.cross(axis, about) / size for axis in np.eye(3)]
-    return np.stack([one.ravel() for one in (*moves, *turns)], axis=1)
+    dim = about.shape[1]
+    moves = np.kron(unit[:, None], np.eye(dim))
+    if dim == 2:
+        turns = np.column_stack([-about[:, 1], about[:, 0]])[None]
+    else:
+        turns = np.cross(np.eye(3)[:, None], about)
+    return np.column_stack([moves, turns.reshape(len(turns), -1).T / size])
 
 
 def refuse_bound(where: str, K: csr_array, nodes: np.ndarray, unit: np.ndarray) -> None:
@@ -230,7 +231,8 @@ def refuse_bound(where: str, K: csr_array, nodes: np.ndarray, unit: np.ndarray) 
         got = f"{len(alone)} unknowns that nothing couples, the first at node {node + 1}, {'xyz'[axis]}"
         remedy = "export the free body, without boundary conditions and loose nodes"
         raise InputError(say(f"{where}: stiffness", "unknowns of one elastic body", got, remedy))
-    Q = rigid_fields(nodes, unit)
+    about = nodes - np.outer(unit, unit @ nodes / float(unit.sum()))
+    Q = rigid_motions(about, unit, float(np.abs(about).max()) or 1.0)
     forces, sizes = np.abs(K @ Q), abs(K) @ np.abs(Q)
     # of a row against all motions, so that a direction that moves next to nothing counts little
     left = forces / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)
@@ -250,7 +252,7 @@ def refuse_bound(where: str, K: csr_array, nodes: np.ndarray, unit: np.ndarray) 
     raise InputError(say(f"{where}: stiffness", "no forces of rigid motions", got, remedy))
 
 
-def check_interface(where: str, one: Interface, nodes: np.ndarray, unit: np.ndarray) -> None:
+def check_interface(where: str, one: Coupling, nodes: np.ndarray, unit: np.ndarray) -> None:
     """InputError for an interface of too few nodes, of some that are not there, or on one line;
     gradients take it off the line where it is rigid.
     """
@@ -272,14 +274,14 @@ def check_interface(where: str, one: Interface, nodes: np.ndarray, unit: np.ndar
         raise InputError(say(where, expected, f"{len(ids)} nodes on a line", remedy))
 
 
-def mean_place(one: Interface, nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
+def mean_place(one: Coupling, nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
     """Mean (3,) of the positions of an interface; gradients have no place."""
     ids = np.array(one.nodes)
     return unit[ids] @ nodes[ids] / float(unit[ids].sum())
 
 
 def tie(
-    where: str, nodes: np.ndarray, unit: np.ndarray, interfaces: Mapping[str, Interface]
+    where: str, nodes: np.ndarray, unit: np.ndarray, interfaces: Mapping[str, Coupling]
 ) -> tuple[csr_array, np.ndarray, np.ndarray]:
     """Nodes from the functions of the body: spread (n, b), their reference (b, 3) [m], and the
     field 1 (b,).
@@ -316,7 +318,7 @@ def tie(
 
 
 def small_rotations(
-    spread: csr_array, interfaces: Mapping[str, Interface], turn: np.ndarray
+    spread: csr_array, interfaces: Mapping[str, Coupling], turn: np.ndarray
 ) -> csr_array:
     """Coordinates (b c, b c) that a stiffness reads: axes E of rigid interfaces by the
     antisymmetric part of their change alone, which is all of a small rotation.
@@ -343,7 +345,7 @@ def small_rotations(
 
 
 def axes_of(
-    interfaces: Mapping[str, Interface], spread: csr_array, nodes: np.ndarray, unit: np.ndarray
+    interfaces: Mapping[str, Coupling], spread: csr_array, nodes: np.ndarray, unit: np.ndarray
 ) -> csr_array:
     """Rows (i, b) of the place, e_1, e_2 and e_3 of every interface, in their order."""
     b = spread.shape[1]
@@ -373,14 +375,14 @@ def unit_rows(first: int, count: int, size: int) -> csr_array:
     return csr_array((np.ones(count), (k, first + k)), shape=(count, size))
 
 
-def mean_row(one: Interface, unit: np.ndarray) -> csr_array:
+def mean_row(one: Coupling, unit: np.ndarray) -> csr_array:
     """Row (1, n) of the mean of the positions of an interface."""
     ids = np.array(one.nodes)
     share = unit[ids] / float(unit[ids].sum())
     return csr_array((share, (np.zeros(len(ids), np.int64), ids)), shape=(1, len(unit)))
 
 
-def mean_axes(one: Interface, nodes: np.ndarray, unit: np.ndarray) -> csr_array:
+def mean_axes(one: Coupling, nodes: np.ndarray, unit: np.ndarray) -> csr_array:
     """Rows (3, n) of a_k, over the mean square distance of the nodes from their mean."""
     ids = np.array(one.nodes)
     about = unit[ids, np.newaxis] * (nodes[ids] - mean_place(one, nodes, unit))

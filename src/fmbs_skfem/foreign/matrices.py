@@ -36,14 +36,14 @@ EXPONENT = re.compile(r"(?<=[\d.])(?:[DdEe]?)([+-]\d+)$")
 
 
 @dataclass(frozen=True, eq=False)
-class Labelled:
+class LabelledMatrix:
     """A matrix, and what its unknowns are where the file says it."""
 
     matrix: csr_array  #: (i, i)
     labels: Ints | None = None  #: (i, 2) node and unknown 1 to 6 of it
 
 
-def read(path: Path, where: str, name: str = "") -> Labelled:
+def read(path: Path, where: str, name: str = "") -> LabelledMatrix:
     """The matrix of a file; of several in one (DMIG) the one that is called `name`, such as KAAX.
 
     InputError, after `where`, where the file is of no known kind, cut off, or not square.
@@ -75,22 +75,22 @@ def read_rows(path: Path, where: str) -> csr_array:
     return csr_array(coo_array(found))
 
 
-def of_market(path: Path, where: str, _: str) -> Labelled:
+def of_market(path: Path, where: str, _: str) -> LabelledMatrix:
     """Matrix Market, or what Abaqus writes with the same ending."""
     with path.open(encoding="utf-8", errors="replace") as file:
         first = file.readline()
     if not first.startswith("%%MatrixMarket"):
         return of_abaqus(path, where)
     found = mmread(path)
-    return Labelled(csr_array(found if isinstance(found, sparray) else coo_array(found)))
+    return LabelledMatrix(csr_array(found if isinstance(found, sparray) else coo_array(found)))
 
 
-def of_numpy(path: Path, where: str, _: str) -> Labelled:
+def of_numpy(path: Path, where: str, _: str) -> LabelledMatrix:
     """A matrix of `scipy.sparse.save_npz`."""
-    return Labelled(csr_array(load_npz(path)))
+    return LabelledMatrix(csr_array(load_npz(path)))
 
 
-def of_abaqus(path: Path, where: str) -> Labelled:
+def of_abaqus(path: Path, where: str) -> LabelledMatrix:
     """Rows of five numbers (node, unknown, node, unknown, value) or three (row, column, value)."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     lines = [one for one in lines if one.strip() and not one.startswith("*")]
@@ -100,7 +100,9 @@ def of_abaqus(path: Path, where: str) -> Labelled:
     numbers = numbers_of(lines, width, where)
     if width == 3:
         place = numbers[:, :2].astype(np.int64) - 1
-        return Labelled(mirrored(place[:, 0], place[:, 1], numbers[:, 2], int(place.max()) + 1))
+        return LabelledMatrix(
+            mirrored(place[:, 0], place[:, 1], numbers[:, 2], int(place.max()) + 1)
+        )
     if width != 5:
         expected = "node, unknown, node, unknown and value, or row, column and value, in every line"
         raise InputError(say(where, expected, f"{width} numbers"))
@@ -117,12 +119,12 @@ def numbers_of(lines: list[str], width: int, where: str) -> Floats:
     return numbers.reshape(-1, width)
 
 
-def labelled(rows: Floats, columns: Floats, values: Floats) -> Labelled:
+def labelled(rows: Floats, columns: Floats, values: Floats) -> LabelledMatrix:
     """A matrix of values (z,) at unknowns (z, 2) and (z, 2)."""
     both = np.concatenate([rows, columns]).astype(np.int64)
     labels, place = np.unique(both, axis=0, return_inverse=True)
     i, j = np.split(place.ravel(), 2)
-    return Labelled(mirrored(i, j, values, len(labels)), labels)
+    return LabelledMatrix(mirrored(i, j, values, len(labels)), labels)
 
 
 def mirrored(i: Ints, j: Ints, values: Floats, size: int) -> csr_array:
@@ -146,7 +148,7 @@ def diagonal(A: csr_array) -> csr_array:
     return csr_array((A.diagonal(), (k, k)), shape=A.shape)
 
 
-def of_nastran(path: Path, where: str, name: str) -> Labelled:
+def of_nastran(path: Path, where: str, name: str) -> LabelledMatrix:
     """The matrix that is called `name` among DMIG cards, by default the only one."""
     found = dict[str, list[tuple[int, int, int, int, float]]]()
     at = "", 0, 0
@@ -196,7 +198,7 @@ def real(text: str) -> float:
     return float(EXPONENT.sub(r"E\1", text))
 
 
-def of_calculix(path: Path, where: str, _: str) -> Labelled:
+def of_calculix(path: Path, where: str, _: str) -> LabelledMatrix:
     """Rows of (row, column, value), of unknowns that the file `.dof` beside it lists as node.unknown."""
     lines = [one for one in path.read_text(encoding="utf-8").splitlines() if one.strip()]
     numbers = numbers_of(lines, 3, where)
@@ -211,10 +213,10 @@ def of_calculix(path: Path, where: str, _: str) -> Labelled:
     if not len(labels) or place.max() >= len(labels):
         got = f"{len(labels)} for row {int(place.max()) + 1}"
         raise InputError(say(where, f"as many unknowns in {beside.name}", got, CUT))
-    return Labelled(mirrored(place[:, 0], place[:, 1], numbers[:, 2], len(labels)), labels)
+    return LabelledMatrix(mirrored(place[:, 0], place[:, 1], numbers[:, 2], len(labels)), labels)
 
 
-READERS: dict[str, Callable[[Path, str, str], Labelled]] = {
+READERS: dict[str, Callable[[Path, str, str], LabelledMatrix]] = {
     ".mtx": of_market,
     ".npz": of_numpy,
     ".pch": of_nastran,
@@ -225,7 +227,7 @@ READERS: dict[str, Callable[[Path, str, str], Labelled]] = {
 }
 
 
-def by_nodes(found: Labelled, numbers: Ints, where: str) -> csr_array:
+def by_nodes(found: LabelledMatrix, numbers: Ints, where: str) -> csr_array:
     """A matrix (3 n, 3 n) of labelled unknowns in the order of nodes with `numbers` (n,).
 
     InputError for rotations, modal coordinates, and nodes that lack a translation or are not known.

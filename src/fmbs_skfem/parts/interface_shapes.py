@@ -26,6 +26,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ..bodies import from_matrices
 from ..bodies.body import Body, extent, locate, positions, probe
 from ..core.algebra import ranks, saddle
 from ..core.algebra.linalg import as_dense
@@ -82,7 +83,7 @@ def of_interfaces(part: Body, count: int) -> np.ndarray:
     return as_shapes(part, np.hstack(found))
 
 
-class Held(NamedTuple):
+class HeldPlaces(NamedTuple):
     """A body that is held at its places, and what solves its equations at rest."""
 
     linear: Linear  #: with rows of all places, the last `rows` of them
@@ -91,7 +92,7 @@ class Held(NamedTuple):
     functions: np.ndarray  #: (n, rows) interface functions
 
 
-def hold(part: Body, linear: Linear) -> Held | None:
+def hold(part: Body, linear: Linear) -> HeldPlaces | None:
     """A body held at its places, by rows that do not follow from others, as a point of a rigid rim
     does; None where some motion costs no energy.
 
@@ -111,10 +112,10 @@ def hold(part: Body, linear: Linear) -> Held | None:
     moved = np.zeros((n + len(held.rows), len(J)))
     moved[len(moved) - len(J) :] = np.eye(len(J))
     functions = inverse(moved)[:n]
-    return Held(held, len(J), inverse, functions) if np.isfinite(functions).all() else None
+    return HeldPlaces(held, len(J), inverse, functions) if np.isfinite(functions).all() else None
 
 
-def vibrations(held: Held, count: int) -> np.ndarray:
+def vibrations(held: HeldPlaces, count: int) -> np.ndarray:
     """Fixed-interface modes (n, count), the lowest; of large bodies by the factors that are there."""
     linear = held.linear
     n = len(linear.x)
@@ -134,7 +135,7 @@ def as_shapes(part: Body, columns: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(columns.T.reshape(-1, *part.reference.shape))
 
 
-def soft(part: Body, held: Held) -> np.ndarray:
+def soft(part: Body, held: HeldPlaces) -> np.ndarray:
     """Combinations (n, k) of interface functions R (n, i) that cost little energy, the softest
     first; no rigid motions.
 
@@ -149,13 +150,8 @@ def soft(part: Body, held: Held) -> np.ndarray:
 
 def rigid_motions(part: Body) -> np.ndarray:
     """Translations and rotations (b c, r) of a body, in units of its size."""
-    moves = np.kron(part.constant[:, None], np.eye(part.dim))
     about = part.reference - np.outer(part.constant, positions(part).mean(axis=0))
-    if part.dim == 2:
-        turns = np.column_stack([-about[:, 1], about[:, 0]])[None]
-    else:
-        turns = np.cross(np.eye(3)[:, None], about)
-    return np.column_stack([moves, turns.reshape(len(turns), -1).T / extent(part)])
+    return from_matrices.rigid_motions(about, part.constant, extent(part))
 
 
 def rows_of_interfaces(part: Body) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.body import Body
-from ..bodies.from_matrices import Interface, from_matrices, rigidity
+from ..bodies.from_matrices import Coupling, from_matrices, rigidity
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import Notice
 from ..core.storage.records import dataclass
@@ -194,7 +194,7 @@ class MatricesBody(SceneBody, word="matrices"):
             },
             **placed(self),
         )
-        self.compare(where, known)
+        self.compare(where, body, float(np.ptp(known.nodes, axis=0).max()))
         from ..parts import condensation
 
         if self.reduce:
@@ -236,7 +236,7 @@ class MatricesBody(SceneBody, word="matrices"):
             made.get("prestress"),
         )
 
-    def interface(self, where: str, one: InterfaceModel, known: Bundle) -> Interface:
+    def interface(self, where: str, one: InterfaceModel, known: Bundle) -> Coupling:
         """An interface by rows of nodes."""
         if one.set is not None:
             if one.set not in known.sets:
@@ -249,15 +249,19 @@ class MatricesBody(SceneBody, word="matrices"):
             ids = np.array(one.nodes, dtype=np.int64)
         rows = rows_of(ids, known, where)
         center = None if one.center is None else tuple(one.center)
-        return Interface(tuple(rows.tolist()), one.couple == "rigid", center)  # type: ignore[arg-type]
+        return Coupling(tuple(rows.tolist()), one.couple == "rigid", center)  # type: ignore[arg-type]
 
-    def compare(self, where: str, known: Bundle) -> None:
-        """InputError where mass, centre or inertia are not those that are expected."""
+    def compare(self, where: str, body: Body, size: float) -> None:
+        """InputError where mass, centre or inertia in the frame of the file are not those that are
+        expected of a body of a size [m].
+        """
         if self.expected is None:
             return
-        body = from_matrices(self.name, known.nodes, known.stiffness, known.mass, unit=known.unit)
         center, inertia = rigidity(body)
-        size = float(np.ptp(known.nodes, axis=0).max())
+        center = center - (np.zeros(3) if self.origin is None else np.array(self.origin))
+        if self.rotation:
+            turn = self.rotation.matrix
+            center, inertia = center @ turn, turn.T @ inertia @ turn
         wanted = self.expected.inertia
         moments = None if wanted is None else np.asarray(wanted, dtype=float)
         for what, stated, found, scale in (

@@ -204,11 +204,11 @@ def plan_for(
     return found, reached
 
 
-def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
-    """A full elastic body of a scene, and all its bodies."""
+def body_of(job: Job, scene: Scene, name: str, option: str = "--body") -> tuple[Body, list[Body]]:
+    """A full elastic body of a scene, which an option names, and all its bodies."""
     if name not in scene.bodies:
         expected = f"one of the bodies {listed(scene.bodies, name)}"
-        raise InputError(say("--body", expected, f"'{name}'") + closest(name, scene.bodies))
+        raise InputError(say(option, expected, f"'{name}'") + closest(name, scene.bodies))
     found = build.parts(scene, allow_outside=job.allow_outside)
     part = next(one for one in found if one.name == name)
     if part.cells is None or part.shapes is not None:
@@ -221,7 +221,7 @@ def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
         )
         raise InputError(
             say(
-                "--body",
+                option,
                 f"a full elastic body ({', '.join(elastic) or 'none here'})",
                 f"'{name}', a {kind}",
                 remedy,

@@ -29,7 +29,7 @@ def export(job: Job, name: str) -> Result:
     Market and a table.
     """
     scene = jobs.read_scene(job)
-    body, _ = parts.body_of(job, scene, name)
+    body, _ = parts.body_of(job, scene, name, "--matrices")
     bundle = of_body(job, body, name)
     files = [f"{name}.npz", f"{name}_K.mtx", f"{name}_M.mtx", f"{name}_nodes.csv"]
     out = jobs.settle_folder(job, files, f"matrices of {name}")

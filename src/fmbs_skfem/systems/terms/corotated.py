@@ -32,6 +32,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...bodies.body import LinearElasticity
+from ...bodies.from_matrices import rigid_motions
 from ...bodies.laws import Law
 from ...core.algebra.linalg import alike, as_dense, is_sparse, support
 from ...core.compiling.entries import view
@@ -112,15 +113,6 @@ def of_body(
         slowest=linear.slowest,
         prestressed=linear.prestress is not None,
     )
-
-
-def rigid_motions(about: np.ndarray, unit: np.ndarray) -> np.ndarray:
-    """Translations and rotations (b c, 6) of a body with coordinates (b, 3) about its centre, and
-    `unit` (b,) of the field 1.
-    """
-    moves = np.einsum("b,ci->bci", unit, np.eye(3))
-    turns = np.stack([np.cross(axis, about) for axis in np.eye(3)], axis=2)
-    return np.concatenate([moves, turns], axis=2).reshape(about.size, 6)
 
 
 class CorotatedRecord(NamedTuple):
