@@ -42,6 +42,7 @@ from ..core.values import arrays
 from ..core.values.arguments import checked
 from ..core.values.fields import Length
 from ..shapes import curves, line, locking, meshes, surface
+from ..shapes.solids.solid import Solid
 from ..shapes.surface import Surface
 from ..shapes.table import BasisTable, Curve, Nodes
 from . import stations
@@ -234,7 +235,7 @@ class Body:
     constant: np.ndarray  #: (b,) coordinates of the field 1
     #: named points: xi on a line, (cell, xi1, xi2) on a surface, rows (1, n) over nodes
     places: dict[str, Any] = field(default_factory=dict)
-    space: line.BSpline | line.Hermite | Surface | Nodes | None = None
+    space: line.BSpline | line.Hermite | Surface | Solid | Nodes | None = None
     cells: Cells | None = None
     radius: float = 0.01  #: drawn radius [m]
     #: named rigid frames: first of their functions c, e1, e2 (, e3)
@@ -773,7 +774,7 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
             else rows[0]
         )
         return vector_row(body, derivative, 2, local)
-    if isinstance(body.space, Nodes):
+    if isinstance(body.space, Nodes | Solid):
         return vector_row(body, derivative, 0, own(body, place))
     if body.space is None and body.frames:
         if derivative:

@@ -8,7 +8,8 @@ they do in the least squares of their displacements,
 
     c = sum_i w_i r_i,    e_j . a_k = e_k . a_j,    a_k = sum_i w_i X_ik (r_i - c),    w_i = 1 / n
 
-with X_i the places of the nodes about their mean in the reference. Both are exact for rotations of
+with X_i the places of the nodes about their mean in the reference; on a face w_i = int N_i dA / A, so
+that a force is an even traction and a moment one that is linear. Both are exact for rotations of
 any size. Where an interface has a centre of its own, joints and loads act at c + o_k e_k, with o_k
 its distances from the mean, so that no centre changes the body.
 
@@ -47,12 +48,15 @@ FLAT = 1e-6  #: second moment of the nodes of an interface, over the largest, th
 class Coupling:
     """Nodes of a body that move as one rigid frame (`rigid`), or whose mean motion a frame follows.
 
-    The frame stands at `center` (3,) [m], by default the mean of its nodes. Nodes (i,) count from 0.
+    The frame stands at `center` (3,) [m], by default the mean of its nodes. Nodes (i,) count from 0;
+    `weights` (i,) are those of the mean, by default all alike, of a face its area by the functions
+    of its nodes.
     """
 
     nodes: Annotated[tuple[int, ...], "numbers of nodes, from 0"]
     rigid: bool = True
     center: tuple[float, float, float] | None = None
+    weights: tuple[float, ...] | None = None
 
 
 def from_matrices(
@@ -274,10 +278,15 @@ def check_interface(where: str, one: Coupling, nodes: np.ndarray, unit: np.ndarr
         raise InputError(say(where, expected, f"{len(ids)} nodes on a line", remedy))
 
 
+def weights_of(one: Coupling, unit: np.ndarray) -> np.ndarray:
+    """Parts w_i (i,) of the nodes of an interface in their mean, 1 in all; gradients have none."""
+    weights = unit[list(one.nodes)] * (1.0 if one.weights is None else np.array(one.weights))
+    return np.asarray(weights / float(weights.sum()))
+
+
 def mean_place(one: Coupling, nodes: np.ndarray, unit: np.ndarray) -> np.ndarray:
     """Mean (3,) of the positions of an interface; gradients have no place."""
-    ids = np.array(one.nodes)
-    return unit[ids] @ nodes[ids] / float(unit[ids].sum())
+    return np.asarray(weights_of(one, unit) @ nodes[list(one.nodes)])
 
 
 def tie(
@@ -378,15 +387,16 @@ def unit_rows(first: int, count: int, size: int) -> csr_array:
 def mean_row(one: Coupling, unit: np.ndarray) -> csr_array:
     """Row (1, n) of the mean of the positions of an interface."""
     ids = np.array(one.nodes)
-    share = unit[ids] / float(unit[ids].sum())
+    share = weights_of(one, unit)
     return csr_array((share, (np.zeros(len(ids), np.int64), ids)), shape=(1, len(unit)))
 
 
 def mean_axes(one: Coupling, nodes: np.ndarray, unit: np.ndarray) -> csr_array:
     """Rows (3, n) of a_k, over the mean square distance of the nodes from their mean."""
     ids = np.array(one.nodes)
-    about = unit[ids, np.newaxis] * (nodes[ids] - mean_place(one, nodes, unit))
-    rows = about.T / float((about**2).sum())
+    about = nodes[ids] - mean_place(one, nodes, unit)
+    weights = weights_of(one, unit)
+    rows = (weights[:, np.newaxis] * about).T / float(weights @ (about**2).sum(axis=1))
     k, i = np.nonzero(rows)
     return csr_array((rows[k, i], (k, ids[i])), shape=(3, len(nodes)))
 

@@ -8,6 +8,7 @@ derivatives of the position.
     MEMBRANE                       r,1 r,2                    A, nu, weight                                `law_symbols`
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `law_symbols`
     BEAM                           r d_i r' d_i'              C_ij (i <= j), E, e0_k, weight               `strain_law`
+    SOLID                          r,1 r,2 r,3                C_ij (i <= j), E, e0_k, weight               `solids.solid_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
 The last two are loads that follow a surface, not elastic. `own_laws.define` makes a law of an
@@ -58,6 +59,7 @@ class Law:
     PRESSURE: ClassVar[Law]
     EDGE_PRESSURE: ClassVar[Law]
     BEAM: ClassVar[Law]
+    SOLID: ClassVar[Law]
     LINEAR: ClassVar[Law]
 
     @blamed
@@ -161,6 +163,8 @@ STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a 
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
 BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
 Law.BEAM = Law("BEAM", 8, BEAM, (3,), compiled(".strain_law", "beam_"), holds=True, fields=4)
+SOLID = (*STIFFNESS, "E", *(f"e{k + 1}" for k in range(6)), "weight")
+Law.SOLID = Law("SOLID", 3, SOLID, (3,), compiled(".solids.solid_law", "solid_"), holds=True)
 #: small strains of a whole body by its stiffness matrix, see `systems.terms.corotated`: no points
 Law.LINEAR = Law("LINEAR", 0, (), (3,), lambda dim, kind: 0)
 #: numbers of laws in outputs and files
@@ -174,6 +178,7 @@ NUMBERS = {
     7: Law.EDGE_PRESSURE,
     8: Law.BEAM,
     9: Law.LINEAR,
+    10: Law.SOLID,
 }
 
 

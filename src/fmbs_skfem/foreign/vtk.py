@@ -35,6 +35,7 @@ _TYPES |= {
 _KINDS = {
     1: ("vertex", 1), 3: ("line", 2), 5: ("triangle", 3), 9: ("quad", 4), 10: ("tetra", 4), 12: ("hexahedron", 8), 13: ("wedge", 6),
     14: ("pyramid", 5), 21: ("line3", 3), 22: ("triangle6", 6), 23: ("quad8", 8), 24: ("tetra10", 10), 28: ("quad9", 9),
+    25: ("hexahedron20", 20), 26: ("wedge15", 15), 27: ("pyramid13", 13), 29: ("hexahedron27", 27),
 }  # fmt: skip
 _VERTICES, _POLYLINE, _STRIP, _POLYGON, _PIXEL = 2, 4, 6, 7, 8
 #: words of polygonal data -> codes of their cells; they are counted in this order

@@ -9,6 +9,7 @@ VTK series show.
                 von_mises_top, von_mises_bottom [Pa];  von_mises: the larger of the two,
                 von_mises_recovered: of stresses recovered from patches of cells;  velocity
                 membrane_forces [N/m], bending_moments [N]: 11, 22, 12;  axis_1, axis_2: the axes 1 and 2, carried along
+    solids      strain, von_mises, principal, stress_normal, stress_shear on the boundary, velocity (`solid_fields`)
 
 r' and r'' are derivatives with respect to the reference arc length; components refer to reference
 tangents of `stress_recovery`, stresses and forces are those of Piola and Kirchhoff, which are the
@@ -31,7 +32,7 @@ from ..systems import System
 from ..systems.connections.constraint_functions import ARROWS, LINKS
 from ..systems.system import LineSamples, Skin, in_scene
 from . import frames as frames_
-from . import stress_errors, swept
+from . import solid_fields, stress_errors, swept
 from .frames import Frames, Mark, Shown
 from .marks import MARKERS
 
@@ -158,6 +159,11 @@ def skin_bodies(
         now, moving = skins(system, q), skins(system, rate)
         for skin in system.skins:
             points[skin.name].append(spatial(now[skin.name][0]))
+            if solid_fields.is_solid(skin):
+                rate, reference = moving[skin.name][0], start[skin.name][0]
+                fields = solid_fields.fields(skin, now[skin.name], rate, reference)
+                found[skin.name].append(choose(fields, wanted))
+                continue
             fields = skin_fields(skin, now[skin.name], moving[skin.name][0])
             if wanted is not None and RECOVERED in wanted:
                 fields[RECOVERED] = stress_errors.recover_stresses(

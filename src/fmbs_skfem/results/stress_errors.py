@@ -23,7 +23,8 @@ from ..bodies.stress_recovery import recover
 from ..core.storage.records import dataclass
 from ..dynamics.outputs import skins
 from ..dynamics.trajectory import Trajectory
-from ..systems.system import Skin, System, in_scene
+from ..systems.system import Output, Skin, System, in_scene
+from . import solid_fields
 from .frames import Array, Indices
 from .surfaces import places
 
@@ -104,6 +105,9 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
         output = system.outputs[name]
         size = np.linalg.norm([values[column] for column in output.columns[:3]], axis=0)
         if np.isfinite(size).all() and size.max() > 0.0:
+            if output.law is not None:
+                found[name] = of_solid(trajectory, int(size.argmax()), output)
+                continue
             # from which it counts, as coordinates do
             place = np.asarray(output.place) + system.origin
             surface, reference = of_body(
@@ -111,6 +115,19 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
             )
             found[name] = surface.at(np.pad(place, (0, 3 - len(place))), reference)
     return found
+
+
+def of_solid(trajectory: Trajectory, row: int, output: Output) -> float:
+    """Error of the largest von Mises stress that an output reads of a solid at an instant, as a part
+    of the largest stress of the body.
+    """
+    from scipy.spatial import cKDTree
+
+    skin, now, start = at_instant(trajectory, row, output.body)
+    found, sizes = solid_fields.errors(skin, now, start[0])
+    wanted = np.reshape(output.place, (-1, 3)) + trajectory.system.origin
+    apart = cKDTree(start[0]).query(wanted)[1]
+    return float(found[apart[np.argmax(sizes[apart])]])
 
 
 def recovered_at(system: System) -> list[str]:
@@ -136,21 +153,31 @@ def of_body(
     """Stresses of a plate or shell at an instant, near a place (c,) of the reference or everywhere,
     and the reference (x, 3).
     """
+    return recover_stresses(*at_instant(trajectory, row, body), near)
+
+
+def at_instant(trajectory: Trajectory, row: int, body: str) -> tuple[Skin, Array, Array]:
+    """The samples of a body, and its gradients (1 + k, x, c) at an instant and in the reference."""
     system = trajectory.system
     (skin,) = (one for one in system.skins if one.name == body)
     q = in_scene(system, np.asarray(system.lift.matrix @ trajectory.x[row]) + system.lift.offset)
     now, start = (skins(system, one)[body] for one in (q, in_scene(system, system.lift(system.x0))))
-    return recover_stresses(skin, now, start, near)
+    return skin, now, start
 
 
 def of_picture(trajectory: Trajectory, row: int = -1) -> float:
     """Largest mean error of the stresses of all plates and shells at an instant, as a part of the
     largest stress of the body.
     """
-    return max(
-        (of_body(trajectory, row, skin.name)[0].mean for skin in trajectory.system.skins),
-        default=0.0,
-    )
+    found = [0.0]
+    for skin in trajectory.system.skins:
+        if solid_fields.is_solid(skin):
+            _, now, start = at_instant(trajectory, row, skin.name)
+            parts, _ = solid_fields.errors(skin, now, start[0])
+            found.append(float(np.sqrt(np.mean(parts**2))))
+        else:
+            found.append(of_body(trajectory, row, skin.name)[0].mean)
+    return max(found)
 
 
 def recover_stresses(

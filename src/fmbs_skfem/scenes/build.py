@@ -25,7 +25,9 @@ from ..core.values.expressions import Expression
 from ..core.values.fields import Count
 from ..core.values.inputs import Source
 from ..shapes import meshes
-from ..shapes.surface import Surface
+from ..shapes.solids import solid
+from ..shapes.solids.skin import surface_of
+from ..shapes.solids.solid import Solid
 from ..systems import assembly
 from ..systems.connections import edges
 from ..systems.system import System, is_linear
@@ -248,12 +250,15 @@ def _groups(scene: Scene) -> Iterator[tuple[tuple[str, ...], str, tuple[str, ...
 
 def _check_groups(part: Body, key: str, names: tuple[str, ...]) -> None:
     where = f"body '{part.name}'"
-    if not isinstance(part.space, Surface):
-        raise InputError(say(where, "a plate or shell", "another body"))
+    shape = surface_of(part.space)
+    if shape is None:
+        raise InputError(say(where, "a plate, shell or solid", "another body"))
     if key == "edges":
-        plates.edge(where, part.space, names)
+        plates.edge(where, shape, names)
+    elif isinstance(part.space, Solid):
+        solid.nodes_of(where, part.space, names)
     else:
-        edges.chosen(where, part.space, names)
+        edges.chosen(where, shape, names)
 
 
 def check_functions(scene: Scene) -> None:

@@ -16,8 +16,11 @@ from ..bodies import body as bodies
 from ..bodies.body import Body
 from ..bodies.plate import on_nodes
 from ..bodies.sections import Given, Material
+from ..bodies.solids.materials import Orthotropic
 from ..core.storage.records import dataclass
 from ..shapes import line, surface
+from ..shapes.solids import solid
+from ..shapes.solids.solid import Solid
 from ..shapes.surface import Parent, Surface
 
 COUNTED = 2000  #: cells of a plate up to which those from edge to edge are counted
@@ -103,6 +106,33 @@ def of_plate(part: Body, material: Material, gravity: float, flat: bool) -> Body
         sag=sag * gravity if bent else None,
         weight_strain=gravity * length / speed**2 if gravity else None,
         cells=cells,
+    )
+
+
+def of_solid(part: Body, material: Material | Orthotropic | None, gravity: float) -> BodyFigures:
+    """A solid under gravity [m/s2]; its aspect is that of the longest edge of a cell over its
+    least height, the angle is left out.
+    """
+    shape = part.space
+    assert isinstance(shape, Solid)
+    assert material is not None
+    E = material.young_modulus if isinstance(material, Material) else max(material.young_moduli)
+    speed = math.sqrt(E / material.density)
+    found = of_any(part)
+    height, volume = solid.heights(shape)
+    size = np.ptp(shape.reference[shape.nodes], axis=1).max(axis=1)
+    worst = int(np.argmax(size / height))
+    return replace(
+        found,
+        wave_speed=speed,
+        weight_strain=gravity * found.extent / speed**2 if gravity else None,
+        cells=CellShapes(
+            len(size),
+            float(volume.max() / volume.min()),
+            float(size[worst] / height[worst]),
+            worst=worst,
+            place=tuple(solid.corner_rows(shape, np.array([worst]))[0].tolist()),
+        ),
     )
 
 

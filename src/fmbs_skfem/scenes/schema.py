@@ -45,6 +45,7 @@ from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Scen
 from .inputs import INPUT, TABLE, TableModel
 from .matrices import MatricesBody
 from .parameters import SCHEMA, Changes
+from .solids import SolidBody
 from .training_options import Training
 
 __all__ = [
@@ -54,6 +55,7 @@ __all__ = [
     "Rigid",
     "RigidPlate",
     "MatricesBody",
+    "SolidBody",
     "Plate",
     "Shell",
     "PlacedPart",
@@ -137,20 +139,24 @@ class Pictures:
     """Instants to draw and the field that colours the bodies."""
 
     instants: list[fields.Instant] = field(default_factory=list)
-    color: Literal[
-        "curvature",
-        "strain",
-        "velocity",
-        "axial_force",
-        "shear_force",
-        "bending_moment",
-        "torque",
-        "torsion",
-        "normal_stress",
-        "von_mises",
-        "von_mises_recovered",
-        "error",
-    ] = "curvature"
+    color: Annotated[
+        Literal[
+            "curvature",
+            "strain",
+            "velocity",
+            "axial_force",
+            "shear_force",
+            "bending_moment",
+            "torque",
+            "torsion",
+            "normal_stress",
+            "von_mises",
+            "von_mises_recovered",
+            "error",
+        ]
+        | None,
+        "by default curvature, with solids von_mises",
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -110,6 +110,11 @@ def _foreign(path: Path, where: str) -> Raw:
         triangles=of("triangle", 3),
         quads=of("quad", 4),
         kinds={kind: len(rows) for kind, rows in found.cells.items()},
+        others={
+            kind: of(kind, rows.shape[1])
+            for kind, rows in found.cells.items()
+            if kind in (*msh.CURVED, *msh.SOLID)
+        },
     )
 
 

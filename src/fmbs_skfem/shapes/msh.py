@@ -45,6 +45,13 @@ _ELEMENTS = {
     29: ("tetra20", 20), 36: ("quad16", 16), 37: ("quad25", 25),
 }  # fmt: skip
 
+#: surface cells of second order, which bound solids
+CURVED = ("triangle6", "quad8", "quad9")
+SOLID = (
+    *("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"),
+    *("wedge", "wedge15", "wedge18", "pyramid", "pyramid13", "pyramid14"),
+)  #: cells of solids
+
 
 @dataclass(frozen=True, eq=False)
 class MshCells:
@@ -68,6 +75,7 @@ class Raw:
     kinds: dict[str, int]  #: cell type -> how many
     #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
     resolution: float = 0.0
+    others: dict[str, MshCells] = field(default_factory=dict)  #: cells of all other kinds
 
 
 @dataclass(frozen=True, eq=False)
@@ -447,6 +455,11 @@ def _raw(content: _MshContent) -> Raw:
         triangles=_cells(content, 2, 2),
         quads=_cells(content, 3, 2),
         kinds=kinds,
+        others={
+            kind: _cells(content, code, 2 if kind in CURVED else 3)
+            for code, (kind, _) in _ELEMENTS.items()
+            if kind in kinds and kind in (*CURVED, *SOLID)
+        },
     )
 
 

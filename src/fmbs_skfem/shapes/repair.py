@@ -60,6 +60,9 @@ def merge_points(raw: Raw, where: str) -> Raw:
         lines=_without_collapsed(raw.lines, renamed(raw.lines.nodes), where),
         triangles=_without_collapsed(raw.triangles, renamed(raw.triangles.nodes), where),
         quads=_without_collapsed(raw.quads, renamed(raw.quads.nodes), where),
+        others={
+            kind: replace(part, nodes=renamed(part.nodes)) for kind, part in raw.others.items()
+        },
     )
 
 

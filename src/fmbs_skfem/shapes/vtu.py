@@ -21,7 +21,7 @@ import numpy as np
 
 from ..core.storage.records import dataclass
 from ..core.values.problems import printable
-from .msh import MAX_COUNT, Array, Ints, MshCells, Raw, bad
+from .msh import CURVED, MAX_COUNT, SOLID, Array, Ints, MshCells, Raw, bad
 
 if TYPE_CHECKING:
     from xml.etree import ElementTree
@@ -54,7 +54,11 @@ _CELLS |= {
     22: "triangle6",
     23: "quad8",
     24: "tetra10",
+    25: "hexahedron20",
+    26: "wedge15",
+    27: "pyramid13",
     28: "quad9",
+    29: "hexahedron27",
     35: "line4",
 }
 
@@ -118,6 +122,11 @@ def read(path: Path, where: str) -> Raw:
         kinds={
             _CELLS.get(int(code), f"VTK type {code}"): int(count)
             for code, count in zip(codes, counts, strict=True)
+        },
+        others={
+            kind: of(code, int(sizes[np.argmax(types == code)]))
+            for code in codes.tolist()
+            if (kind := _CELLS.get(code, "")) in (*CURVED, *SOLID)
         },
     )
 

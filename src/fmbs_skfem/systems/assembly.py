@@ -30,6 +30,9 @@ from ..core.values import arguments, arrays, fields
 from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..shapes import line, surface
+from ..shapes.solids import elements
+from ..shapes.solids.recovery import boundary_nodes, node_gradients
+from ..shapes.solids.solid import Solid
 from ..shapes.surface import Surface
 from . import finer_systems, lengths
 from .additions import Addition, additions_of
@@ -205,10 +208,16 @@ def assemble(
         sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ layout.shift),
         outputs=sensed,
         lines=tuple(
-            picture_line(part, layout) for part in pictured if not isinstance(part.space, Surface)
+            picture_line(part, layout)
+            for part in pictured
+            if not isinstance(part.space, Surface | Solid)
         ),
         skins=tuple(
-            picture_skin(part, layout) for part in pictured if isinstance(part.space, Surface)
+            picture_skin(part, layout)
+            if isinstance(part.space, Surface)
+            else solid_skin(part, layout)
+            for part in pictured
+            if isinstance(part.space, Surface | Solid)
         ),
         markers=tuple(draft.markers),
         coordinates=tuple(
@@ -586,6 +595,35 @@ def sections(part: Body, layout: Coordinates) -> SweptLine | None:
         None
         if part.directors is None or part.shapes is not None
         else swept_line(part, partial(layout.spread, part))
+    )
+
+
+def solid_skin(part: Body, layout: Coordinates) -> Skin:
+    """Samples of the boundary of a solid: of every face its nodes, with the gradients of its cell."""
+    shape, cells = part.space, part.cells
+    assert isinstance(shape, Solid)
+    assert cells is not None
+    nodes, local, owner = boundary_nodes(shape)
+    slopes = node_gradients(shape, owner, local)
+    columns = np.concatenate([nodes, *[shape.nodes[owner].ravel()] * 3])
+    count = len(nodes)
+    points = elements.face_nodes(shape.kind).shape[1]
+    sizes = np.concatenate([np.ones(count, np.int64), np.full(3 * count, shape.nodes.shape[1])])
+    values = np.concatenate([np.ones(count), slopes.transpose(1, 0, 2).ravel()])
+    indptr = np.append(0, np.cumsum(sizes))
+    rows = csr_array((values, columns, indptr), shape=(4 * count, shape.count))
+    facets = elements.facets(shape.kind)
+    first = layout.first[part.name]
+    section = np.repeat(cells.section[:, :1, :1], count, axis=2)
+    return Skin(
+        part.name,
+        own(part, rows),
+        slice(first, first + part.reference.size),
+        (facets[None] + np.arange(0, count, points)[:, None, None]).reshape(-1, 4),
+        np.zeros(count),
+        cells.law,
+        section,
+        points,
     )
 
 

@@ -18,6 +18,7 @@ from ..core.storage.records import dataclass
 from ..core.values import arrays, mappings
 from ..core.values.arguments import checked
 from ..core.values.inputs import Source
+from ..shapes.solids.solid import Solid
 from ..shapes.surface import Surface
 from ..shapes.table import Nodes
 from . import row_laws
@@ -256,7 +257,7 @@ def directions(part: Body, place: str | float) -> int:
     """
     if place in part.frames or (part.space is None and part.frames) or part.directors is not None:
         return part.dim
-    if part.space is None or isinstance(part.space, Nodes):
+    if part.space is None or isinstance(part.space, Nodes | Solid):
         return 0
     return 2 if isinstance(part.space, Surface) else 1
 

@@ -202,8 +202,8 @@ class LineSamples:
 @storable
 @dataclass(frozen=True)
 class Skin:
-    """What a picture needs of a plate or shell: samples of its middle surface, samples @
-    q[columns].reshape(b, c).
+    """What a picture needs of a plate or shell, or of the boundary of a solid: samples of its middle
+    surface, samples @ q[columns].reshape(b, c).
 
     Of x points the first x rows are positions [m], the next ones the k vectors that the law reads,
     x rows each.
@@ -217,6 +217,7 @@ class Skin:
     thickness: Annotated[np.ndarray, Reals("x")]  #: [m]
     law: Annotated[Law, Attributes("k=vectors i=rows")]
     section: Annotated[np.ndarray, Reals("i 1 x")]  #: rows of the law
+    points: int = 0  #: of a face of a solid, one face after the other
 
 
 @storable
@@ -234,8 +235,10 @@ class Output:
     joint: str = ""
     parameters: tuple[float, ...] = ()
     labels: tuple[str, ...] = ()  #: what its columns are, where their names do not say it
-    body: str = ""  #: the plate or shell on which it is read, of stresses
-    place: tuple[float, ...] = ()  #: there, in the reference (c,) [m]
+    body: str = ""  #: the plate, shell or solid on which it is read, of stresses
+    #: there, in the reference (c,), of several places of a solid (c m,) [m]
+    place: tuple[float, ...] = ()
+    law: Law | None = None  #: by which stresses of a solid follow from its gradients
 
 
 @storable

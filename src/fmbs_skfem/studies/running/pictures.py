@@ -17,7 +17,7 @@ import numpy as np
 from ...core.errors import FmbsError
 from ...core.notices import notify
 from ...core.values.display import DisplayUnits
-from ...results import colour_scales, motion, pictures, stress_errors
+from ...results import colour_scales, motion, pictures, solid_fields, stress_errors
 from ...results import frames as frames_
 from ...results.pictures import PictureOptions
 from .. import job as jobs
@@ -151,5 +151,6 @@ def color(scene: Scene, system: System) -> str | None:
     """The field that colours the bodies of a full model, None where all are rigid."""
     if motion.usual_color(system) is None:
         return None
-    wanted = scene.pictures.color if scene.pictures else "curvature"
-    return "curvature" if wanted == "error" else wanted
+    usual = "von_mises" if any(map(solid_fields.is_solid, system.skins)) else "curvature"
+    wanted = scene.pictures.color if scene.pictures else None
+    return usual if wanted in (None, "error") else wanted

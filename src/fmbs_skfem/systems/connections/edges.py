@@ -29,6 +29,7 @@ from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from ...shapes import surface
 from ...shapes.nurbs import Nurbs
+from ...shapes.solids.skin import surface_of
 from ...shapes.surface import Surface
 from .. import fields
 from ..measures.resultants import Resultant
@@ -215,13 +216,14 @@ def sensed(
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
-    """A body with its surface; InputError, after `name`, where it does not exist or is no plate or
-    shell.
+    """A body with its surface, of a solid its boundary; InputError, after `name`, where it does not
+    exist or has none.
     """
     part = draft.layout.body(name, At(body, ""))
-    if not isinstance(part.space, Surface):
-        raise InputError(say(name, "a plate or shell", f"'{body}', which is none"))
-    return part, part.space
+    shape = surface_of(part.space)
+    if shape is None:
+        raise InputError(say(name, "a plate, shell or solid", f"'{body}', which is none"))
+    return part, shape
 
 
 def whole_shape(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:

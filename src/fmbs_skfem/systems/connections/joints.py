@@ -51,6 +51,7 @@ from .constraint_functions import (
     where,
 )
 from .edges import Edge, RimNodes
+from .faces import HeldFace
 from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .screws import RackAndPinion, Screw
 from .sliding import DrivenSlide, Sliding
@@ -81,6 +82,7 @@ __all__ = [
     "DrivenSlide",
     "Edge",
     "RimNodes",
+    "HeldFace",
 ]
 
 

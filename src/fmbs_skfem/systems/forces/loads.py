@@ -292,8 +292,8 @@ class TorsionSpring(Load):
 
 @dataclass(frozen=True)
 class SurfaceLoad(Load):
-    """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of
-    it.
+    """A force per area of the reference surface [N/m2] on a plate, shell or solid, or on named faces
+    of it.
 
     {type: surface_load, body: roof, force: [0, 0, -90 Pa]}
     """
@@ -317,7 +317,7 @@ class SurfaceLoad(Load):
 @dataclass(frozen=True)
 class Pressure(Load):
     """A pressure along the normal of the reference surface on a plate or shell in space, or on
-    named faces of it.
+    named faces of it. On the boundary of a solid it presses, against the outward normal.
 
     With `follower` it is constant, and keeps the direction and the area of the deformed surface.
 

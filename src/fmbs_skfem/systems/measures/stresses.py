@@ -21,16 +21,18 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from ...bodies.body import Body, locate
+from ...bodies.solids import solid_law
 from ...bodies.stress_recovery import principal
 from ...core.notices import notify, remark
 from ...core.storage.records import dataclass
 from ...core.values.fields import quantity
 from ...shapes import line
+from ...shapes.solids.solid import Solid
 from ...shapes.surface import Surface
 from .. import fields
 from ..places import At, Draft
 from ..system import Output
-from . import beam_sections, cable_sections
+from . import beam_sections, cable_sections, solid_points
 from .probes import Probe, Sensed, Sizes
 from .surface_points import counts, recovered, surface_point
 
@@ -67,11 +69,12 @@ def axes_text(axes: np.ndarray) -> str:
 
 
 class Tensor(Probe, ABC):
-    """A symmetric tensor at a named point of a plate or shell, with its principal values and the
-    angle of the first [rad].
+    """A symmetric tensor at a named point: of a plate or shell with its principal values and the
+    angle of the first [rad], of a solid with its principal values.
 
-    Columns are NAME_11, NAME_22, NAME_12, NAME_1, NAME_2 and NAME_angle. InputError where the point
-    does not exist.
+    Columns are NAME_11, NAME_22, NAME_12, NAME_1, NAME_2 and NAME_angle, or NAME_xx, NAME_yy,
+    NAME_zz, NAME_xy, NAME_yz, NAME_zx, NAME_1, NAME_2 and NAME_3. InputError where the point does
+    not exist.
     """
 
     at: fields.OnSurface
@@ -80,7 +83,13 @@ class Tensor(Probe, ABC):
 
     def sense(self, name: str, draft: Draft) -> Output:
         where = f"output '{name}'"
-        tell_coarse(where, draft.layout.body(where, self.at))
+        part = draft.layout.body(where, self.at)
+        if isinstance(part.space, Solid):
+            node = solid_points.node_of(where, part, self.at.place)
+            columns = tuple(f"{name}_{one}" for one in (*solid_points.TENSOR, *solid_points.VALUES))
+            found = solid_points.facts(where, draft, part, node)
+            return self.output(draft, columns, labels=solid_points.LABELS, **found)
+        tell_coarse(where, part)
         point = surface_point(where, draft, self.at)
         text = axes_text(point.axes)
         turn = f"angle from axis 1 to the first principal direction, {text}"
@@ -97,10 +106,14 @@ class Tensor(Probe, ABC):
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        if output.law is not None:
+            return (cls.unit,) * len(output.columns)
         return (*(cls.unit,) * 5, "rad")
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
+        if output.law is not None:
+            return 9, len(solid_points.LABELS), output.law.rows - 1
         rows, parameters = counts(output.parameters[1], dim)
         return rows, len(TENSOR), 1 + parameters
 
@@ -139,10 +152,11 @@ def tell_coarse(where: str, part: Body) -> None:
 
 @dataclass(frozen=True)
 class StressTensor(Tensor):
-    """Stress [Pa] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle
-    [rad] of the first to axis 1.
+    """Stress [Pa] at a named point: of a plate or shell 11, 22, 12, principal values 1 and 2, angle
+    [rad] of the first to axis 1; of a solid xx, yy, zz, xy, yz, zx and principal values 1, 2 and 3.
 
-    Axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the
+    A solid's is the true (Cauchy) stress in the axes of its mesh, which turn with the material, the
+    mean of those of the cells there. Of surfaces axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the
     surface; both move with the body. It is the second stress of Piola and Kirchhoff, the true one
     where strains are small.
 
@@ -155,14 +169,17 @@ class StressTensor(Tensor):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        if output.law is not None:
+            u = solid_points.gradients(sensed)
+            return solid_points.tensor_columns(solid_points.stresses(output, u))
         stress = recovered(output.parameters[1:], sensed.values).stress[int(output.parameters[0])]
         return [*stress, *principal_axes(stress)]
 
 
 @dataclass(frozen=True)
 class StrainTensor(Tensor):
-    """Green's strain [-] at a named point of a plate or shell: 11, 22, 12, principal values 1 and
-    2, angle [rad] of the first.
+    """Green's strain [-] at a named point: of a plate or shell 11, 22, 12, principal values 1 and
+    2, angle [rad] of the first; of a solid xx, yy, zz, xy, yz, zx and principal values 1, 2 and 3.
 
     Axes as those of `stress_tensor`; 12 is half of the angle of shear.
 
@@ -174,6 +191,8 @@ class StrainTensor(Tensor):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        if output.law is not None:
+            return solid_points.tensor_columns(solid_law.strains(solid_points.gradients(sensed)))
         found = recovered(output.parameters[1:], sensed.values)
         strain = (
             found.strain

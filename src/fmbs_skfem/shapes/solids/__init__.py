@@ -1,0 +1,1 @@
+"""Meshes of tetrahedra and hexahedra: read, checked, tabulated, cut finer."""
