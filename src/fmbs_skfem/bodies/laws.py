@@ -104,6 +104,14 @@ class Law:
         return len(self.section)
 
     @property
+    def tangents(self) -> int:
+        """How many of its vectors, the first ones, are tangents of a surface or directions in a
+        solid, by which a body shows how it has turned; 0 of a line.
+        """
+        solid = self.vectors == 3 and not self.follows
+        return 3 if solid else 2 if self in (Law.MEMBRANE, Law.SHELL) else 0
+
+    @property
     def bends(self) -> bool:
         """Whether it is that of a cable, whose bending depends on the size of the curvature in
         space.

@@ -20,7 +20,7 @@ from .surfaces import places
 
 def is_solid(skin: Skin) -> bool:
     """Whether its law is one of the deformation gradient."""
-    return skin.law.vectors == len(solid_law.NORMAL)
+    return skin.law.tangents == 3
 
 
 def means(gradients: Array, place: Indices) -> Array:

@@ -284,9 +284,11 @@ def write(mesh: LineMesh, path: Path | str) -> None:
     )
 
 
-def export(path: Path, points: Floats, kind: str, cells: Ints, groups: Groups) -> None:
+def export(
+    path: Path, points: Floats, kind: str, cells: Ints, groups: Groups, sides: str = "line"
+) -> None:
     """Write cells (e, b) of a kind with groups of points (i,), where there are any of edges (i, 2),
-    and of cells (i,).
+    or other `sides` (i, j) of cells, and of cells (i,).
 
     InputError where names of groups do not survive in a file, and where two groups have one name.
     """
@@ -321,7 +323,7 @@ def export(path: Path, points: Floats, kind: str, cells: Ints, groups: Groups) -
         expected = f"different names for {', '.join(kinds)} and {last} groups"
         raise errors.InputError(errors.say(where, expected, f"{twice}", "rename one"))
     form, make = forms[suffix]
-    out = make(points, kind, cells, vertices, others[0] if others else {}, members)
+    out = make(points, kind, cells, vertices, others[0] if others else {}, members, sides)
     try:
         with contextlib.redirect_stdout(silence), contextlib.redirect_stderr(silence):
             meshio.write(path, out, file_format=form)
@@ -332,7 +334,7 @@ def export(path: Path, points: Floats, kind: str, cells: Ints, groups: Groups) -
 
 
 def _physical(
-    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named
+    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named, sides: str
 ) -> Any:
     """The meshio mesh of physical groups: each cell is written once for every group it belongs to,
     as gmsh does.
@@ -341,8 +343,9 @@ def _physical(
 
     free = cells[np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *members.values()]))]
     named = [("vertex", 0, name, ids[:, None]) for name, ids in vertices.items()]
-    named += [("line", 1, name, pairs) for name, pairs in edges.items()]
-    named += [(kind, 1 if kind == "line" else 2, name, cells[ids]) for name, ids in members.items()]
+    dimension = 1 if kind == "line" else 2 if sides == "line" else 3
+    named += [(sides, dimension - 1, name, pairs) for name, pairs in edges.items()]
+    named += [(kind, dimension, name, cells[ids]) for name, ids in members.items()]
     names = {
         name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)
     }
@@ -356,19 +359,19 @@ def _physical(
 
 
 def _marked(
-    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named
+    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named, sides: str
 ) -> Any:
     """The meshio mesh of groups as `vtu` has them: the cells, then each edge of a group once."""
     import meshio
 
-    pairs = np.concatenate([np.zeros((0, 2), np.int64), *edges.values()])
+    pairs = np.concatenate([*edges.values()] or [np.zeros((0, 2), np.int64)])
     _, first, same = np.unique(
         np.sort(pairs, axis=1), axis=0, return_index=True, return_inverse=True
     )
     parts = np.split(same.ravel(), np.cumsum([len(part) for part in edges.values()])[:-1])
     blocks = [
         (kind, cells, members),
-        ("line", pairs[first], dict(zip(edges, parts, strict=False))),
+        (sides, pairs[first], dict(zip(edges, parts, strict=False))),
     ][: 1 + bool(len(first))]
     none = np.zeros(0, np.int64)
     marks = [

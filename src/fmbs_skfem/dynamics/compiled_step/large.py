@@ -31,7 +31,6 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import csr_array, diags_array
 
-from ...bodies.laws import Law
 from ...core import machine_memory
 from ...core.algebra import direct, krylov, pardiso, supernodes
 from ...core.algebra.linalg import distinct, is_identity
@@ -263,7 +262,7 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
 
 
 def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
-    """Coordinates of every surface and weights G (b, c) of its functions, by which it shows how it
+    """Coordinates of every surface and solid, and weights G (b, c) of its functions, by which it shows how it
     has turned.
 
         G = sum w N,k t_k,    q^T G = sum w r,k t_k^T
@@ -274,7 +273,7 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
     q = system.lift(system.x0)
     dim = system.dim
     for elastic in system.elastic:
-        if elastic.gather.law in (Law.MEMBRANE, Law.SHELL):
+        if elastic.gather.law.tangents:
             where = spans[elastic.name]
             found.append(
                 (

@@ -104,6 +104,25 @@ def from_skfem(mesh: Any, order: int = 2) -> Solid:
     return made(raw, where, None, order)
 
 
+@checked
+def write(body: Solid, path: Path | str) -> None:
+    """Write a `.msh` file (gmsh 2.2, binary) or a `.vtu` file; `read` with the same order returns the
+    same mesh.
+
+    Sets that are all nodes of faces of their name are not written twice.
+    """
+    word = next(word for word, one in KINDS.items() if one is body.kind)
+    faces = {name: solid.face_nodes(body, ids) for name, ids in body.faces.items()}
+    groups = {
+        "set": {name: ids for name, ids in body.sets.items() if name not in faces},
+        "face": faces,
+        "volume": body.volumes,
+    }
+    sides = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
+    width = elements.face_nodes(body.kind).shape[1]
+    meshes.export(Path(path), body.reference, word, body.nodes, groups, sides[width])
+
+
 def made(raw: Raw, where: str, volume: str | None, order: int) -> Solid:
     """A checked solid of what a file says."""
     meshes.check_points(raw, where)

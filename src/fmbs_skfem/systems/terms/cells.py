@@ -491,7 +491,7 @@ def rotation_weights(cells: Cells, q: np.ndarray) -> np.ndarray:
     p = q if cells.spread is None else cells.spread @ q
     nodes = cells.nodes // dim
     G = np.zeros((len(p) // dim, dim))
-    for N in cells.table[:2]:
+    for N in cells.table[: cells.law.tangents]:
         tangent = np.einsum("pbe,bec->cpe", N, p.reshape(-1, dim)[nodes])
         np.add.at(
             G, nodes, np.einsum("pbe,pe,cpe->bec", N, cells.section[-1], tangent, optimize=True)

@@ -352,9 +352,9 @@ def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray
 
 @singledispatch
 def rotation_weights(storage: Any, q: np.ndarray) -> np.ndarray:
-    """G (b, c) of a surface, for the vectors of all body coordinates q (q,), b of them.
+    """G (b, c) of a surface or solid, for the vectors of all body coordinates q (q,), b of them.
 
-        G_b = sum_p w (N_b,1 r,1 + N_b,2 r,2)
+        G_b = sum_p w sum_k N_b,k r,k    of the tangents k of its law
 
     over its points; zeros for functions of other bodies. TypeError for a storage without it.
     """
