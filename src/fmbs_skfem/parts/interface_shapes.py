@@ -105,7 +105,7 @@ def hold(part: Body, linear: Linear) -> HeldPlaces | None:
     Q = rigid_motions(part)
     floating = (linear.mass @ (Q @ ranks.null_space(J @ Q, ranks.STATED))).T
     held = replace(linear, rows=np.vstack([linear.rows, floating, J]))
-    inverse = saddle.inverse(saddle.matrix(held.stiffness, held.rows))
+    inverse = saddle.inverse(saddle.matrix(held.stiffness, held.rows), held.rows.shape[0])
     if inverse is None:
         return None
     n = len(held.x)

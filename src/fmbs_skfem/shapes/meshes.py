@@ -334,7 +334,13 @@ def export(
 
 
 def _physical(
-    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named, sides: str
+    points: Floats,
+    kind: str,
+    cells: Ints,
+    vertices: Named,
+    edges: Named,
+    members: Named,
+    sides: str,
 ) -> Any:
     """The meshio mesh of physical groups: each cell is written once for every group it belongs to,
     as gmsh does.
@@ -359,7 +365,13 @@ def _physical(
 
 
 def _marked(
-    points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named, sides: str
+    points: Floats,
+    kind: str,
+    cells: Ints,
+    vertices: Named,
+    edges: Named,
+    members: Named,
+    sides: str,
 ) -> Any:
     """The meshio mesh of groups as `vtu` has them: the cells, then each edge of a group once."""
     import meshio

@@ -16,6 +16,7 @@ Source: J. W. H. Liu, SIAM Review 34, 1992, doi:10.1137/1034004 (multifrontal me
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
@@ -23,16 +24,23 @@ import numpy as np
 from scipy.sparse import csr_array
 from threadpoolctl import ThreadpoolController
 
-from fmbs_skfem.core.algebra.supernodes import Tree, analyse, entries, height
-from fmbs_skfem.core.compiling.jit import deferred, jit
+from fmbs_skfem.core import processes
+from fmbs_skfem.core.algebra.supernodes import Tree, analyse, entries, height, products
+from fmbs_skfem.core.compiling.jit import deferred, jit, unlocked
 from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
 from fmbs_skfem.core.storage.records import dataclass
 
 PANEL = 48  #: columns of a front that are eliminated before the rest of the front is updated
+# a front of 4137 rows and 1323 columns reads and writes the rest of itself 7 times, 28 by panels
+BLOCK = 192  #: columns, a few panels, after which the rest of a front is updated
 LANES = 16  #: rows of a column of a small front that are updated at once: it has some more rows, of zeros
 SMALL = 96  #: rows of a front that loops of its own update faster than dense products
 STRIP = 128  #: columns of a front that one dense product updates
 GONE, ABSENT = -1, -2  #: places of unknowns that are not in a front
+#: states of a supernode: to be eliminated, in a subtree that is done, at its root
+OPEN, INSIDE, ROOT = 0, 1, 2
+SHARED = 1e10  #: products of a factorisation from which its subtrees are shared out, 0.3 s
+THREADS = 4  #: at most: what is left for the root grows with them
 #: results of a factorisation: a matrix has an entry outside the pattern it was analysed for
 DONE, OUTSIDE = (
     -1,
@@ -122,18 +130,17 @@ def _eliminate_panel(front: np.ndarray, begin: int, end: int, stop: int, least: 
 
 
 @jit
-def _update_rest(front: np.ndarray, begin: int, end: int) -> None:
-    """front -= L D L^T in the columns after `end`, with L and D in the columns begin..end-1."""
-    m = front.shape[0]
-    panel = front[begin:end, end:].copy()
-    scaled = panel.copy()
+def _update(front: np.ndarray, begin: int, end: int, first: int, last: int) -> None:
+    """front -= L D L^T in the columns first..last-1, with L and D in the columns begin..end-1."""
+    panel = front[begin:end, first:].copy()
+    scaled = panel[:, : last - first].copy()
     for j in range(begin, end):
         scaled[j - begin] *= front[j, j]
-    for c in range(end, m, STRIP):
-        stop = min(c + STRIP, m)
+    for c in range(first, last, STRIP):
+        stop = min(c + STRIP, last)
         product = np.dot(
-            np.ascontiguousarray(scaled[:, c - end : stop - end]).T,
-            np.ascontiguousarray(panel[:, c - end :]),
+            np.ascontiguousarray(scaled[:, c - first : stop - first]).T,
+            np.ascontiguousarray(panel[:, c - first :]),
         )
         for j in range(c, stop):
             target = front[j, j:]
@@ -144,34 +151,40 @@ def _update_rest(front: np.ndarray, begin: int, end: int) -> None:
 
 @jit
 def _eliminate(front: np.ndarray, width: int, least: np.ndarray) -> int:
-    """The first `width` columns of a front, panel by panel; returns the first column without a
-    pivot, or -1.
+    """The first `width` columns of a front, panel by panel, the columns behind each BLOCK once;
+    returns the first column without a pivot, or -1.
     """
     m = front.shape[0]
-    for begin in range(0, width, PANEL):
-        end = min(begin + PANEL, width)
-        stop = m if m <= SMALL else end
-        bad = _eliminate_panel(front, begin, end, stop, least)
-        if bad >= 0:
-            return bad
-        if stop < m:
-            _update_rest(front, begin, end)
+    for block in range(0, width, BLOCK):
+        last = min(block + BLOCK, width)
+        for begin in range(block, last, PANEL):
+            end = min(begin + PANEL, last)
+            bad = _eliminate_panel(front, begin, end, m if m <= SMALL else end, least)
+            if bad >= 0:
+                return bad
+            if m > SMALL and end < last:
+                _update(front, begin, end, end, last)
+        if m > SMALL and last < m:
+            _update(front, block, last, last, m)
     return -1
 
 
 @jit
-def _room(tree: Tree) -> tuple[int, int]:
-    """Rows of the largest front, and numbers in the largest set of remainders that wait for their
-    parents.
+def _room(tree: Tree, begin: int, end: int, state: np.ndarray) -> tuple[int, int]:
+    """Rows of the largest front of the supernodes begin..end-1, and numbers in the largest set of
+    remainders that wait for their parents; `state` as of `eliminate_range`.
     """
     largest, most, now, top = 0, 0, 0, 0
-    waiting = np.zeros(tree.children.size + 1, np.int64)
-    for s in range(tree.children.size):
+    waiting = np.zeros(end - begin + 1, np.int64)
+    for s in range(begin, end):
+        if state[s] == INSIDE:
+            continue
         r = tree.start[s + 1] - tree.start[s]
-        largest = max(largest, tree.first[s + 1] - tree.first[s] + r)
-        for _ in range(tree.children[s]):
-            top -= 1
-            now -= waiting[top]
+        if state[s] == OPEN:
+            largest = max(largest, tree.first[s + 1] - tree.first[s] + r)
+            for _ in range(tree.children[s]):
+                top -= 1
+                now -= waiting[top]
         if r > 0:
             waiting[top] = r * (r + 1) // 2
             now += waiting[top]
@@ -287,24 +300,63 @@ def eliminate(
     pivots: np.ndarray,
 ) -> int:
     """Fill `lower` and `pivots`; returns DONE, OUTSIDE, or the first position without a pivot."""
-    largest, most = _room(tree)
+    count = tree.children.size
+    state = np.full(count, OPEN)
+    whole, none = (0, count), (np.zeros(0), np.zeros(count, np.int64))
+    return eliminate_range(tree, indptr, indices, data, lower, pivots, whole, 0, state, none)[0]
+
+
+@unlocked
+def eliminate_range(
+    tree: Tree,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    data: np.ndarray,
+    lower: np.ndarray,
+    pivots: np.ndarray,
+    span: tuple[int, int],
+    put: int,
+    state: np.ndarray,
+    done: tuple[np.ndarray, np.ndarray],
+) -> tuple[int, np.ndarray]:
+    """Fill `lower` and `pivots` for the supernodes of a `span` (begin, end), the numbers of the first
+    from `put` on; DONE, OUTSIDE, or the first position without a pivot, and what remains for parents
+    behind the span.
+
+    Supernodes whose `state` is INSIDE or ROOT belong to subtrees that are `done`: remainders one
+    after the other, and where that of a ROOT begins.
+    """
+    begin, end = span
+    largest, most = _room(tree, begin, end, state)
     room = np.empty(largest * (largest + LANES))
     waiting = np.empty(most)
     place = np.full(tree.order.size, ABSENT)
     least, places = np.empty(largest), np.empty(largest, np.int64)
-    stack = np.empty(tree.children.size + 1, np.int64)
+    stack = np.empty(end - begin + 1, np.int64)
     top = 0
     used = 0
-    put = 0
-    for s in range(tree.children.size):
+    for s in range(begin, end):
         j0, j1 = tree.first[s], tree.first[s + 1]
         w = j1 - j0
-        m = w + tree.start[s + 1] - tree.start[s]
+        r = tree.start[s + 1] - tree.start[s]
+        m = w + r
+        if state[s] != OPEN:
+            put += w * (w - 1) // 2 + w * r
+            for j in range(j0, j1):
+                place[tree.order[j]] = GONE
+            if state[s] == ROOT and r > 0:
+                size = r * (r + 1) // 2
+                first = done[1][s]
+                waiting[used : used + size] = done[0][first : first + size]
+                used += size
+                stack[top] = s
+                top += 1
+            continue
         _number_rows(tree, s, place)
         wide = (m + LANES - 1) // LANES * LANES if m <= SMALL else m
         front = room[: m * wide].reshape(m, wide)
         if not _load(front, indptr, indices, data, tree.order[j0:j1], place):
-            return OUTSIDE
+            return OUTSIDE, waiting[:0]
         for j in range(w):
             least[j] = LOST * abs(front[j, j])
         for _ in range(tree.children[s]):
@@ -312,16 +364,80 @@ def eliminate(
             used = _add_child(tree, stack[top], place, places, waiting, used, front)
         bad = _eliminate(front, w, least)
         if bad >= 0:
-            return j0 + bad
+            return j0 + bad, waiting[:0]
         for j in range(w):
             pivots[j0 + j] = front[j, j]
         put += _pack(front[:, :m], 0, w, 1, lower[put:])
-        if m > w:
+        if r > 0:
             used += _pack(front[:, :m], w, m, 0, waiting[used:])
             stack[top] = s
             top += 1
         _release_rows(tree, s, place)
-    return DONE
+    return DONE, waiting[:used]
+
+
+def eliminate_side_by_side(
+    tree: Tree,
+    A: tuple[np.ndarray, np.ndarray, np.ndarray],
+    lower: np.ndarray,
+    pivots: np.ndarray,
+    threads: int,
+) -> int:
+    """As `eliminate` of A = (indptr, indices, data), subtrees in threads of their own."""
+    ranges = subtrees(tree, threads)
+    w, r = np.diff(tree.first), np.diff(tree.start)
+    offsets = np.concatenate([[0], np.cumsum(w * (w - 1) // 2 + w * r)])
+    count = len(w)
+    state, none = np.full(count, OPEN), (np.zeros(0), np.zeros(count, np.int64))
+
+    def one(span: tuple[int, int]) -> tuple[int, np.ndarray]:
+        found = eliminate_range(
+            tree, *A, lower, pivots, span, int(offsets[span[0]]), np.full(count, OPEN), none
+        )
+        return found[0], found[1]
+
+    with ThreadPoolExecutor(threads) as pool:
+        parts = list(pool.map(one, ranges))
+    for bad, _ in parts:
+        if bad != DONE:
+            return bad
+    places = np.zeros(count, np.int64)
+    at = 0
+    for (begin, end), (_, rest) in zip(ranges, parts, strict=True):
+        state[begin:end] = INSIDE
+        state[end - 1] = ROOT
+        places[end - 1] = at
+        at += len(rest)
+    remainders = np.concatenate([np.zeros(0), *(rest for _, rest in parts)])
+    return int(
+        eliminate_range(tree, *A, lower, pivots, (0, count), 0, state, (remainders, places))[0]
+    )
+
+
+def subtrees(tree: Tree, threads: int) -> list[tuple[int, int]]:
+    """Spans (begin, end) of subtrees whose work is small enough to share it out evenly."""
+    w, r = np.diff(tree.first).astype(float), np.diff(tree.start)
+    work = w * (w + r) ** 2
+    sizes, total = np.ones(len(w), np.int64), work.copy()
+    stack: list[int] = []
+    below: list[list[int]] = []
+    for s in range(len(w)):
+        mine = [stack.pop() for _ in range(int(tree.children[s]))]
+        sizes[s] += sizes[mine].sum()
+        total[s] += total[mine].sum()
+        below.append(mine)
+        if r[s] > 0:
+            stack.append(s)
+    roots = [s for s in range(len(w)) if r[s] == 0]
+    found = list(roots)
+    while found:
+        heavy = max(found, key=lambda s: total[s])
+        if total[heavy] <= total[roots].sum() / threads or not below[heavy]:
+            break
+        found.remove(heavy)
+        found += below[heavy]
+    found.sort(key=lambda s: -total[s])
+    return [(int(s - sizes[s] + 1), int(s + 1)) for s in found]
 
 
 # --- solution ------------------------------------------------------------------------------------------------------------------
@@ -500,7 +616,13 @@ def factor(
     with libraries().limit(
         limits=1, user_api="blas"
     ):  # the products of small fronts lose more by threads than they gain
-        bad = eliminate(tree, matrix.indptr, matrix.indices, matrix.data, lower, pivots)
+        A = matrix.indptr, matrix.indices, matrix.data
+        threads = min(processes.cores(), THREADS) if products(tree) > SHARED else 1
+        bad = (
+            eliminate_side_by_side(tree, A, lower, pivots, threads)
+            if threads > 1
+            else eliminate(tree, *A, lower, pivots)
+        )
     if bad == OUTSIDE:
         raise InputError(
             say(

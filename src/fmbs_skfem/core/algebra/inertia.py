@@ -23,7 +23,7 @@ from scipy.sparse.linalg import splu
 
 from . import saddle
 from .linalg import Array
-from .saddle import Saddle, Sparse
+from .saddle import Bordered, Saddle, Sparse
 
 ALIKE = 1e-9  #: difference of K from its transpose, over its largest entry, that is round-off
 MANY = 400  #: rows beyond which the second form, whose J K'^-1 J^T is dense, costs more than a load step
@@ -39,6 +39,8 @@ def count_negative(K: Array, J: np.ndarray, found: Saddle) -> int | None:
         return None
     if isinstance(found.matrix, np.ndarray):
         return negative_blocks(found.balanced) - len(J)
+    if isinstance(found.factors, Bordered):
+        return found.factors.negative
     kept = negative_on_diagonal(found.factors)
     if kept is not None:
         return kept - len(J)

@@ -244,6 +244,11 @@ def inlined(function: F) -> F:
     return decorated(function, inline="always")
 
 
+def unlocked(function: F) -> F:
+    """As `jit`, without the lock of the interpreter: calls from several threads run at the same time."""
+    return decorated(function, nogil=True)
+
+
 def regrouped(function: F) -> Any:
     """As `jit`, compiled by itself and not with its callers: for dot products, whose sums may be
     regrouped to use all lanes.

@@ -309,7 +309,7 @@ def downwards(
 def shifted(tangent: Tangent, W: Array) -> Tangent:
     """A tangent with W (n, n), in its units, added to the stiffness."""
     K = csr_array(tangent.stiffness + W)
-    found = saddle.factor(saddle.matrix(K, tangent.rows))
+    found = saddle.factor(saddle.matrix(K, tangent.rows), rows=len(tangent.rows))
     return replace(
         tangent, stiffness=K, factors=found if found is not None and found.regular else None
     )
@@ -349,7 +349,7 @@ def tangent_at(
     large = scale_of(model.system) / model.system.scale
     unit = np.append(large, 1.0 / ranks.lengths(J * large))
     K, J = scaled(K, large, large), scaled(J, unit[len(large) :], large)
-    found = saddle.factor(saddle.matrix(K, J))
+    found = saddle.factor(saddle.matrix(K, J), rows=len(J))
     return Tangent(K, J, unit, found if found is not None and found.regular else None)
 
 

@@ -261,7 +261,7 @@ def predict_buckling(model: Compiled, count: int, probe: float, wide: float) -> 
         raise InputError(say("buckling, count", f"1 to {most}", count))
 
     def factored(K: Array) -> saddle.Saddle:
-        found = saddle.factor(saddle.matrix(csr_array(K), J))
+        found = saddle.factor(saddle.matrix(csr_array(K), J), rows=len(J))
         if found is None:
             raise InputError(
                 say(

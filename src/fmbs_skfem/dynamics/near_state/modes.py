@@ -387,7 +387,7 @@ def is_positive(linear: Linear, A: csr_array) -> bool:
     if not (size := abs(A).max()):
         return True
     shifted = csr_array(A + SEEN * size / abs(linear.mass).max() * linear.mass)
-    found = saddle.factor(saddle.matrix(shifted, linear.rows))
+    found = saddle.factor(saddle.matrix(shifted, linear.rows), rows=len(linear.rows))
     return found is not None and inertia.count_negative(shifted, linear.rows, found) == 0
 
 
