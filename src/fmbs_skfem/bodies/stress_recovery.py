@@ -20,6 +20,7 @@ from ..core.storage.records import dataclass
 from . import strain_law
 from .cable_law import curvatures as curvatures_of_lines
 from .laws import Law
+from .solids import solid_law
 
 COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields
 NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's ratio
@@ -100,6 +101,16 @@ def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return middle + radius, middle - radius
 
 
+def principal_strains(law: Law, u: np.ndarray, dim: int) -> tuple[np.ndarray, np.ndarray]:
+    """The largest and the smallest principal value (...) of Green's strain of a surface or solid [-],
+    of gradients u (k c, ...).
+    """
+    if law.tangents == len(solid_law.NORMAL):
+        values = solid_law.principal(solid_law.strains(u))
+        return values[0], values[2]
+    return principal(strains(u, dim))
+
+
 def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> np.ndarray:
     """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, or principal
     strains.
@@ -112,8 +123,8 @@ def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> n
     These are all smaller ones and then all larger ones, of gradients u (k c, ...) at points with
     the section (i, ...), `dim` = c.
     """
-    if law in COMPONENTS:
-        largest, smallest = principal(strains(u, dim))
+    if law.tangents:
+        largest, smallest = principal_strains(law, u, dim)
     elif law is Law.BEAM:
         axial, *across = beam_strains(u, section)[:3, carrying(law, section)]
         shear = np.hypot(*across)
@@ -148,11 +159,14 @@ def fibre_strains(
         lines       max_p |(r'.r' - 1)/2| + h max_p |kappa - kappa0|,     kappa0 of the gradients `start` (k c, p, e, 1)
         beams       max_p |Gamma_1| + h max_p |kappa|,                    torsion and curvatures
         surfaces    max_p of the principal values of E +- h k
+        solids      max_p of those of E
 
     `depth` h [m] is the distance of the outer fibres, a number or one a cell (e,); section (i, p,
     e).
     """
     h = np.broadcast_to(np.asarray(depth, dtype=float), section.shape[2:])[:, None]
+    if law.tangents == len(solid_law.NORMAL):
+        return np.abs(principal_strains(law, u, 3)).max(axis=(0, 1))
     if law in COMPONENTS:
         E = strains(u, COMPONENTS[law])
         k = curvatures(law, u, section[..., None])
@@ -205,6 +219,8 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
     """
 
     def both(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if law.tangents == len(solid_law.NORMAL):
+            return solid_law.strains(w), np.zeros(1)
         if law in COMPONENTS:
             return strains(w, COMPONENTS[law]), curvatures(law, w, section[..., None])
         if law is Law.BEAM:

@@ -42,6 +42,8 @@ from ..reduction.hyper.hyper_reduction import USUAL
 from ..reduction.hyper.sampling import Measure
 from ..reduction.spaces import invariant, pod
 from ..shapes import line, surface
+from ..shapes.solids import solid
+from ..shapes.solids.solid import Solid
 from ..shapes.surface import Parent, Surface
 from ..systems import assemble, lengths
 from ..systems.compiled import Compiled, compile_system, elastic_tangent
@@ -270,11 +272,13 @@ def frame_functions(part: Body) -> list[int]:
 
 
 def cell_centres(part: Body) -> np.ndarray:
-    """Positions of the centres of the cells of a line or surface in the reference (e, c) [m].
+    """Positions of the centres of the cells of a line, surface or solid in the reference (e, c) [m].
 
     In their order; of triangles the centroids.
     """
-    if isinstance(part.space, Surface):
+    if isinstance(part.space, Solid):
+        rows = solid.centres(part.space)
+    elif isinstance(part.space, Surface):
         xi = (0.5, 0.5) if part.space.parent is Parent.SQUARE else (1.0 / 3.0, 1.0 / 3.0)
         rows = surface.sample(
             part.space, np.arange(len(part.space.nodes)), np.tile(xi, (len(part.space.nodes), 1))
@@ -419,7 +423,7 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
     found = [np.zeros(0)]
     rows = rows_of(part)
     h = 0.5 * np.asarray(part.thickness)
-    if cells.law not in fields.COMPONENTS:
+    if not cells.law.tangents:
         EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
         h = np.asarray(2.0 * np.sqrt(EI / EA))
         if part.profile is not None:

@@ -3,7 +3,7 @@
     e(s, p) < low - r  or  e(s, p) > high + r,    r = BEYOND (high - low)
 
 Strains of lines are axial, (r'.r' - 1)/2 or Gamma_1, and the curvature [1/m], of beams torsion
-[1/m], too; of surfaces the smallest and the largest one of the middle surface. Their range is that
+[1/m], too; of surfaces and solids the smallest and the largest one, of a surface in its middle. Their range is that
 of the training at the sampled points. Whether a part errs there is said by `finer_parts`; nothing
 else is known of parts that know no more shapes, and stored states of a run are looked at while it
 goes on.
@@ -20,7 +20,7 @@ from ..bodies.body import ShapePoints
 from ..bodies.cable_law import curvatures
 from ..bodies.finer import knows_shapes
 from ..bodies.laws import Law
-from ..bodies.stress_recovery import COMPONENTS, beam_strains, extreme_strains
+from ..bodies.stress_recovery import beam_strains, extreme_strains
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics.observers import Observer, RunSetting, offered
@@ -138,7 +138,7 @@ def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 def kinds_of(points: ShapePoints) -> tuple[str, ...]:
     """Names of the strains of a law."""
-    return OF_BEAMS if points.law is Law.BEAM else KINDS[points.law in COMPONENTS]
+    return OF_BEAMS if points.law is Law.BEAM else KINDS[points.law.tangents > 0]
 
 
 def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
@@ -158,7 +158,7 @@ def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     s = len(states)
     dim = points.dim
     flat = gradients(points.table, states).reshape(-1, s * P)
-    if points.law in COMPONENTS:
+    if points.law.tangents:
         return (
             extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
         )

@@ -33,6 +33,7 @@ from ..core.algebra.linalg import as_dense
 from ..core.errors import InputError, say
 from ..dynamics.near_state.linear import Linear, linearise
 from ..dynamics.near_state.modes import real_modes
+from ..shapes.solids.solid import Solid
 from ..systems import assemble, free_motions
 from .excitation import turns
 
@@ -137,7 +138,7 @@ def as_shapes(part: Body, columns: np.ndarray) -> np.ndarray:
 
 def soft(part: Body, held: HeldPlaces) -> np.ndarray:
     """Combinations (n, k) of interface functions R (n, i) that cost little energy, the softest
-    first; no rigid motions.
+    first; no rigid motions. Of a solid all of them: stresses at its rims are theirs.
 
         R^T K R v = l v,    l <= CUT l_1
     """
@@ -145,7 +146,8 @@ def soft(part: Body, held: HeldPlaces) -> np.ndarray:
     values, vectors = eigh(R.T @ (held.linear.stiffness @ R))
     rigid = np.linalg.matrix_rank(held.linear.rows[-held.rows :] @ rigid_motions(part))
     elastic = values[rigid:]
-    return np.asarray(R @ vectors[:, rigid:][:, elastic <= CUT * elastic[:1]])
+    cut = np.inf if isinstance(part.space, Solid) else CUT
+    return np.asarray(R @ vectors[:, rigid:][:, elastic <= cut * elastic[:1]])
 
 
 def rigid_motions(part: Body) -> np.ndarray:

@@ -21,7 +21,7 @@ from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
 from ..dynamics import Newton, Trajectory, integrate
 from ..parts import bodies as parts
-from ..parts import departures, excitation, rescaling
+from ..parts import departures, excitation, rescaling, static_states
 from ..parts import files as part_files
 from ..parts.excitation import Excitation
 from ..parts.files import Part
@@ -31,6 +31,7 @@ from ..reduction.hyper.hyper_reduction import NONE
 from ..reduction.hyper.sampling import Points
 from ..reduction.plan import Plan
 from ..scenes import build
+from ..shapes.solids.solid import Solid
 from ..systems import finer_systems
 from . import job as jobs
 from . import kinds, models, plans, reports
@@ -91,7 +92,8 @@ def train(
     if alone is None:
         states = moved(job, scene, others, body)
     else:
-        states, told = excitation.run(part, alone, job.progress(f"{body} alone"))
+        run = static_states.find if isinstance(part.space, Solid) else excitation.run
+        states, told = run(part, alone, job.progress(f"{body} alone"))
     spent = time.process_time() - begun
     origin = reports.provenance(scene)
     kept = reports.provenance_to_keep(origin, scene)

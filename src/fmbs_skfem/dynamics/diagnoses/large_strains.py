@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...bodies.laws import Law
-from ...bodies.stress_recovery import beam_strains, carrying, extreme_strains, principal, strains
+from ...bodies.stress_recovery import beam_strains, carrying, extreme_strains, principal_strains
 from ...core.algebra.linalg import evenly
 from ...core.storage.records import dataclass
 from ...systems.system import System
@@ -36,6 +36,7 @@ SMALL = (
     Law.MEMBRANE,
     Law.SHELL,
     Law.BEAM,
+    Law.SOLID,
 )
 
 
@@ -108,7 +109,7 @@ def place_of(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple
         for one, found in sampled.items()
     ]
     surfaces = [
-        (one.name, *on_surface(skins(system, q)[one.name], shortened))
+        (one.name, *on_surface(one.law, skins(system, q)[one.name], shortened))
         for one in system.skins
         if one.name == name
     ]
@@ -124,12 +125,12 @@ def shown(system: System, place: np.ndarray) -> tuple[float, ...]:
     return tuple(np.where(np.abs(place) > ROUND_OFF * system.scale, place, 0.0).tolist())
 
 
-def on_surface(found: np.ndarray, shortened: bool) -> tuple[np.ndarray, np.ndarray]:
+def on_surface(law: Law, found: np.ndarray, shortened: bool) -> tuple[np.ndarray, np.ndarray]:
     """Places (x, c) and the largest or smallest principal strains (x,) of samples (1 + k, x, c) of
-    a surface.
+    a surface, or the boundary of a solid.
     """
-    u = found[1:3].transpose(0, 2, 1).reshape(-1, found.shape[1])
-    return found[0], principal(strains(u, found.shape[2]))[int(shortened)]
+    u = found[1 : 1 + law.tangents].transpose(0, 2, 1).reshape(-1, found.shape[1])
+    return found[0], principal_strains(law, u, found.shape[2])[int(shortened)]
 
 
 def summarise(found: list[LargeStrain]) -> Iterator[str]:

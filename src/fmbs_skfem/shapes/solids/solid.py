@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import field
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage.container import storable
@@ -158,6 +159,15 @@ def coupled(where: str, solid: Solid, names: str | tuple[str, ...]) -> tuple[Int
     if all(name in solid.faces for name in each):
         return face_weights(solid, face(where, solid, each))
     return nodes, np.ones(len(nodes))
+
+
+def centres(solid: Solid) -> csr_array:
+    """Rows (e, n) of the middles of cells, the means of their corners."""
+    corners = solid.kind.corners
+    count = len(solid.nodes)
+    data = np.full(count * corners, 1.0 / corners)
+    indptr = corners * np.arange(count + 1)
+    return csr_array((data, solid.nodes[:, :corners].ravel(), indptr), shape=(count, solid.count))
 
 
 def corner_rows(solid: Solid, cells: Ints) -> Floats:
