@@ -127,7 +127,7 @@ def test_elements_of_other_kinds_are_left_out(tmp_path: Path) -> None:
     with pytest.warns(Notice) as said:
         found = read(tmp_path, text + "*NODE\n5, 4., 0.\n*ELEMENT, TYPE=B31\n4, 4,\n5, 9\n")
     assert any(
-        "neither lines nor plates are left out: 1 of type MASS, 1 of type SPRINGA"
+        "no lines, plates or solids are left out: 1 of type MASS, 1 of type SPRINGA"
         in str(one.message)
         for one in said
     )
@@ -284,9 +284,7 @@ def test_what_cannot_be_read_right_is_refused(text: str, said: str, tmp_path: Pa
 
 
 def test_a_file_of_solids_says_so(tmp_path: Path) -> None:
-    with pytest.raises(
-        InputError, match=r"expected elements of lines or plates .*, got 1 of type C3D4"
-    ):
+    with pytest.raises(InputError, match=r"expected cells of type line, got 1 tetra"):
         read(
             tmp_path,
             "*NODE\n1, 0.\n2, 1.\n3, 0., 1.\n4, 0., 0., 1.\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n",

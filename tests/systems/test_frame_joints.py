@@ -232,7 +232,7 @@ def test_planetary_gear() -> None:
             joints.Edge("hold", "plate", ("lft",)),
             "one of its edges .*got 'lft'; did you mean 'left'",
         ),
-        (2, joints.Edge("hold", "beam", ("left",)), "expected a plate or shell, got 'beam'"),
+        (2, joints.Edge("hold", "beam", ("left",)), "expected a plate, shell or solid, got 'beam'"),
         (
             2,
             joints.Edge("hold", "plate", ("right",), "xz"),
@@ -243,7 +243,7 @@ def test_planetary_gear() -> None:
             joints.Edge("hold", "plate", ("right",), ""),
             r"'hold'\.fixed: expected a component of displacement or slope",
         ),
-        (2, joints.RimNodes("ring", "a", ("right",), A1), "expected a plate or shell"),
+        (2, joints.RimNodes("ring", "a", ("right",), A1), "expected a plate, shell or solid"),
     ],
 )
 def test_wrong_joints_are_named(dim: int, joint: Any, named: str) -> None:

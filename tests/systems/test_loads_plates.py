@@ -240,7 +240,7 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (
             2,
             loads.SurfaceLoad("wind", "beam", (1.0, 0.0)),
-            "load 'wind': expected a plate or shell, got 'beam'",
+            "load 'wind': expected a plate, shell or solid, got 'beam'",
         ),
         (
             2,
@@ -270,7 +270,7 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (
             3,
             loads.Pressure("pressure", "beam", 1.0, follower=True),
-            "load 'pressure': expected a plate or shell, got 'beam'",
+            "load 'pressure': expected a plate, shell or solid, got 'beam'",
         ),
         (
             3,

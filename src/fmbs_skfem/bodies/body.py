@@ -260,7 +260,7 @@ class Body:
     arcs: np.ndarray | None = None
     #: its elastic energy, in place of that of cells
     linear: LinearElasticity | None = None
-    #: (3, b) mean axes a_k of the nodes that a frame follows, by its name, see `from_matrices`
+    #: (3, n) mean axes a_k of the nodes that a frame follows, by its name, see `from_matrices`
     fits: dict[str, csr_array] = field(default_factory=dict)
     #: rows (6 k, b c) of stresses at k points by name, xx, yy, zz, xy, yz, zx in its axes [Pa/m]
     recovery: dict[str, Any] = field(default_factory=dict)

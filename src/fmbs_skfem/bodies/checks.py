@@ -21,7 +21,7 @@ from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
 from . import laws, strain_law
 from .cable_law import STRAIGHT
-from .laws import Law
+from .laws import STIFFNESS, Law
 
 STEP = 3e-4  #: of the difference quotients, in units of the gradients
 POINTS, CELLS = 2, 6  #: tested gradients
@@ -142,11 +142,16 @@ def samples(
     if law.bends:
         section = cable_sections(random, dim, bent)
         return section, cable_reference(section, dim), cable_gradients(random, dim)
-    return (
-        random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS)),
-        None,
-        surface_gradients(random, law.vectors, dim),
-    )
+    section = random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS))
+    if law is Law.SOLID:
+        section[: len(STIFFNESS)] = stiffnesses(random)
+    return section, None, surface_gradients(random, law.vectors, dim)
+
+
+def stiffnesses(random: Generator) -> np.ndarray:
+    """Upper triangles (21, p, e) of positive stiffnesses between six strains."""
+    A = random.normal(size=(6, 6, POINTS, CELLS))
+    return np.asarray(np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(6)])
 
 
 def beam_samples(random: Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -155,8 +160,7 @@ def beam_samples(random: Generator) -> tuple[np.ndarray, np.ndarray]:
     """
     reference = random.normal(size=(24, POINTS, CELLS))
     section = random.uniform(0.5, 2.0, (Law.BEAM.rows, POINTS, CELLS))
-    A = random.normal(size=(6, 6, POINTS, CELLS))
-    section[:21] = np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(6)]
+    section[: len(STIFFNESS)] = stiffnesses(random)
     first = Law.BEAM.section.index("gamma1")
     section[first : first + 12] = strain_law.strains(reference.reshape(8, 3, POINTS, CELLS))
     return section, reference

@@ -40,6 +40,7 @@ ALIKE = 1e-12  #: difference of two entries, over the largest ones of their rows
 ROUNDED = 1e-5  #: the same, up to which it comes from the digits of a file
 #: force of a rigid motion, over the sum of the sizes of its terms, that the digits of a file leave
 RIGID = 1e-5
+ROUND_OFF = 1e-14  #: distance of a node from the middle of its set, over the largest, that is none
 FLAT = 1e-6  #: second moment of the nodes of an interface, over the largest, that is none
 
 
@@ -137,11 +138,7 @@ def from_matrices(
             None if Kg is None else as_csr(wide.T @ Kg @ wide),
         ),
         recovery={key: as_csr(one @ wide) for key, one in rows.items()},
-        fits={
-            key: as_csr(mean_axes(one, nodes, unit) @ spread)
-            for key, one in found.items()
-            if not one.rigid
-        },
+        fits={key: mean_axes(one, nodes, unit) for key, one in found.items() if not one.rigid},
     )
 
 
@@ -310,8 +307,11 @@ def tie(
             raise InputError(say(f"{where}: interface '{key}'", expected, got))
         taken[ids] = True
         center = mean_place(one, nodes, unit)
+        about = nodes[ids] - np.outer(unit[ids], center)
+        # an axis across a flat set has no mass, and not that of round-off
+        about[np.abs(about) <= ROUND_OFF * np.abs(about).max()] = 0.0
         block = np.zeros((n, 4))
-        block[ids] = np.column_stack([unit[ids], nodes[ids] - np.outer(unit[ids], center)])
+        block[ids] = np.column_stack([unit[ids], about])
         rows.append(block)
         columns.append(np.vstack([center, np.eye(3)]))
     free = np.flatnonzero(~taken)

@@ -179,6 +179,10 @@ def read_checks(files: Store) -> dict[int, FullRun]:
     return {point: run for point, run in found.items() if isinstance(run, FullRun)}
 
 
+#: fields that structs have got since trainings were kept, and the values that leave these as they are
+LATER: dict[str, dict[str, Any]] = {"Output": {"law": None}, "Skin": {"points": 0}}
+
+
 def fingerprint(task: TrainingTask, *others: Any) -> str:
     """What a training is, as a text: the family at both corners of the box, parameters, plan and
     snapshots, and `others`.
@@ -261,8 +265,11 @@ def _(value: Case) -> dict[str, Any]:
 
 
 def list_fields(value: Any) -> dict[str, Any]:
-    """The type and the fields of a struct, by name."""
+    """The type and the fields of a struct, by name; without later ones that stand for nothing."""
     parts = {field.name: getattr(value, field.name) for field in fields(value)}
+    for name, nothing in LATER.get(type(value).__name__, {}).items():
+        if parts[name] == nothing:
+            del parts[name]
     return {"type": type(value).__name__} | parts
 
 

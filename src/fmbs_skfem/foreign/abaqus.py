@@ -7,8 +7,9 @@ are followed. A set of a part has its own name where one instance only has it, e
 Nodes of a set along the boundary of a surface, by which Abaqus names an edge, also become line
 cells, as do sides of elements under *SURFACE: the side i from corner i to the next is Ei of shells
 and membranes, Si of plane elements, all free sides of these where none is named. Faces SPOS and
-SNEG are no sides. What makes or moves nodes in other ways is refused, elements that are neither
-lines nor plates are skipped with a notice. Source: Abaqus Analysis User's Guide, "Defining a model
+SNEG are no sides. Sides Si of solids become triangles or quadrilaterals, and the material that *SOLID
+SECTION names comes along in the units of the file. What makes or moves nodes in other ways is
+refused, other elements are skipped with a notice. Source: Abaqus Analysis User's Guide, "Defining a model
 in Abaqus", "Node definition", "Element definition", "Assembly definition", "Element-based surface
 definition".
 """
@@ -18,7 +19,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
@@ -42,8 +43,28 @@ _KINDS = [
         (r"(STRI65|CPS6|CPE6|CPEG6|M3D6|SFM3D6)[A-Z]*", "triangle6", 6),
         (r"(S8|CPS8|CPE8|CPEG8|M3D8|SFM3D8)[A-Z]*5?", "quad8", 8),
         (r"(S9R5|M3D9)[A-Z]*", "quad9", 9),
+        (r"C3D4[A-Z]*", "tetra", 4),
+        (r"C3D10[A-Z]*", "tetra10", 10),
+        (r"C3D8[A-Z]*", "hexahedron", 8),
+        (r"C3D20[A-Z]*", "hexahedron20", 20),
+        (r"C3D27[A-Z]*", "hexahedron27", 27),
+        (r"C3D6[A-Z]*", "wedge", 6),
+        (r"C3D15[A-Z]*", "wedge15", 15),
     )
 ]
+#: corners of the sides S1, S2, ... of solids
+_FACES = {
+    "tetra": [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]],
+    "hexahedron": [
+        [0, 1, 2, 3],
+        [4, 7, 6, 5],
+        [0, 4, 5, 1],
+        [1, 5, 6, 2],
+        [2, 6, 7, 3],
+        [3, 7, 4, 0],
+    ],
+}
+_SIDES = 8  #: numbers kept for the sides of an element
 #: cards that make, move or fetch nodes, elements and sets by rules that are not followed here
 _UNREAD = {
     *(
@@ -172,6 +193,10 @@ class _Reader:
     #: upper name of an instance -> as it is written
     spelt: dict[str, str] = field(default_factory=dict)
     other_types: Counter[str] = field(default_factory=Counter)
+    #: name -> card -> numbers
+    materials: dict[str, dict[str, list[float]]] = field(default_factory=dict)
+    sections: list[str] = field(default_factory=list)  #: names of the materials of solids
+    material: str = ""  #: the one that cards belong to
     assembly: bool = False
     whole: _Whole = field(default_factory=_Whole)
 
@@ -234,7 +259,25 @@ class _Reader:
             level.sets.append(self._members(card))
         elif card.keyword == "SURFACE":
             level.sets.extend(self._surface(card))
+        elif card.keyword == "MATERIAL":
+            self.material = self._name(card, "NAME").upper()
+            self.materials[self.material] = {}
+        elif card.keyword in ("ELASTIC", "DENSITY") and self.material and card.data:
+            self._numbers_of_material(card)
+        elif card.keyword == "SOLID SECTION":
+            self.sections.append(card.options.get("MATERIAL", "").upper())
         return level
+
+    def _numbers_of_material(self, card: _Card) -> None:
+        """Young's modulus and Poisson's ratio, or the density; other elasticity is left out."""
+        if card.options.get("TYPE", "ISOTROPIC").upper() not in ("ISO", "ISOTROPIC"):
+            notify(
+                f"{self.where}: line {card.line}: *{card.keyword} {_shown(card.options)} is left out"
+            )
+            return
+        line, words = card.data[0]
+        numbers = [self._number(float, line, word) for word in _trimmed(words)]
+        self.materials[self.material][card.keyword] = numbers
 
     def _open_instance(self, card: _Card) -> _Level:
         name = self._name(card, "NAME")
@@ -413,12 +456,10 @@ class _Reader:
         if self.other_types:
             found = ", ".join(f"{count} of type {name}" for name, count in self.other_types.items())
             if not self.whole.rows:
-                expected = "elements of lines or plates (B31, T3D2, S4, S3, CPS4, ...)"
-                raise InputError(
-                    say(self.where, expected, found, "export a mesh of lines or surfaces")
-                )
+                expected = "elements of lines, plates or solids (B31, T3D2, S4, CPS4, C3D10, ...)"
+                raise InputError(say(self.where, expected, found, "export other elements"))
             notify(
-                f"{self.where}: elements that are neither lines nor plates are left out: {found}"
+                f"{self.where}: elements that are no lines, plates or solids are left out: {found}"
             )
         return self._output(*self._named(top, placed))
 
@@ -482,18 +523,19 @@ class _Reader:
             )
 
     def _sides(self, card: _Members, rows: Ints) -> Ints:
-        """Sides of elements as 4 row + i."""
+        """Sides of elements as _SIDES row + i."""
         found = []
         unread: set[str] = set()
         for row in rows.tolist():
             name = self.whole.types[row]
-            corners = _corners(self.whole.kinds[row])
-            letter = "S" if name.startswith("CP") else "E"
+            kind = self.whole.kinds[row]
+            corners = len(_faces(kind)) or _corners(kind)
+            letter = "S" if name.startswith("C") else "E"
             words = [f"{letter}{i}" for i in range(1, corners + 1)]
             if card.face in words:
-                found.append(4 * row + words.index(card.face))
+                found.append(_SIDES * row + words.index(card.face))
             elif letter == "S" and not card.face:
-                found += [4 * row + i for i in range(corners)]
+                found += [_SIDES * row + i for i in range(corners)]
             elif card.face not in ("", "SPOS", "SNEG"):
                 sides = f"sides are {words[0]} to {words[-1]}" if words else "lines have no sides"
                 unread.add(f"{card.face} of elements of type {name} ({sides})")
@@ -573,19 +615,57 @@ class _Reader:
             order += ids
         place = np.argsort(np.array(order, np.int64))
         members = {name: place[rows] for name, rows in elsets.items()}
+        blocks, members = self._with_faces(blocks, surfaces, members)
         blocks, cells = _with_edges(
             blocks, nsets, {name: self._pairs(ids) for name, ids in surfaces.items()}, members
         )
-        return exchange.gathered(
+        found = exchange.gathered(
             np.concatenate(whole.points), np.array(whole.numbers, np.int64), blocks, nsets, cells
         )
+        return replace(found, materials=self._used_materials())
+
+    def _used_materials(self) -> dict[str, list[float]]:
+        """Young's modulus, Poisson's ratio and density of the materials that solids are made of."""
+        found = {}
+        for name in self.sections:
+            numbers = self.materials.get(name, {})
+            elastic, density = numbers.get("ELASTIC", []), numbers.get("DENSITY", [])
+            if len(elastic) >= 2 and density:
+                found[name] = [*elastic[:2], density[0]]
+        return found
+
+    def _with_faces(
+        self,
+        blocks: list[tuple[str, Ints, Ints]],
+        surfaces: exchange.Groups,
+        cells: exchange.Groups,
+    ) -> tuple[list[tuple[str, Ints, Ints]], exchange.Groups]:
+        """Blocks and groups of cells with triangles and quadrilaterals on the sides of solids that
+        surfaces name.
+        """
+        count = sum(len(rows) for _, rows, _ in blocks)
+        for name, sides in surfaces.items():
+            faces: dict[str, list[list[int]]] = {"triangle": [], "quad": []}
+            for row, i in zip(*divmod(sides, _SIDES), strict=True):
+                if loops := _faces(self.whole.kinds[row]):
+                    nodes = [self.whole.rows[row][corner] for corner in loops[i]]
+                    faces["triangle" if len(nodes) == 3 else "quad"].append(nodes)
+            for kind, found in faces.items():
+                if found:
+                    added = np.arange(count, count + len(found))
+                    before = cells.get(name, np.zeros(0, np.int64))
+                    cells = {**cells, name: np.concatenate([before, added])}
+                    blocks = [*blocks, (kind, np.array(found, np.int64), added + 1)]
+                    count += len(found)
+        return blocks, cells
 
     def _pairs(self, sides: Ints) -> Ints:
-        """Rows of points (i, 2) at the ends of sides."""
+        """Rows of points (i, 2) at the ends of sides of surface elements."""
         ends = []
-        for row, i in zip(*divmod(sides, 4), strict=True):
+        for row, i in zip(*divmod(sides, _SIDES), strict=True):
             corners = self.whole.rows[row][: _corners(self.whole.kinds[row])]
-            ends.append((corners[i], corners[(i + 1) % len(corners)]))
+            if corners:
+                ends.append((corners[i], corners[(i + 1) % len(corners)]))
         return np.array(ends, np.int64).reshape(-1, 2)
 
     # --------------------------------------------------------------------------------------------------------------- words
@@ -654,8 +734,13 @@ def _boundary(blocks: list[tuple[str, Ints, Ints]]) -> Ints:
 
 
 def _corners(kind: str) -> int:
-    """Of a triangle or quadrilateral; a line has none."""
-    return 0 if kind.startswith("line") else 3 if kind.startswith("tri") else 4
+    """Of a triangle or quadrilateral; lines and solids have none."""
+    return 3 if kind.startswith("tri") else 4 if kind.startswith("quad") else 0
+
+
+def _faces(kind: str) -> list[list[int]]:
+    """Corners of the sides of a solid; surfaces and lines have none."""
+    return next((loops for name, loops in _FACES.items() if kind.startswith(name)), [])
 
 
 def _trimmed(words: list[str]) -> list[str]:

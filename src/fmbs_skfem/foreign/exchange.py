@@ -32,6 +32,8 @@ class Mesh:
     point_groups: Groups = field(default_factory=dict)  #: name -> (i,) rows of `points`
     #: kind -> name -> (i,) rows of its cells
     cell_groups: dict[str, Groups] = field(default_factory=dict)
+    #: Young's modulus, Poisson's ratio and density of the materials of its solids, by name
+    materials: dict[str, list[float]] = field(default_factory=dict)
 
 
 def save(mesh: Mesh, path: Path) -> None:
@@ -47,7 +49,11 @@ def save(mesh: Mesh, path: Path) -> None:
         arrays |= {f"cells{i}": mesh.cells[kind], f"cell_numbers{i}": mesh.cell_numbers[kind]}
     arrays |= {f"group{i}": ids for i, (_, _, ids) in enumerate(named)}
     head = json.dumps(
-        {"kinds": list(mesh.cells), "groups": [[kind, name] for kind, name, _ in named]}
+        {
+            "kinds": list(mesh.cells),
+            "groups": [[kind, name] for kind, name, _ in named],
+            "materials": mesh.materials,
+        }
     )
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, head=np.frombuffer(head.encode(), np.uint8), **arrays)
@@ -63,7 +69,10 @@ def load(path: Path) -> Mesh:
             found[kind][name] = data[f"group{i}"]
         cells = {kind: data[f"cells{i}"] for i, kind in enumerate(kinds)}
         numbers = {kind: data[f"cell_numbers{i}"] for i, kind in enumerate(kinds)}
-        return Mesh(data["points"], data["numbers"], cells, numbers, found.pop("point"), found)
+        points = found.pop("point")
+        return Mesh(
+            data["points"], data["numbers"], cells, numbers, points, found, head["materials"]
+        )
 
 
 def gathered(

@@ -93,7 +93,6 @@ def with_functions(body: Body, S: np.ndarray) -> Body:
         axes=None if body.axes is None else csr_array(body.axes @ S),
         outline=None if body.outline is None else body.outline @ S,
         recovery={name: as_dense(rows @ wide) for name, rows in body.recovery.items()},
-        fits={name: csr_array(rows @ S) for name, rows in body.fits.items()},
         linear=LinearElasticity(
             reduced(linear.stiffness, wide),
             None if linear.damping is None else reduced(linear.damping, wide),

@@ -448,7 +448,7 @@ def _comparisons(scene: Scene) -> Iterator[Found]:
             ("compare", "coarse"),
             Problem("a scene with cables, which can be divided anew", "one without", remedy),
         )
-    color = None if scene.pictures is None else scene.pictures.color
+    color = "curvature" if scene.pictures is None else scene.pictures.color
     showing = sorted({kind.word for kind in SceneBody.known.values() if color in kind.shows})
     if showing and not any(color in body.shows for body in bodies):
         expected = f"a scene with a body of the types {', '.join(showing)}"

@@ -109,13 +109,12 @@ def of_plate(part: Body, material: Material, gravity: float, flat: bool) -> Body
     )
 
 
-def of_solid(part: Body, material: Material | Orthotropic | None, gravity: float) -> BodyFigures:
+def of_solid(part: Body, material: Material | Orthotropic, gravity: float) -> BodyFigures:
     """A solid under gravity [m/s2]; its aspect is that of the longest edge of a cell over its
     least height, the angle is left out.
     """
     shape = part.space
     assert isinstance(shape, Solid)
-    assert material is not None
     E = material.young_modulus if isinstance(material, Material) else max(material.young_moduli)
     speed = math.sqrt(E / material.density)
     found = of_any(part)

@@ -139,24 +139,20 @@ class Pictures:
     """Instants to draw and the field that colours the bodies."""
 
     instants: list[fields.Instant] = field(default_factory=list)
-    color: Annotated[
-        Literal[
-            "curvature",
-            "strain",
-            "velocity",
-            "axial_force",
-            "shear_force",
-            "bending_moment",
-            "torque",
-            "torsion",
-            "normal_stress",
-            "von_mises",
-            "von_mises_recovered",
-            "error",
-        ]
-        | None,
-        "by default curvature, with solids von_mises",
-    ] = None
+    color: Literal[
+        "curvature",
+        "strain",
+        "velocity",
+        "axial_force",
+        "shear_force",
+        "bending_moment",
+        "torque",
+        "torsion",
+        "normal_stress",
+        "von_mises",
+        "von_mises_recovered",
+        "error",
+    ] = "curvature"
 
 
 @dataclass(frozen=True, kw_only=True)

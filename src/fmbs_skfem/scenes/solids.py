@@ -64,8 +64,9 @@ class SolidBody(SceneBody, word="solid"):
 
     `volume` names a part of the file. With `order: 2`, the default, cells of first order get nodes
     in the middle of their edges: without these they are far too stiff in bending. `refine` (2, 4,
-    ..) cuts every edge into that many. The material is isotropic, or `orthotropic` with its axes 1,
-    2, 3 turned by `axes` from those of the mesh; in its place a `law` of `extensions` has an energy
+    ..) cuts every edge into that many. The material is isotropic, by default that of the file
+    (*SOLID SECTION, in N, s and the unit of the file), or `orthotropic` with its axes 1, 2, 3 turned
+    by `axes` from those of the mesh; in its place a `law` of `extensions` has an energy
     of the deformation gradient, W(r,1, r,2, r,3), with its `numbers`.
 
     Joints and loads act at `rims`, faces or sets of nodes that move as one rigid frame (RBE2), at
@@ -106,9 +107,8 @@ class SolidBody(SceneBody, word="solid"):
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         if dim == 2:
             yield "type", Problem("dimension 3", "2", "solids are bodies in space")
-        if (self.material is None) == (self.orthotropic is None):
-            got = "neither" if self.material is None else "both"
-            yield "material", Problem("a material, or one that is orthotropic", got)
+        if self.material is not None and self.orthotropic is not None:
+            yield "material", Problem("a material, or one that is orthotropic", "both")
         if self.axes is not None and self.orthotropic is None:
             yield "axes", Problem("axes of an orthotropic material", "those of another one")
         if self.law is not None and self.law not in laws.KNOWN:
@@ -127,7 +127,27 @@ class SolidBody(SceneBody, word="solid"):
         return Problem(f"a place of '{self.name}'", f"'{self.name}'", remedy)
 
     def figures(self, part: Body, gravity: float) -> BodyFigures:
-        return figures.of_solid(part, self.material or self.orthotropic, gravity)
+        shape = part.space
+        assert isinstance(shape, Solid)
+        material = self.material_of(f"body '{self.name}'", shape)
+        return figures.of_solid(part, material, gravity)
+
+    def material_of(self, where: str, shape: Solid) -> Material | Orthotropic:
+        """The material that is given, else the only one of the file; InputError where there are none
+        or several.
+        """
+        if (given := self.material or self.orthotropic) is not None:
+            return given
+        known = shape.materials
+        if len(known) != 1:
+            got = f"{len(known)} in the mesh ({', '.join(known)})" if known else "none"
+            remedy = (
+                "give `material`, or make a body of each `volume`" if known else "give `material`"
+            )
+            raise InputError(say(f"{where}.material", "a material", got, remedy))
+        ((E, nu, rho),) = known.values()
+        unit = self.unit
+        return Material(E / unit**2, rho / unit**4, nu)
 
     def shape(self, scene: Scene, allow_outside: bool) -> Solid:
         """The mesh of its file."""
@@ -147,12 +167,10 @@ class SolidBody(SceneBody, word="solid"):
             nodes, weights = (tuple(one.tolist()) for one in found)
             return Coupling(nodes, rigid, center, weights)  # type: ignore[arg-type]
 
-        material = self.material or self.orthotropic
-        assert material is not None
         return solid_body(
             self.name,
             shape,
-            material,
+            self.material_of(where, shape),
             axes=self.axes.matrix if self.axes else None,
             law=Law.SOLID if self.law is None else laws.find(self.law),
             numbers=self.numbers,

@@ -115,6 +115,7 @@ def _foreign(path: Path, where: str) -> Raw:
             for kind, rows in found.cells.items()
             if kind in (*msh.CURVED, *msh.SOLID)
         },
+        materials=found.materials,
     )
 
 

@@ -76,6 +76,8 @@ class Raw:
     #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
     resolution: float = 0.0
     others: dict[str, MshCells] = field(default_factory=dict)  #: cells of all other kinds
+    #: Young's modulus, Poisson's ratio and density of materials by name, in the units of the file
+    materials: dict[str, list[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

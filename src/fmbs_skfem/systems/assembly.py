@@ -431,7 +431,7 @@ def follow(name: str, part: Body, frame: str, axes: list[int], draft: Draft) -> 
 
         e_i . a_j - e_j . a_i = 0
     """
-    first = draft.probes.add(draft.layout.spread(part, part.fits[frame]))
+    first = draft.probes.add(draft.layout.spread(part, own(part, part.fits[frame])))
     for i in range(3):
         for j in range(i + 1, 3):
             terms = [(1.0, -1, axes[i] + c, first + 3 * j + c) for c in range(3)]

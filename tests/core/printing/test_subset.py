@@ -23,7 +23,7 @@ from fmbs_skfem.core.printing.frames import source_of
 from fmbs_skfem.core.printing.statements import KernelBody
 
 PACKAGE = Path(fmbs_skfem.__file__).parent
-COMPILERS = frozenset({"jit", "inlined", "regrouped", "routine", "entry"})
+COMPILERS = frozenset({"jit", "inlined", "regrouped", "routine", "unlocked", "entry"})
 OPERATIONS = {*expressions.SIGNS, *expressions.WHOLE, ast.Pow}
 RELATIONS = {*expressions.RELATIONS, ast.In, ast.NotIn}
 METHODS = frozenset({"reshape", "copy", "conjugate"})
@@ -37,10 +37,13 @@ SPARSE = "factors of sparse matrices of large models, which no step in C has"
 LAPACK = "LAPACK at an address; `core.algebra.small` stands in its place"
 #: kernels outside of the subset, and why they may be
 OUTSIDE = {
-    "core/algebra/direct.py": (SPARSE, {"_update_rest", "eliminate", "_up", "substitute"}),
+    "core/algebra/direct.py": (
+        SPARSE,
+        {"_update", "eliminate", "eliminate_range", "_up", "substitute"},
+    ),
     "core/algebra/supernodes.py": (
         SPARSE,
-        {"_merge_equal", "_tree", "_postorder", "_counts", "_patterns"},
+        {"_merge_equal", "_tree", "_postorder", "_counts", "_patterns", "nested_dissection"},
     ),
     "core/compiling/lapack.py": (LAPACK, {"pbtrf", "potrf", "gbtrf", "gbtrs", "getrf", "getrs"}),
     "reduction/hyper/ecsw.py": ("training, no part of a step: np.hypot", {"_remove"}),

@@ -15,7 +15,7 @@ import numpy as np
 from ...core.errors import InputError, require_positive, say
 from ...core.storage.records import dataclass
 from ...core.values.arguments import checked
-from ...core.values.fields import Density, quantity
+from ...core.values.fields import Density, vector
 from ..sections import Material
 
 Triple = tuple[float, float, float]
@@ -30,9 +30,9 @@ class Orthotropic:
         nu_12 = - e_22 / e_11   under a stress along 1
     """
 
-    young_moduli: Annotated[Triple, quantity("Pa", "> 0")]
-    poisson_ratios: Triple
-    shear_moduli: Annotated[Triple, quantity("Pa", "> 0")]
+    young_moduli: Annotated[Triple, vector("Pa")]
+    poisson_ratios: Annotated[Triple, vector("")]
+    shear_moduli: Annotated[Triple, vector("Pa")]
     density: Density
 
     def __post_init__(self) -> None:

@@ -86,11 +86,7 @@ def solid_body(
         axes=axes_of(found, spread, nodes, unit) if found else None,
         spread=spread if found else None,
         values=values_of(material, law),
-        fits={
-            key: as_csr(mean_axes(one, nodes, unit) @ spread)
-            for key, one in found.items()
-            if not one.rigid
-        },
+        fits={key: mean_axes(one, nodes, unit) for key, one in found.items() if not one.rigid},
     )
 
 
@@ -123,8 +119,8 @@ def require_law(where: str, law: Law, numbers: Mapping[str, float]) -> None:
 def tell_incompressible(where: str, material: Material | Orthotropic) -> None:
     """A notice of a Poisson's ratio whose volume changes cells cannot follow."""
     if isinstance(material, Material) and material.poisson_ratio > NEARLY_INCOMPRESSIBLE:
-        text = f"Poisson's ratio {material.poisson_ratio:g} lies above {NEARLY_INCOMPRESSIBLE}: cells that keep their volume are too stiff"
-        remedy = "compare with a finer mesh, or take 0.49, which changes thick parts by about 1 %"
+        text = f"Poisson's ratio {material.poisson_ratio:g} lies above {NEARLY_INCOMPRESSIBLE}: held all around, it may be too stiff"
+        remedy = "compare with a finer mesh, or with 0.49"
         notify(f"{where}: {text}; {remedy}")
 
 

@@ -132,8 +132,8 @@ class Bordered:
 
 
 def bordered(A: csr_array, m: int) -> Bordered | None:
-    """Factors of a balanced matrix whose last m rows are J; None where it is small, not symmetric, or
-    takes pivots beside the diagonal.
+    """Factors of a balanced matrix A (n, n) whose last m rows are J; None where it is small, not
+    symmetric, or takes pivots beside the diagonal.
     """
     k = A.shape[0] - m
     if k < LARGE or m > ROWS or A.dtype != np.float64:

@@ -55,7 +55,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "'beam' with torsion and shear, 'cable' without": "rod shaft bar frame blade timoshenko b31 b32 b33 ancf ancf_beam"
         " geometrically_exact cosserat flexible flex fe_part wire rope string ancf_cable ancf_cable_2d cable_2d ancfcable2d truss",
         "'shell' or 'plate'": "membrane sheet s4 s4r s3 s8r ancf_shell reissner kirchhoff",
-        "'rigid'": "rigid_body body solid cylinder box sphere link part_rigid lump",
+        "'rigid'": "rigid_body body cylinder box sphere link part_rigid lump",
         "'point_mass'": "mass particle point mass_point masspoint mass_point_2d lumped_mass",
         "'part', a body that was reduced alone": "superelement substructure ffrf ffrf_reduced_order cms craig_bampton modal mnf"
         " floating_frame reduced",

@@ -34,6 +34,8 @@ class Solid:
     faces: dict[str, Ints] = field(default_factory=dict)  #: named faces (i, 2), cell and face
     volumes: dict[str, Ints] = field(default_factory=dict)  #: named cells (i,)
     resolution: float = 0.0  #: half a unit of the last digit of the file's coordinates [m]
+    #: Young's modulus, Poisson's ratio and density of the materials of its file, in units of it
+    materials: dict[str, list[float]] = field(default_factory=dict)
 
     @property
     def count(self) -> int:

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 from scipy.sparse import coo_array, csgraph
 
 from ...core.algebra.linalg import distinct
@@ -143,8 +142,8 @@ def made(raw: Raw, where: str, volume: str | None, order: int) -> Solid:
     sets, volumes = meshes.without_empty(
         where, meshes.points_of(raw, used, where), volumes, tell=volume is None
     )
-    found = Solid(kind, cells, subject.points, sets, {}, volumes, raw.resolution)
-    found = replace(found, faces=named_faces(raw, where, used, found))
+    found = Solid(kind, cells, subject.points, sets, {}, volumes, raw.resolution, raw.materials)
+    found = replace(found, faces=named_faces(raw, where, used, found, tell=volume is None))
     if order == 2 and kind.order == 1:
         fine = second_order(found)
         text = f"{len(cells)} cells of first order, far too stiff in bending, get nodes in the middle of their edges"
@@ -206,6 +205,8 @@ def ordered(mesh: Subject, kind: Kind) -> Ints:
     One order serves all cells: that of the least sum of squares of the distances from where nodes
     of straight cells would be.
     """
+    from scipy.optimize import linear_sum_assignment
+
     cells = mesh.cells
     first = kind.corners
     if kind.order == 1:
@@ -301,9 +302,9 @@ def check_pieces(mesh: Subject, kind: Kind, cells: Ints) -> None:
     raise mesh.bad("one piece that hangs together by faces", got, remedy)
 
 
-def named_faces(raw: Raw, where: str, used: Ints, body: Solid) -> dict[str, Ints]:
+def named_faces(raw: Raw, where: str, used: Ints, body: Solid, tell: bool) -> dict[str, Ints]:
     """Faces (i, 2) by the surface cells of a file, and by sets of nodes that hold whole faces of the
-    boundary.
+    boundary; a notice of those that are elsewhere if one is to `tell`.
     """
     outer = solid.boundary(body.kind, body.nodes)
     corners = elements.faces(body.kind)
@@ -323,7 +324,7 @@ def named_faces(raw: Raw, where: str, used: Ints, body: Solid) -> dict[str, Ints
                 before = found.get(name, np.zeros((0, 2), np.int64))
                 found[name] = np.unique(np.vstack([before, outer[mine]]), axis=0)
     named = {name for part in surfaces for name, ids in part.groups.items() if len(ids)}
-    if lost := sorted(named - found.keys()):
+    if tell and (lost := sorted(named - found.keys())):
         notify(f"{where}: faces {', '.join(lost)} are none of the boundary, and are dropped")
     for name, ids in body.sets.items():
         inside = np.isin(loops, ids).all(axis=1)

@@ -151,6 +151,8 @@ def color(scene: Scene, system: System) -> str | None:
     """The field that colours the bodies of a full model, None where all are rigid."""
     if motion.usual_color(system) is None:
         return None
-    usual = "von_mises" if any(map(solid_fields.is_solid, system.skins)) else "curvature"
-    wanted = scene.pictures.color if scene.pictures else None
-    return usual if wanted in (None, "error") else wanted
+    wanted = scene.pictures.color if scene.pictures else "curvature"
+    wanted = "curvature" if wanted == "error" else wanted
+    # which solids do not have, and is what a scene has that says nothing
+    solid = wanted == "curvature" and any(map(solid_fields.is_solid, system.skins))
+    return "von_mises" if solid else wanted
