@@ -134,7 +134,8 @@ def test_parameters_of_a_sweep() -> None:
         (
             "type: cable",
             "type: cabel",
-            "scene:7: bodies.beam.type: expected one of beam, cable, matrices, part, plate, point_mass, rigid, rigid_plate, shell, solid, got "
+            "scene:7: bodies.beam.type: expected one of beam, cable, matrices, part, plate, point_mass, "
+            "rigid, rigid_plate, shell, solid, got "
             "'cabel'; did you mean 'cable'",
         ),
         (

@@ -19,7 +19,7 @@ from ..core.algebra import ranks, saddle, supernodes
 from ..core.algebra.linalg import Array
 from ..core.compiling import lapack, structs
 from ..core.errors import Contradiction, Reason, SolverError, say
-from ..systems import assembly, evaluation, layouts
+from ..systems import assembly, evaluation, free_motions, layouts
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, repeatable, signal_table
 from ..systems.connections import mechanism
@@ -544,7 +544,7 @@ def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray]
     scale = np.sqrt(M.diagonal().max()) / max(float(np.abs(J).max(initial=0.0)), 1e-300)
     rows = csr_array(scale * J)
     A = csr_array(M + rows.T @ rows)
-    approximate = large.inverse(A, large.rigid_motions(model))
+    approximate = large.inverse(A, free_motions.rigid_motions(model.system))
     spread = large.refined(A, approximate, rows.toarray())
     schur = rows @ spread.T
 

@@ -20,6 +20,8 @@ from . import door
 #: ending of a file -> module of this folder whose `read(path, target, where)` writes the target
 FORMATS = {
     ".inp": "abaqus",
+    ".bdf": "nastran",
+    ".nas": "nastran",
     ".med": "med",
     ".vtk": "vtk",
     ".igs": "iges",

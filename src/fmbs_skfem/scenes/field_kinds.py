@@ -250,6 +250,7 @@ DisplayUnits = Annotated[
 ]
 Instant = Annotated[float, quantity("s", ">= 0")]
 MeshFile = Annotated[
-    str, "a mesh file (.msh, .vtu, .inp, .med, .vtk), its path from the folder of the scene"
+    str,
+    "a mesh file (.msh, .vtu, .inp, .bdf, .nas, .med, .vtk), its path from the folder of the scene",
 ]
 NewtonTolerance = Annotated[float, quantity("", "> 0", "< 0.01")]

@@ -5,7 +5,7 @@
 
 Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones
 are called `tag_n`) or VTK `.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`,
-`.med` and `.vtk` come through `foreign`. A mesh that comes out of `read` has finite points, every
+`.bdf`, `.nas`, `.med` and `.vtk` come through `foreign`. A mesh that comes out of `read` has finite points, every
 one used by a cell, no cell of zero length and none twice; a `Notice` says what is dropped on the
 way.
 """
@@ -119,7 +119,9 @@ def _foreign(path: Path, where: str) -> Raw:
     )
 
 
-_READERS = {".msh": msh.read, ".vtu": vtu.read} | dict.fromkeys((".inp", ".med", ".vtk"), _foreign)
+_READERS = {".msh": msh.read, ".vtu": vtu.read} | dict.fromkeys(
+    (".inp", ".bdf", ".nas", ".med", ".vtk"), _foreign
+)
 
 
 def straight(s: Floats) -> Floats:

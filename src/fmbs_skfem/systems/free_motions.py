@@ -25,7 +25,9 @@ from ..core.storage.records import dataclass
 from .compiled import compile_system, probe_tangent, residual
 from .connections.mechanism import center, idle, is_body, motions, moved, on_motions, onto_joints
 from .connections.redundancy import StartRows, rows_of
-from .system import Constraints, System
+from .system import Constraints, System, project
+
+ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced
 
@@ -243,3 +245,21 @@ def said(name: str, v: np.ndarray, w: np.ndarray, place: np.ndarray) -> str:
 
 def listed(values: np.ndarray) -> str:
     return "(" + ", ".join(f"{value + 0.0:.4g}" for value in np.round(values, 6)) + ")"
+
+
+def rigid_motions(system: System) -> np.ndarray:
+    """Rigid motions of the whole system in the unknowns (n, 3 to 6), columns of length one; none
+    about a line that all lie on.
+    """
+    dim = system.dim
+    q = system.lift(system.x0).reshape(-1, system.dim)
+    fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
+    spins = [
+        np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim]
+        for axis in np.eye(3)[2 if dim == 2 else 0 :]
+    ]
+    B = project(system.lift.matrix, np.stack([field.ravel() for field in fields + spins], axis=1))
+    sizes = np.linalg.norm(B, axis=0)
+    # about a line that all points lie on nothing moves, and multigrid would divide by it
+    moving = sizes > ROUND * sizes.max(initial=0.0)
+    return np.asarray(B[:, moving] / sizes[moving])

@@ -37,10 +37,10 @@ from ...core.algebra.linalg import distinct, is_identity
 from ...core.algebra.rotations import nearest
 from ...core.compiling.structs import Callback, place_of, unpacked
 from ...core.storage.records import dataclass
-from ...systems import compiled, evaluation
+from ...systems import compiled, evaluation, free_motions
 from ...systems.compiled import Compiled
 from ...systems.evaluation import Space
-from ...systems.system import project, reads
+from ...systems.system import reads
 from ...systems.terms import elastic as terms
 from ..scheme import Solver
 from . import factors, settling
@@ -48,7 +48,6 @@ from .step import Method, Step
 
 #: relative residual of the multigrid solution, the contraction of the Newton iteration
 LOOSE = 1e-5
-ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
 # a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no
 # stiffness, or that of a body
 METHOD = place_of(Step, "method")  #: where it begins in a packed step
@@ -91,7 +90,7 @@ class Large:
         self.label = "sparse factors"  #: of the solver, more exactly once there are factors
         self.place = model.system.x0  #: configuration where W was factored
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
-        self.motions = rigid_motions(model)
+        self.motions = free_motions.rigid_motions(model.system)
         self.inverse: Inverse | None = None
         self.which = factors.EXACT  #: what W is made of
         self.start: csr_array | None = None  #: W of a start
@@ -392,25 +391,6 @@ def node_size(W: csr_array) -> int:
             ):
                 return size
     return 1
-
-
-def rigid_motions(model: Compiled) -> np.ndarray:
-    """Rigid motions of the whole system in the unknowns (n, 3 to 6), columns of length one; none
-    about a line that all lie on.
-    """
-    system = model.system
-    dim = system.dim
-    q = system.lift(system.x0).reshape(-1, system.dim)
-    fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
-    spins = [
-        np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim]
-        for axis in np.eye(3)[2 if dim == 2 else 0 :]
-    ]
-    B = project(system.lift.matrix, np.stack([field.ravel() for field in fields + spins], axis=1))
-    sizes = np.linalg.norm(B, axis=0)
-    # about a line that all points lie on nothing moves, and multigrid would divide by it
-    moving = sizes > ROUND * sizes.max(initial=0.0)
-    return np.asarray(B[:, moving] / sizes[moving])
 
 
 def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarray:
