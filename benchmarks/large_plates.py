@@ -33,9 +33,8 @@ from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.algebra import direct, krylov, pardiso
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.dynamics.compiled_step import large
 from fmbs_skfem.shapes import ancf_plate
-from fmbs_skfem.systems import At, assemble, compile_system, compiled
+from fmbs_skfem.systems import At, assemble, compile_system, compiled, free_motions
 from fmbs_skfem.systems.forces import loads
 
 RESULTS = Path(__file__).parent / "results"
@@ -61,7 +60,7 @@ def clamped(cells: int) -> tuple[csr_array, np.ndarray, np.ndarray]:
     held = FUNCTIONS * 3 * (cells + 1)
     K = csr_array(compiled.tangent(model, system.x0, np.zeros(0))[held:, held:])
     K.sum_duplicates()
-    B = large.rigid_motions(model)[held:]
+    B = free_motions.rigid_motions(model.system)[held:]
     tip = np.arange(system.size - held, system.size, FUNCTIONS * 3) - held
     rhs = np.zeros((2, K.shape[0]))
     rhs[0, tip + 1] = rhs[1, tip + 2] = 1.0 / len(tip)

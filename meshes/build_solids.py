@@ -14,7 +14,10 @@ from pathlib import Path
 import gmsh
 
 LENGTH = 0.16  #: between the axes of both eyes [m]
-EYES = {"big": (0.0, 0.034, 0.024), "small": (LENGTH, 0.02, 0.011)}  #: x, outer and inner radius [m]
+EYES = {
+    "big": (0.0, 0.034, 0.024),
+    "small": (LENGTH, 0.02, 0.011),
+}  #: x, outer and inner radius [m]
 WIDTH, HEIGHT = 0.016, 0.022  #: of the rod along z, of the shank along y [m]
 ROUND = 0.006  #: radius of the fillets between shank and eyes [m]
 

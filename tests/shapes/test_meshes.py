@@ -360,7 +360,7 @@ def test_vtu_of_pyvista_with_fields_that_are_no_groups(tmp_path: Path) -> None:
 
 def test_missing_file_names_its_neighbour() -> None:
     refused(FOLDER / "beam_1000.msh", "no such file", "did you mean 'beam_100.msh'?")
-    refused(FOLDER.parent / "meshes", "a .msh, .vtu, .inp, .med or .vtk file")
+    refused(FOLDER.parent / "meshes", "a .msh, .vtu, .inp, .bdf, .nas, .med or .vtk file")
 
 
 @pytest.mark.parametrize("name", ["a.msh", "a.vtu"])

@@ -28,7 +28,9 @@ FOLDER = Path(__file__).parents[2] / "meshes"
 SCRIPT = runpy.run_path(str(FOLDER / "build_plates.py"))
 LINES = runpy.run_path(str(FOLDER / "build.py"))["everything"]()
 FILES = sorted(
-    path for path in FOLDER.iterdir() if path.suffix in (".msh", ".vtu") and path.name not in LINES
+    path
+    for path in FOLDER.iterdir()
+    if path.suffix in (".msh", ".vtu") and path.name not in (*LINES, "con_rod_solid.msh")
 )
 
 #: name -> cells, nodes, rim and end: (group, centre, radius, sides)

@@ -42,6 +42,7 @@ class CellShapes:
     worst: int = 0  #: number of the cell of the largest aspect
     place: tuple[float, ...] = ()  #: its middle [m]
     across: int = 0  #: cells from edge to edge of a plate that Poisson's ratio bends crosswise
+    remedy: str = "mesh it more evenly for full accuracy"
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,7 @@ def of_solid(part: Body, material: Material | Orthotropic, gravity: float) -> Bo
             float(size[worst] / height[worst]),
             worst=worst,
             place=tuple(solid.corner_rows(shape, np.array([worst]))[0].tolist()),
+            remedy="mesh it more evenly, or take a plate or shell for thin walls",
         ),
     )
 

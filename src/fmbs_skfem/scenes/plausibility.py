@@ -293,9 +293,7 @@ def _cells(name: str, cells: CellShapes | None) -> Iterator[Finding]:
     ]
     for found, text in wrong:
         if found:
-            yield Finding(
-                ("bodies", name), f"the mesh has {text}: mesh it more evenly for full accuracy"
-            )
+            yield Finding(("bodies", name), f"the mesh has {text}: {cells.remedy}")
     if cells.across:
         text = f"{cells.across} of {cells.count} cells reach from edge to edge: "
         remedy = "bent crosswise by Poisson's ratio, one cell is up to 5 % off, two are 1.5 %, take two or more"

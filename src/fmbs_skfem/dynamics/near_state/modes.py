@@ -59,6 +59,8 @@ INFINITE = 1e12  #: eigenvalue over the largest frequency of the matrices, from 
 #: solid of 530 000 unknowns have 1e9 numbers
 HUGE = 200_000
 FREE = 1e-9  #: force of a rigid motion that costs no energy, over the sum of the sizes of its terms
+TRIES = 3  #: how often missing modes are looked for
+ABOVE = 1e-6  #: distance from the last eigenvalue, over it, at which those below are counted
 NEXT = 1e-9  #: shift next to zero, over the size of the matrices
 LOSE = (
     1e-7  #: eigenvalue over the largest one, below which it has lost more than half of its digits
@@ -291,30 +293,59 @@ def sparse_modes(
     shift = -NEXT * float(abs(K).max() / abs(M).max())
     squares, vectors = shifted_modes(K, M, J, count, shift)
     others = squares[squares > 10.0 * abs(shift)]
-    return (
-        shifted_modes(K, M, J, count, -float(others[0]))
-        if 0 < len(others) < count
-        else (squares, vectors)
-    )
+    if 0 < len(others) < count:
+        shift = -float(others[0])
+        squares, vectors = shifted_modes(K, M, J, count, shift)
+    for _ in range(TRIES):
+        if not (missing := count_missing(K, M, J, squares)):
+            break
+        more = shifted_modes(K, M, J, missing, shift, vectors)
+        squares = np.append(squares, more[0])
+        order = np.argsort(squares, kind="stable")
+        squares, vectors = squares[order], np.hstack([vectors, more[1]])[:, order]
+    return squares[:count], vectors[:, :count]
+
+
+def count_missing(K: csr_array, M: csr_array, J: np.ndarray, squares: np.ndarray) -> int:
+    """How many eigenvalues up to the last one of `squares` (i,) are not among them, by the negative
+    pivots of K - s M just above it; 0 where nobody knows.
+
+    Lanczos iteration finds one vector of several of one eigenvalue, and others by round-off alone:
+    of the six rigid motions of a free solid four.
+    """
+    shifted = csr_array(K - (squares[-1] + ABOVE * max(abs(squares[-1]), abs(squares[0]))) * M)
+    found = saddle.factor(saddle.matrix(shifted, J), rows=len(J))
+    below = None if found is None else inertia.count_negative(shifted, J, found)
+    return max(0, (below or 0) - len(squares))
 
 
 def shifted_modes(
-    K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float
+    K: csr_array,
+    M: csr_array,
+    J: np.ndarray,
+    count: int,
+    shift: float,
+    known: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The modes next to a shift below all of them."""
+    """The modes next to a shift below all of them; beside those `known` (n, i), if there are any."""
     n = K.shape[0]
     inverse = saddle.constrained(K - shift * M, J)
     if inverse is None:
         raise InputError(
             say("vibration_modes", "a mass or a stiffness in every direction", "one without both")
         )
-    start = inverse(M @ np.cos(np.arange(n)))
+
+    def other(f: np.ndarray) -> np.ndarray:
+        u = inverse(f)
+        return u if known is None else u - known @ (known.T @ (M @ u))
+
+    start = other(M @ np.cos((1.0 if known is None else 0.7) * np.arange(n)))
     squares, vectors = eigsh(
         K,
         count,
         M=M,
         sigma=shift,
-        OPinv=LinearOperator((n, n), matvec=inverse, dtype=float),
+        OPinv=LinearOperator((n, n), matvec=other, dtype=float),
         v0=start,
         tol=1e-14,
     )
