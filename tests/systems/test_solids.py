@@ -16,13 +16,15 @@ from fmbs_skfem.bodies.solids.solid_body import solid_body
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha
+from fmbs_skfem.dynamics.compiled_step import large
 from fmbs_skfem.dynamics.near_state.linear import linearise
-from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate
+from fmbs_skfem.systems import At, Motion, System, assemble, check_system, compile_system, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.measures.recovered import RecoveredStress
 from fmbs_skfem.systems.measures.stresses import StrainTensor, StressTensor
+from fmbs_skfem.systems.system import reads
 
 from ..solids import HEXA, SOFT, TETRA, bar, box, coupling
 
@@ -123,6 +125,19 @@ def test_its_own_matrices_move_as_it_does_but_for_the_square_of_the_amplitude() 
     small, large = apart(2.0), apart(4.0)
     assert large < 1e-4
     assert 3.5 < large / small < 9.0
+
+
+def test_a_mean_of_many_nodes_is_three_rows_of_the_interface() -> None:
+    """Place and axes of both ends: unknowns of the frames and means, and none of 600 of the faces."""
+    body = bar(box((2, 5, 5), kind=HEXA), "", "left right")
+    hinge = joints.Revolute("hinge", At("bar", "left"), axis=(0.0, 1.0, 0.0))
+    model = compile_system(assemble([body], [hinge]))
+    found = large.interface(model, True)
+    assert len(found.alone) < 60
+    x = np.random.default_rng(0).standard_normal(model.system.size)
+    read = sorted(reads(model.system.constraints, len(found.probes)).indices)
+    y = model.system.probes.matrix @ x
+    assert_allclose((found.probes @ (found.rows @ x))[read], y[read], atol=1e-12)
 
 
 def flying(step: float, kind: type = TETRA) -> dynamics.Trajectory:

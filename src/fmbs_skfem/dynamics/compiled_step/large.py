@@ -6,7 +6,7 @@ body since then,
 
     W^-1 ~ R W0^-1 R^T.
 
-Joints and configuration-dependent loads touch few unknowns, the interface b: their second
+Joints and configuration-dependent loads touch few unknowns, or means of many, the interface b: their second
 derivatives H_b and Jacobian J_b enter exactly by a small system with F = (W^-1)_bb,
 
     [ I + F H_b   F J_b^T ] [ d_b ]   [ y_b ]
@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags_array, vstack
 
 from ...core import machine_memory
 from ...core.algebra import direct, krylov, pardiso, supernodes
@@ -51,6 +51,7 @@ LOOSE = 1e-5
 # a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no
 # stiffness, or that of a body
 METHOD = place_of(Step, "method")  #: where it begins in a packed step
+WIDE = 48  #: unknowns of a row from which it is a mean: a place of a plate reads 16 functions
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
@@ -85,7 +86,6 @@ class Large:
         self.turns = is_identity(csr_array(system.lift.matrix))
         # found once: which unknowns joints and loads read does not change in a run
         self.interface = interface(model, self.turns)
-        self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
         self.label = "sparse factors"  #: of the solver, more exactly once there are factors
         self.place = model.system.x0  #: configuration where W was factored
@@ -129,20 +129,18 @@ class Large:
         diagonal = W.diagonal()
         # frames without mass and stiffness have zero pivots; H takes the same shift back, so that
         # the solution has none of it
-        self.shift = np.where(
-            diagonal[self.interface] < EMPTY * diagonal.max(), np.median(diagonal), 0.0
-        )
+        E, alone = self.interface.rows, self.interface.alone
+        empty = (alone >= 0) & (diagonal[alone] < EMPTY * diagonal.max())
+        self.shift = np.where(empty, np.median(diagonal), 0.0)
         shift = np.zeros(self.size)
-        shift[self.interface] = self.shift
+        shift[alone[empty]] = self.shift[empty]
         W = csr_array(W + diags_array(shift))
         self.inverse = inverse(W, self.motions, self.solver, self.inverse)
         self.label = self.inverse.label
         work.rate[0], self.place, self.factored = 1.0, space.x.copy(), fit_rotations(self, space.x)
         # W^-1 of the interface is made with the factors: a step then solves a system of its size
-        columns = np.zeros((len(self.interface), self.size))
-        columns[np.arange(len(self.interface)), self.interface] = 1.0
-        spread = refined(W, self.inverse, columns)
-        self.flexible = np.ascontiguousarray(spread[:, self.interface])
+        spread = refined(W, self.inverse, E.toarray())
+        self.flexible = np.ascontiguousarray((E @ spread.T).T)
         # half of the memory, for what enters corrections only: a correction leaves 1e-7 of itself
         # to the next one; starts are solved to the last digit
         self.start = W if self.which >= factors.STIFF else None
@@ -178,7 +176,7 @@ class Large:
             now @ then.T
             for now, then in zip(fit_rotations(self, space.x), self.factored, strict=True)
         ]
-        if len(self.interface) == 0:
+        if len(self.interface.alone) == 0:
             return Standing(turns)
         # points that touch nothing are left out: 729 unknowns of a plate of 8 x 8 cells over a
         # floor cost 0.33 s a correction
@@ -210,7 +208,7 @@ class Large:
         if nb:
             found = dgetrs(
                 *now.factors,
-                np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]),
+                np.concatenate([now.small @ (self.interface.rows @ r)[now.at], space.rhs[0, n:]]),
             )[0]
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
             r -= (now.small.T @ push).astype(self.spread.dtype) @ self.spread[now.at]
@@ -231,21 +229,32 @@ class Large:
         pairs, H = compiled.row_slopes(self.model, space)
         rows, places = np.unique(pairs[H != 0.0], return_inverse=True)
         y = np.zeros((len(rows), len(rows)))
-        J = space.Jy @ self.probes
+        probes = self.interface.probes
+        J = space.Jy @ probes
         np.add.at(y, tuple(places.reshape(-1, 2).T), H[H != 0.0])
-        used = self.probes[rows].any(axis=0) | J.any(axis=0) | (self.shift != 0.0)
+        used = probes[rows].any(axis=0) | J.any(axis=0) | (self.shift != 0.0)
         if self.turns:  # whole vectors
             # all components of a vector, on which rotations act
             used = np.repeat(used.reshape(-1, self.dim).any(axis=1), self.dim)
         at = np.flatnonzero(used)
-        part = self.probes[np.ix_(rows, at)]
+        part = probes[np.ix_(rows, at)]
         return at, part.T @ y @ part - np.diag(self.shift[at]), J[:, at]
 
 
-def interface(model: Compiled, whole: bool) -> np.ndarray:
-    """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors
-    where rotations act.
+class Interface(NamedTuple):
+    """What constraints and loads that depend on the configuration read: z = rows @ x, of which the
+    probes are y = probes @ z.
+
+    Unknowns, in whole vectors where rotations act, and means of many of them, as those of an average.
     """
+
+    rows: csr_array  #: (b, n)
+    probes: np.ndarray  #: (y, b)
+    alone: np.ndarray  #: (b,) the unknown that a row is, -1 of a mean
+
+
+def interface(model: Compiled, whole: bool) -> Interface:
+    """What constraints and loads that depend on the configuration read."""
     system = model.system
     # whatever a constraint or a force with derivatives may read in a run: the interface has one
     # size
@@ -253,11 +262,43 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
     rows |= {int(k) for k in model.pairs.ravel()} | {
         int(k) for force in model.forces if force.low.terms for k in force.alone
     }
-    touched = distinct(csr_array(system.probes.matrix)[sorted(rows)].indices)
+    P = csr_array(system.probes.matrix)
+    wide = means(P, rows, system.dim) if whole else []
+    touched = distinct(P[sorted(rows - set(wide))].indices)
     if whole:
         first = distinct(touched // system.dim) * system.dim
         touched = (first[:, None] + np.arange(system.dim)).ravel()
-    return touched.astype(np.int64)
+    count = len(touched)
+    unit = csr_array((np.ones(count), (np.arange(count), touched)), shape=(count, P.shape[1]))
+    probes = np.zeros((P.shape[0], count + len(wide)))
+    probes[:, :count] = P[:, touched].toarray()
+    probes[wide] = 0.0
+    probes[wide, count + np.arange(len(wide))] = 1.0
+    alone = np.append(touched, np.full(len(wide), -1)).astype(np.int64)
+    return Interface(csr_array(vstack([unit, P[wide]])) if wide else unit, probes, alone)
+
+
+def means(P: csr_array, rows: set[int], dim: int) -> list[int]:
+    """Rows among those of P (y, n) that read many unknowns, a row for each component of a mean.
+
+    A mean of the 300 nodes of a face is 3 rows of an interface, its nodes would be 900.
+    """
+    found: list[int] = []
+    sizes = np.diff(P.indptr)
+    for first in sorted(rows):
+        if sizes[first] <= WIDE or (found and first <= found[-1]):
+            continue
+        group = range(first, first + dim)
+        if not rows.issuperset(group) or not (sizes[first : first + dim] == sizes[first]).all():
+            continue
+        start, size = P.indptr[first], sizes[first]
+        data, indices = (
+            one[start : start + dim * size].reshape(dim, size) for one in (P.data, P.indices)
+        )
+        vectors = (indices[0] % dim == 0).all() and (np.diff(indices, axis=0) == 1).all()
+        if vectors and (data == data[0]).all():
+            found.extend(group)
+    return found
 
 
 def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
@@ -305,10 +346,11 @@ def rotate(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
 
 
 def block_rotations(large: Large, turns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
-    """R (b, b) on unknowns at places of the interface (b,)."""
+    """R (b, b) on vectors at places of the interface (b,)."""
     out = np.eye(len(at))
     dim = large.dim
-    unknowns = large.interface[at]
+    rows = large.interface.rows
+    unknowns = rows.indices[rows.indptr[at]]
     for (where, _), R in zip(large.bodies, turns, strict=True):
         mine = np.flatnonzero((unknowns >= where.start) & (unknowns < where.stop))
         for i in range(dim):
