@@ -144,7 +144,7 @@ def summarise(errors: Mapping[str, float]) -> Iterator[str]:
     """A warning of outputs with large errors."""
     if large := [f"{name} ({100.0 * part:.0f} %)" for name, part in errors.items() if part > LARGE]:
         text = f"stresses of cells around differ at the place of {', '.join(large)}, as a part of the largest stress of the body"
-        yield f"{text}: take a finer mesh, of cells nearer to parallelograms, or another interpolation"
+        yield f"{text}: take a finer mesh there; of plates cells nearer to parallelograms, or another interpolation"
 
 
 def of_body(
