@@ -74,7 +74,7 @@ def name_of(dim: int, tag: int) -> str:
         if abs(x0 - x + inner) < 1e-5 and abs(x1 - x - inner) < 1e-5:
             return name
     small = max(x1 - x0, y1 - y0) < 2.5 * ROUND
-    return "fillet" if small and HEIGHT / 2 - 1e-5 < max(abs(y0), abs(y1)) else ""
+    return "fillet" if small and max(abs(y0), abs(y1)) > HEIGHT / 2 - 1e-5 else ""
 
 
 if __name__ == "__main__":
