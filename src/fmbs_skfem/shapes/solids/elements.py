@@ -47,9 +47,14 @@ class Kind(IntEnum):
         return 4 if self.is_tetra else 8
 
     @property
+    def straight(self) -> Kind:
+        """The kind of its corners alone."""
+        return Kind(self.corners)
+
+    @property
     def order(self) -> int:
         """Degree of the polynomials that its functions hold."""
-        return 1 if self in (Kind.TETRA, Kind.HEXAHEDRON) else 2
+        return 1 if self is self.straight else 2
 
 
 _TETRA = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)

@@ -82,10 +82,10 @@ def heights(solid: Solid) -> tuple[Floats, Floats]:
     The volume over the largest face, of a tetrahedron three times that.
     """
     kind = solid.kind
-    first = Kind.TETRA if kind.is_tetra else Kind.HEXAHEDRON
+    straight = kind.straight
     corners = solid.reference[solid.nodes[:, : kind.corners]]
-    xi, weights = elements.quadrature(first, elements.STIFFNESS_DEGREE[first])
-    J = elements.basis(first, xi)[None, :, 1:] @ corners[:, None]
+    xi, weights = elements.quadrature(straight, elements.STIFFNESS_DEGREE[straight])
+    J = elements.basis(straight, xi)[None, :, 1:] @ corners[:, None]
     volume = np.linalg.det(J) @ weights
     loops = corners[:, elements.faces(kind)]
     across = np.cross(loops[:, :, 2] - loops[:, :, 0], loops[:, :, -1] - loops[:, :, 1])

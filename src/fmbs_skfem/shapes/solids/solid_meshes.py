@@ -211,9 +211,7 @@ def ordered(mesh: Subject, kind: Kind) -> Ints:
     first = kind.corners
     if kind.order == 1:
         return cells
-    straight = elements.basis(
-        Kind.TETRA if kind.is_tetra else Kind.HEXAHEDRON, elements.positions(kind)[first:]
-    )[:, 0]
+    straight = elements.basis(kind.straight, elements.positions(kind)[first:])[:, 0]
     corners = mesh.points[cells[:, :first]]
     size = np.ptp(corners, axis=1).max(axis=1)[:, None, None]
     wanted = np.einsum("pb,ebc->epc", straight, corners) / size
@@ -242,8 +240,7 @@ def upright(mesh: Subject, kind: Kind, cells: Ints) -> Ints:
         body = Solid(kind, cells, mesh.points)
         runs = solid.parts(body)
         worst = np.concatenate([solid.quality(body, part) for part in runs])
-        corners = Kind.TETRA if kind.is_tetra else Kind.HEXAHEDRON
-        plain = Solid(corners, cells[:, : int(corners)], mesh.points)
+        plain = Solid(kind.straight, cells[:, : kind.corners], mesh.points)
         return worst, np.concatenate([solid.quality(plain, part) for part in runs])
 
     turned = signed_volumes(mesh.points, cells[:, : kind.corners]) < 0.0
@@ -408,8 +405,7 @@ def corner_weights(kind: Kind, points: Floats) -> NDArray[np.uint64]:
     """Functions (p, corners) of straight cells at the points of a `pattern`, times CUTS^3, whole
     numbers.
     """
-    first = Kind.TETRA if kind.is_tetra else Kind.HEXAHEDRON
-    return np.rint(elements.basis(first, points)[:, 0] * CUTS**3).astype(np.uint64)
+    return np.rint(elements.basis(kind.straight, points)[:, 0] * CUTS**3).astype(np.uint64)
 
 
 @cache
