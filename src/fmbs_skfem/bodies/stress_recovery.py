@@ -105,7 +105,7 @@ def principal_strains(law: Law, u: np.ndarray, dim: int) -> tuple[np.ndarray, np
     """The largest and the smallest principal value (...) of Green's strain of a surface or solid [-],
     of gradients u (k c, ...).
     """
-    if law.tangents == len(solid_law.NORMAL):
+    if solid_law.is_solid(law):
         values = solid_law.principal(solid_law.strains(u))
         return values[0], values[2]
     return principal(strains(u, dim))
@@ -165,7 +165,7 @@ def fibre_strains(
     e).
     """
     h = np.broadcast_to(np.asarray(depth, dtype=float), section.shape[2:])[:, None]
-    if law.tangents == len(solid_law.NORMAL):
+    if solid_law.is_solid(law):
         return np.abs(principal_strains(law, u, 3)).max(axis=(0, 1))
     if law in COMPONENTS:
         E = strains(u, COMPONENTS[law])
@@ -219,7 +219,7 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
     """
 
     def both(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if law.tangents == len(solid_law.NORMAL):
+        if solid_law.is_solid(law):
             return solid_law.strains(w), np.zeros(1)
         if law in COMPONENTS:
             return strains(w, COMPONENTS[law]), curvatures(law, w, section[..., None])

@@ -25,6 +25,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import cable_law
+from ..bodies.solids import solid_law
 from ..bodies.stress_recovery import principal, recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
@@ -159,7 +160,7 @@ def skin_bodies(
         now, moving = skins(system, q), skins(system, rate)
         for skin in system.skins:
             points[skin.name].append(spatial(now[skin.name][0]))
-            if solid_fields.is_solid(skin):
+            if solid_law.is_solid(skin.law):
                 rate, reference = moving[skin.name][0], start[skin.name][0]
                 fields = solid_fields.fields(skin, now[skin.name], rate, reference)
                 found[skin.name].append(choose(fields, wanted))

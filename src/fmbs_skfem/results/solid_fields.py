@@ -11,16 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bodies import laws
 from ..bodies.solids import solid_law
 from ..systems.system import Skin
 from .frames import Array, Indices
 from .surfaces import places
-
-
-def is_solid(skin: Skin) -> bool:
-    """Whether its law is one of the deformation gradient."""
-    return skin.law.tangents == 3
 
 
 def means(gradients: Array, place: Indices) -> Array:
@@ -36,11 +30,7 @@ def means(gradients: Array, place: Indices) -> Array:
 def stresses(skin: Skin, gradients: Array) -> Array:
     """Cauchy stresses (6, x) [Pa] of gradients (3, x, c)."""
     u = np.ascontiguousarray(gradients.transpose(0, 2, 1).reshape(9, 1, -1))
-    section = skin.section.copy()
-    section[-1] = 1.0
-    P = np.empty_like(u)
-    laws.stress(skin.law, u, np.zeros_like(u), 0.0, section, P)
-    return solid_law.cauchy(u, P)[:, 0]
+    return solid_law.stresses(skin.law, skin.section[:-1], u)[:, 0]
 
 
 def fields(skin: Skin, gradients: Array, rate: Array, reference: Array) -> dict[str, Array]:

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.laws import Law
+from ..bodies.solids import solid_law
 from ..bodies.stress_recovery import recover
 from ..core.storage.records import dataclass
 from ..dynamics.outputs import skins
@@ -171,7 +172,7 @@ def of_picture(trajectory: Trajectory, row: int = -1) -> float:
     """
     found = [0.0]
     for skin in trajectory.system.skins:
-        if solid_fields.is_solid(skin):
+        if solid_law.is_solid(skin.law):
             _, now, start = at_instant(trajectory, row, skin.name)
             parts, _ = solid_fields.errors(skin, now, start[0])
             found.append(float(np.sqrt(np.mean(parts**2))))

@@ -17,6 +17,7 @@ from ...core.storage.records import dataclass
 from ...core.values.arguments import checked
 from ...core.values.fields import Density, vector
 from ..sections import Material
+from .solid_law import PAIRS
 
 Triple = tuple[float, float, float]
 
@@ -49,7 +50,7 @@ def compliance(material: Orthotropic) -> np.ndarray:
     """C^-1 (6, 6) [1/Pa] in the axes of the material."""
     E, nu, G = material.young_moduli, material.poisson_ratios, material.shear_moduli
     S = np.diag([*(1.0 / one for one in E), *(1.0 / one for one in G)])
-    for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 0))):
+    for k, (i, j) in enumerate(PAIRS[3:]):
         S[i, j] = S[j, i] = -nu[k] / E[i]
     return S
 
@@ -77,10 +78,9 @@ def turned(axes: np.ndarray) -> np.ndarray:
     e'_ab = q_ai e_ij q_bj,    rows q_a the axes
     """
     Q = np.asarray(axes, dtype=float).T
-    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
     T = np.empty((6, 6))
-    for k, (a, b) in enumerate(pairs):
-        for m, (i, j) in enumerate(pairs):
+    for k, (a, b) in enumerate(PAIRS):
+        for m, (i, j) in enumerate(PAIRS):
             both = Q[a, i] * Q[b, j] + (Q[a, j] * Q[b, i] if i != j else 0.0)
             # of an angle, twice the component: a column has half of it, a row all
             T[k, m] = both * (0.5 if i != j else 1.0) * (2.0 if a != b else 1.0)

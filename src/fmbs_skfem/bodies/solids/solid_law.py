@@ -13,13 +13,39 @@ from __future__ import annotations
 
 import numpy as np
 
-from .. import strain_law
+from .. import laws, strain_law
+from ..laws import Law
 
-NORMAL = tuple(((a, a, 0.5),) for a in range(3))
-SHEAR = tuple(((a, b, 1.0),) for a, b in ((0, 1), (1, 2), (2, 0)))
+PAIRS = (
+    (0, 0),
+    (1, 1),
+    (2, 2),
+    (0, 1),
+    (1, 2),
+    (2, 0),
+)  #: of a tensor that stands as six components
+NORMAL = tuple(((a, a, 0.5),) for a, _ in PAIRS[:3])
+SHEAR = tuple(((a, b, 1.0),) for a, b in PAIRS[3:])
 STRAINS = (*NORMAL, *SHEAR)
 REFERENCE = np.array([0.5, 0.5, 0.5, 0.0, 0.0, 0.0])  #: of the products where F is a rotation
 FUNCTIONS = strain_law.functions("solid", 3, STRAINS, ())
+
+
+def is_solid(law: Law) -> bool:
+    """Whether a law is one of the deformation gradient."""
+    return law.tangents == len(NORMAL)
+
+
+def stresses(law: Law, numbers: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Cauchy stress (6, ...) [Pa] of a law at gradients u (9, ...), see `cauchy`.
+
+    `numbers` (i, ...) are those of its section, without the weight.
+    """
+    section = np.ones((law.rows, *u.shape[1:]))
+    section[:-1] = numbers
+    P = np.empty_like(u)
+    laws.stress(law, u, np.zeros_like(u), 0.0, section, P)
+    return cauchy(u, P)
 
 
 def cauchy(u: np.ndarray, piola: np.ndarray) -> np.ndarray:
@@ -35,7 +61,7 @@ def cauchy(u: np.ndarray, piola: np.ndarray) -> np.ndarray:
     left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
     R = left @ right
     sigma = R.transpose(0, 2, 1) @ P @ F.transpose(0, 2, 1) @ R / np.linalg.det(F)[:, None, None]
-    rows = [sigma[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))]
+    rows = [sigma[:, a, b] for a, b in PAIRS]
     return np.stack(rows).reshape(6, *u.shape[1:])
 
 
@@ -47,8 +73,7 @@ def strains(u: np.ndarray) -> np.ndarray:
     Shear strains are components of the tensor, half of the angles.
     """
     F = u.reshape(3, 3, *u.shape[1:])
-    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
-    return np.stack([0.5 * ((F[a] * F[b]).sum(axis=0) - float(a == b)) for a, b in pairs])
+    return np.stack([0.5 * ((F[a] * F[b]).sum(axis=0) - float(a == b)) for a, b in PAIRS])
 
 
 def principal(tensor: np.ndarray) -> np.ndarray:

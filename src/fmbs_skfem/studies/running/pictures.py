@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...bodies.solids import solid_law
 from ...core.errors import FmbsError
 from ...core.notices import notify
 from ...core.values.display import DisplayUnits
-from ...results import colour_scales, motion, pictures, solid_fields, stress_errors
+from ...results import colour_scales, motion, pictures, stress_errors
 from ...results import frames as frames_
 from ...results.pictures import PictureOptions
 from .. import job as jobs
@@ -154,5 +155,5 @@ def color(scene: Scene, system: System) -> str | None:
     wanted = scene.pictures.color if scene.pictures else "curvature"
     wanted = "curvature" if wanted == "error" else wanted
     # which solids do not have, and is what a scene has that says nothing
-    solid = wanted == "curvature" and any(map(solid_fields.is_solid, system.skins))
+    solid = wanted == "curvature" and any(solid_law.is_solid(one.law) for one in system.skins)
     return "von_mises" if solid else wanted

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...bodies import laws
 from ...bodies.body import Body, locate, own
 from ...bodies.solids import solid_law
 from ...core.errors import InputError, say
@@ -79,11 +78,7 @@ def stresses(output: Output, u: np.ndarray) -> np.ndarray:
     """
     law = output.law
     assert law is not None
-    section = np.ones((law.rows, *u.shape[1:]))
-    section[:-1] = np.array(output.parameters)[:, None, None]
-    P = np.empty_like(u)
-    laws.stress(law, u, np.zeros_like(u), 0.0, section, P)
-    return solid_law.cauchy(u, P)
+    return solid_law.stresses(law, np.array(output.parameters)[:, None, None], u)
 
 
 def tensor_columns(stress: np.ndarray) -> list[np.ndarray]:
