@@ -15,6 +15,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes.solids import solid_meshes
 from fmbs_skfem.shapes.solids.solid import Solid
+from fmbs_skfem.studies import plans
 from tests.cli.calls import fmbs
 
 from ..solids import HEXA, box
@@ -148,3 +149,62 @@ def test_a_part_trained_at_rest_is_bent_as_its_body(folder: Path) -> None:
     way = np.linalg.norm(one - [1.0, 0.05, 0.05])
     assert way > 0.05
     assert np.linalg.norm(two - one) < 1e-3 * way
+
+
+TWO = """\
+*NODE
+1, 0., 0., 0.
+2, 50., 0., 0.
+3, 50., 10., 0.
+4, 0., 10., 0.
+5, 0., 0., 10.
+6, 50., 0., 10.
+7, 50., 10., 10.
+8, 0., 10., 10.
+9, 100., 0., 0.
+10, 100., 10., 0.
+11, 100., 0., 10.
+12, 100., 10., 10.
+*ELEMENT, TYPE=C3D8, ELSET=soft
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*ELEMENT, TYPE=C3D8, ELSET=hard
+2, 2, 9, 10, 3, 6, 11, 12, 7
+*SURFACE, NAME=left, TYPE=ELEMENT
+1, S6
+*SURFACE, NAME=right, TYPE=ELEMENT
+2, S4
+*SOLID SECTION, ELSET=soft, MATERIAL=rubber
+*SOLID SECTION, ELSET=hard, MATERIAL=steel
+*MATERIAL, NAME=rubber
+*ELASTIC
+100., 0.
+*DENSITY
+1e-9
+*MATERIAL, NAME=steel
+*ELASTIC
+200., 0.
+*DENSITY
+2e-9
+"""
+
+
+def test_two_materials_of_a_file_are_two_bodies_tied(folder: Path) -> None:
+    """Two springs in a row, E A / l = 200 and 400 N/m, pulled by 1 mN; and one component."""
+    (folder / "two.inp").write_text(TWO, encoding="utf-8")
+    path = folder / "scene.yaml"
+    body = "mesh: two.inp\n    unit: 1 mm\n    refine: 2\n    volume: soft"
+    soft = (
+        SCENE.format(body=body)
+        .replace("{right: right}", "{}")
+        .replace("of: bar, group: left", "of: hard, group: right")
+    )
+    mesh = "mesh: two.inp, unit: mm, volume: hard, averages: {right: right}"
+    hard = f"  hard: {{type: solid, {mesh}}}\njoints:\n  glue: {{type: tie, body: bar, to: hard}}"
+    text = soft.replace("joints:", hard).replace("bar.right", "hard.right")
+    path.write_text(text.replace("[0, 0, 1 N]", "[1 mN, 0, 0]"), encoding="utf-8")
+    scene = scenes.read(path)
+    found = studies.run(path, out=folder / "out")
+    tip = found.outputs["tip_x"]
+    stretch = 1e-3 / (1e8 * 1e-4) * 0.05 * 1.5
+    assert tip[-1] - tip[0] == pytest.approx(stretch, rel=1e-4)
+    assert plans.components(scene) == {"bar": ["bar", "hard"]}

@@ -62,7 +62,7 @@ def test_cards_in_all_forms(tmp_path: Path, kind: type, form: str) -> None:
     assert_allclose(found.reference, mesh.reference, atol=1e-12)
     assert len(found.faces["pid_8"]) == 1
     assert sorted(found.volumes) == ["pid_7"]
-    assert found.materials == {"MAT1 3": [210e9, 0.3, 7850.0]}
+    assert found.materials == {"pid_7": [210e9, 0.3, 7850.0]}
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from typing import Annotated
 import numpy as np
 from scipy.sparse import csr_array, eye_array, hstack, kron, vstack
 
-from ..core.algebra.linalg import Array, alike, as_csr
+from ..core.algebra.linalg import Array, alike, as_csr, selection
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
@@ -364,24 +364,18 @@ def axes_of(
     rows = []
     for one in interfaces.values():
         if one.rigid:
-            place = unit_rows(rigid, 1, b)
-            axes = unit_rows(rigid + 1, 3, b)
+            place = selection([rigid], b)
+            axes = selection(rigid + np.arange(1, 4), b)
             rigid += 4
         else:
             place = mean_row(one, unit) @ spread
-            axes = unit_rows(average, 3, b)
+            axes = selection(average + np.arange(3), b)
             average += 3
         if one.center is not None:
             offset = np.array(one.center) - mean_place(one, nodes, unit)
             place += csr_array(offset[np.newaxis]) @ axes
         rows += [as_csr(place), axes]
     return as_csr(vstack(rows))
-
-
-def unit_rows(first: int, count: int, size: int) -> csr_array:
-    """Rows (count, size) that read coordinates from `first` on."""
-    k = np.arange(count)
-    return csr_array((np.ones(count), (k, first + k)), shape=(count, size))
 
 
 def mean_row(one: Coupling, unit: np.ndarray) -> csr_array:
@@ -414,7 +408,7 @@ def node_row(where: str, node: int, n: int) -> csr_array:
     """Row (1, n) of a node; InputError where it is not there."""
     if not 0 <= node < n:
         raise InputError(say(where, f"a node from 0 to {n - 1}", node))
-    return unit_rows(node, 1, n)
+    return selection([node], n)
 
 
 def about_center(body: Body) -> tuple[np.ndarray, np.ndarray]:

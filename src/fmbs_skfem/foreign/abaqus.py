@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field, replace
 from pathlib import Path
 from typing import NoReturn, TypeVar
@@ -195,7 +195,8 @@ class _Reader:
     other_types: Counter[str] = field(default_factory=Counter)
     #: name -> card -> numbers
     materials: dict[str, dict[str, list[float]]] = field(default_factory=dict)
-    sections: list[str] = field(default_factory=list)  #: names of the materials of solids
+    #: sets of elements and materials of solids, upper
+    sections: list[tuple[str, str]] = field(default_factory=list)
     material: str = ""  #: the one that cards belong to
     assembly: bool = False
     whole: _Whole = field(default_factory=_Whole)
@@ -265,7 +266,8 @@ class _Reader:
         elif card.keyword in ("ELASTIC", "DENSITY") and self.material and card.data:
             self._numbers_of_material(card)
         elif card.keyword == "SOLID SECTION":
-            self.sections.append(card.options.get("MATERIAL", "").upper())
+            of = card.options
+            self.sections.append((of.get("ELSET", "").upper(), of.get("MATERIAL", "").upper()))
         return level
 
     def _numbers_of_material(self, card: _Card) -> None:
@@ -622,16 +624,20 @@ class _Reader:
         found = exchange.gathered(
             np.concatenate(whole.points), np.array(whole.numbers, np.int64), blocks, nsets, cells
         )
-        return replace(found, materials=self._used_materials())
+        return replace(found, materials=self._used_materials(elsets))
 
-    def _used_materials(self) -> dict[str, list[float]]:
-        """Young's modulus, Poisson's ratio and density of the materials that solids are made of."""
+    def _used_materials(self, groups: Iterable[str]) -> dict[str, list[float]]:
+        """Young's modulus, Poisson's ratio and density of groups of solids; none of those that two
+        sections name.
+        """
         found = {}
-        for name in self.sections:
-            numbers = self.materials.get(name, {})
+        for group in groups:
+            own = group.upper()
+            names = {name for of, name in self.sections if own == of or own.endswith(f".{of}")}
+            numbers = self.materials.get(names.pop(), {}) if len(names) == 1 else {}
             elastic, density = numbers.get("ELASTIC", []), numbers.get("DENSITY", [])
             if len(elastic) >= 2 and density:
-                found[name] = [*elastic[:2], density[0]]
+                found[group] = [*elastic[:2], density[0]]
         return found
 
     def _with_faces(

@@ -32,7 +32,7 @@ class Mesh:
     point_groups: Groups = field(default_factory=dict)  #: name -> (i,) rows of `points`
     #: kind -> name -> (i,) rows of its cells
     cell_groups: dict[str, Groups] = field(default_factory=dict)
-    #: Young's modulus, Poisson's ratio and density of the materials of its solids, by name
+    #: Young's modulus, Poisson's ratio and density of groups of solid cells
     materials: dict[str, list[float]] = field(default_factory=dict)
 
 

@@ -91,8 +91,9 @@ def _mesh(
     groups = {f"pid_{one}": np.flatnonzero(of == one) for one in np.unique(of).tolist()}
     points = np.array(list(nodes.values()))
     mesh = exchange.gathered(points, np.array(list(nodes), np.int64), blocks, {}, groups)
-    used = {solids[one] for one in np.unique(of).tolist() if one in solids}
-    mesh.materials.update({f"MAT1 {one}": materials[one] for one in used if one in materials})
+    for one in np.unique(of).tolist():
+        if solids.get(one) in materials:
+            mesh.materials[f"pid_{one}"] = materials[solids[one]]
     return mesh
 
 

@@ -72,7 +72,7 @@ class SolidBody(SceneBody, word="solid"):
     Joints and loads act at `rims`, faces or sets of nodes that move as one rigid frame (RBE2), at
     `averages`, whose frame follows the mean motion of their nodes and leaves them their own (RBE3),
     and at `points`: places of nodes, beside sets of one node in the file. A joint of the type
-    `face` holds components of nodes; `pressure` and `surface_load` act on faces.
+    `face` holds components of nodes, `tie` glues faces to those of another solid; `pressure` and `surface_load` act on faces.
 
     {type: solid, mesh: rod.inp, unit: mm, material: {young_modulus: 210 GPa, density: 7850}, rims: {big: big_eye}}
     """
@@ -139,13 +139,16 @@ class SolidBody(SceneBody, word="solid"):
         if (given := self.material or self.orthotropic) is not None:
             return given
         known = shape.materials
-        if len(known) != 1:
-            got = f"{len(known)} in the mesh ({', '.join(known)})" if known else "none"
+        different = {tuple(numbers) for numbers in known.values()}
+        if len(different) != 1:
+            got = f"{len(different)}, of {', '.join(known)}" if known else "none"
             remedy = (
-                "give `material`, or make a body of each `volume`" if known else "give `material`"
+                "give `material`, or make a body of each `volume`, and `tie` these"
+                if known
+                else "give `material`"
             )
             raise InputError(say(f"{where}.material", "a material", got, remedy))
-        ((E, nu, rho),) = known.values()
+        ((E, nu, rho),) = different
         unit = self.unit
         return Material(E / unit**2, rho / unit**4, nu)
 

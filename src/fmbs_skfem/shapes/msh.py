@@ -76,7 +76,7 @@ class Raw:
     #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
     resolution: float = 0.0
     others: dict[str, MshCells] = field(default_factory=dict)  #: cells of all other kinds
-    #: Young's modulus, Poisson's ratio and density of materials by name, in the units of the file
+    #: Young's modulus, Poisson's ratio and density of groups of solid cells, in units of the file
     materials: dict[str, list[float]] = field(default_factory=dict)
 
 

@@ -91,11 +91,21 @@ def interval(scene: Scene) -> float | np.ndarray:
 
 
 def components(scene: Scene, bodies: Components | None = None) -> Components:
-    """Components of a scene: those of its bodies that are given, by default each by itself, and one
-    of every coordinate of a joint.
+    """Components of a scene: those of its bodies that are given, by default each by itself but for
+    bodies whose joints want one basis, and one of every coordinate of a joint.
     """
-    of_joints = {name: [name] for joint in scene.joints.values() for name in joint.coordinates}
-    return {**(bodies or {name: [name] for name in scene.bodies}), **of_joints}
+    joints = scene.joints.values()
+    of_joints = {name: [name] for joint in joints for name in joint.coordinates}
+    if bodies:
+        return {**bodies, **of_joints}
+    alone: dict[str, list[str]] = {name: [name] for name in scene.bodies}
+    for joint in joints:
+        first, *more = [alone[name] for name in joint.share_basis] or [[]]
+        for other in more:
+            if other is not first:
+                first += other
+                alone |= dict.fromkeys(other, first)
+    return {members[0]: members for members in alone.values()} | of_joints
 
 
 def plan(scene: Scene) -> Plan:

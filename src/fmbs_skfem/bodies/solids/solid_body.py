@@ -15,12 +15,12 @@ from functools import partial
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...core.algebra.linalg import as_csr
+from ...core.algebra.linalg import as_csr, selection
 from ...core.errors import InputError, closest, listed, require_positive, say
 from ...core.notices import notify
 from ...shapes.solids import elements, solid
 from ...shapes.solids.solid import Solid
-from ..body import Body, Cells, scatter_blocks
+from ..body import Body, Cells, own, scatter_blocks
 from ..from_matrices import Coupling, axes_of, check_interface, mean_axes, tie
 from ..laws import STIFFNESS, Law
 from ..sections import Material
@@ -75,10 +75,7 @@ def solid_body(
         reference @ turn.T + np.outer(constant, place),
         as_csr(spread.T @ mass @ spread),
         constant,
-        {
-            key: csr_array(([1.0], ([0], [node])), shape=(1, shape.count))
-            for key, node in known.items()
-        },
+        {key: selection([node], shape.count) for key, node in known.items()},
         shape,
         cells(shape, material, axes, law, numbers or {}),
         radius=0.0,
@@ -88,6 +85,13 @@ def solid_body(
         values=values_of(material, law),
         fits={key: mean_axes(one, nodes, unit) for key, one in found.items() if not one.rigid},
     )
+
+
+def node_rows(part: Body, nodes: np.ndarray) -> csr_array:
+    """Rows (i, b) of the positions of nodes (i,) of the mesh on the functions of a solid."""
+    shape = part.space
+    assert isinstance(shape, Solid)
+    return own(part, selection(nodes, shape.count))
 
 
 def shifted(rims: Mapping[str, Coupling], center: np.ndarray) -> dict[str, Coupling]:

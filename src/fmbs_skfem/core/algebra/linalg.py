@@ -188,6 +188,13 @@ def rows_at(A: Array, numbers: np.ndarray) -> Array:
     return csr_array((A.data[entry], A.indices[entry], starts), shape=(len(numbers), A.shape[1]))
 
 
+def selection(numbers: ArrayLike, size: int) -> csr_array:
+    """Rows (i, size) that read the entries `numbers` (i,) of a vector."""
+    columns = np.asarray(numbers, dtype=np.int64)
+    starts = np.arange(len(columns) + 1)
+    return csr_array((np.ones(len(columns)), columns, starts), shape=(len(columns), size))
+
+
 def others(count: int, some: np.ndarray) -> np.ndarray:
     """Numbers (i,) from 0 to `count` - 1 that are not among `some` (k,), ascending."""
     free = np.ones(count, dtype=bool)

@@ -34,7 +34,7 @@ class Solid:
     faces: dict[str, Ints] = field(default_factory=dict)  #: named faces (i, 2), cell and face
     volumes: dict[str, Ints] = field(default_factory=dict)  #: named cells (i,)
     resolution: float = 0.0  #: half a unit of the last digit of the file's coordinates [m]
-    #: Young's modulus, Poisson's ratio and density of the materials of its file, in units of it
+    #: Young's modulus, Poisson's ratio and density of its groups of cells, in units of the file
     materials: dict[str, list[float]] = field(default_factory=dict)
 
     @property
@@ -140,15 +140,22 @@ def nodes_of(where: str, solid: Solid, names: str | tuple[str, ...]) -> Ints:
     return np.unique(np.concatenate(found))
 
 
+def face_points(solid: Solid, faces: Ints, degree: int) -> tuple[Floats, Floats, Floats]:
+    """Functions N (p, j) of the nodes of faces (i, 2), weights (i, p) [m2] and places (i, p, 3), at
+    the points of a quadrature.
+    """
+    s, weights = elements.face_quadrature(solid.kind, degree)
+    values = elements.face_basis(solid.kind, s)
+    found = np.einsum("pkj,fjc->kfpc", values, solid.reference[face_nodes(solid, faces)])
+    area = np.linalg.norm(np.cross(found[1], found[2]), axis=2) * weights
+    return values[:, 0], np.asarray(area), found[0]
+
+
 def face_weights(solid: Solid, faces: Ints) -> tuple[Ints, Floats]:
     """Nodes (i,) of faces (i, 2), and int N_i dA of each (i,) [m2]."""
-    nodes = face_nodes(solid, faces)
-    s, weights = elements.face_quadrature(solid.kind, 2 * solid.kind.order)
-    values = elements.face_basis(solid.kind, s)
-    one, two = np.einsum("pkj,fjc->kfpc", values[:, 1:], solid.reference[nodes])
-    area = np.linalg.norm(np.cross(one, two), axis=2) * weights
-    ids, same = np.unique(nodes, return_inverse=True)
-    shares = np.einsum("pj,fp->fj", values[:, 0], area)
+    N, area, _ = face_points(solid, faces, 2 * solid.kind.order)
+    ids, same = np.unique(face_nodes(solid, faces), return_inverse=True)
+    shares = np.einsum("pj,fp->fj", N, area)
     return ids, np.asarray(np.bincount(same.ravel(), shares.ravel()), dtype=float)
 
 

@@ -142,7 +142,8 @@ def made(raw: Raw, where: str, volume: str | None, order: int) -> Solid:
     sets, volumes = meshes.without_empty(
         where, meshes.points_of(raw, used, where), volumes, tell=volume is None
     )
-    found = Solid(kind, cells, subject.points, sets, {}, volumes, raw.resolution, raw.materials)
+    materials = {name: raw.materials[name] for name in volumes if name in raw.materials}
+    found = Solid(kind, cells, subject.points, sets, {}, volumes, raw.resolution, materials)
     found = replace(found, faces=named_faces(raw, where, used, found, tell=volume is None))
     if order == 2 and kind.order == 1:
         fine = second_order(found)

@@ -63,6 +63,13 @@ class Joint(Declared, ABC):
         """Names of the coordinates that it brings, none of most joints."""
         return ()
 
+    @property
+    def share_basis(self) -> tuple[str, ...]:
+        """Bodies that are one component unless components are given: their ties are more than two
+        bases have modes.
+        """
+        return ()
+
     def unknowns(self, layout: Coordinates) -> Iterable[Body]:
         """Its own `coordinates`, behind those of the bodies: parts without positions and without
         mass.

@@ -12,7 +12,7 @@ constraint of it.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
 from ...core.algebra import ranks
@@ -22,6 +22,9 @@ from ...core.storage.records import dataclass
 # without it 1e-17 became a constraint: a simply supported plate of 8 x 8 cells vibrated 2 % too
 # fast and buckled 3.5 % too late
 ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a place that is a node to the last digit
+
+
+DENSE = 100  #: rows of a block up to which it is solved as a whole
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,8 @@ def solve_block(
     """Echelon form of some rows (i,) of A (m, n) that share no unknown with the others; arguments
     as of `solve`.
     """
+    if len(rows) > DENSE and len(own := own_unknowns(A, rows, units)):
+        return solve_sparse(A, a, rows, own, tolerance, units)
     used, work = dense(A, rows)
     columns = sizes(work)[1]
     pivots, left, right = eliminated(work, -a[rows], tolerance, units[used])
@@ -162,6 +167,53 @@ def solve_block(
     i, j = np.nonzero(S)
     solution = by_rows(i, used[rest[j]], S[i, j], (len(mine), A.shape[1]))
     return Echelon(used[mine], solution, right[first], rows[left], right[left])
+
+
+def own_unknowns(A: csr_array, rows: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Pairs (k, 2) of a row among those (i,) of A (m, n) and an unknown that no other row reads,
+    among the largest of its row in `units` (n,).
+    """
+    row, column, values = entries(csr_array(A[rows]))
+    size = np.abs(values) * units[column]
+    largest = np.zeros(len(rows))
+    np.maximum.at(largest, row, size)
+    alone = np.bincount(column, minlength=A.shape[1])[column] == 1
+    good = np.flatnonzero(alone & (size >= 0.5 * largest[row]))
+    first = good[np.unique(row[good], return_index=True)[1]]
+    return np.column_stack([rows[row[first]], column[first]])
+
+
+def solve_sparse(
+    A: csr_array,
+    a: np.ndarray,
+    rows: np.ndarray,
+    own: np.ndarray,
+    tolerance: float,
+    units: np.ndarray,
+) -> Echelon:
+    """As `solve_block`, of rows some of which have an unknown of their `own` (k, 2), pairs of a row
+    and an unknown: these are solved for it, into which the solution of the others is put.
+    """
+    first, mine = own.T
+    scale = -1.0 / np.asarray(A[first, mine])
+    whole = csr_array(diags_array(scale) @ A[first])
+    row, column, values = entries(whole)
+    kept = column != mine[row]
+    whole = by_rows(row[kept], column[kept], values[kept], whole.shape)
+    fixed = scale * a[first]
+    rest = np.setdiff1d(rows, first)
+    found = solve(csr_array(A[rest]), a[rest], tolerance, units)
+    inside = csr_array(whole[:, found.dependent])
+    away = np.ones(A.shape[1])
+    away[found.dependent] = 0.0
+    whole = csr_array(whole @ diags_array(away) + inside @ found.solution)
+    return Echelon(
+        np.concatenate([mine, found.dependent]),
+        stacked([whole, found.solution]),
+        np.concatenate([fixed + inside @ found.fixed, found.fixed]),
+        rest[found.left],
+        found.gap,
+    )
 
 
 def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

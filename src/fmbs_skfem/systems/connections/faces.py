@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.sparse import csr_array, kron
 
-from ...bodies.body import own
+from ...bodies.body import Body
+from ...bodies.solids.solid_body import node_rows
 from ...core.algebra.linalg import evenly
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
@@ -44,17 +45,10 @@ class HeldFace(Joint, word="face"):
     def constrain(self, draft: Draft) -> None:
         name = where(self)
         layout = draft.layout
-        part = layout.body(name, At(self.body, ""))
-        shape = part.space
-        if not isinstance(shape, Solid) or part.shapes is not None:
-            got = f"'{self.body}', a {'reduced part' if isinstance(shape, Solid) else 'body of another type'}"
-            raise InputError(say(name, "a solid in full", got, "hold a part at its rims"))
+        part, shape = whole_solid(name, layout.body(name, At(self.body, "")))
         letters = components(f"{name}.fixed", AXES[:3] if self.fixed is None else self.fixed, 3)
         nodes = solid.nodes_of(name, shape, self.faces)
-        units = csr_array(
-            (np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), shape.count)
-        )
-        rows = own(part, units)
+        rows = node_rows(part, nodes)
         places = np.asarray(rows @ part.reference)
         for c in letters:
             first = draft.probes.add(layout.widen(self.body, kron(rows, np.eye(3)[[c]])))
@@ -76,3 +70,14 @@ class HeldFace(Joint, word="face"):
             np.asarray(whole @ part.constant),
             places.mean(axis=0) + layout.origin,
         )
+
+
+def whole_solid(where: str, part: Body) -> tuple[Body, Solid]:
+    """A body with its mesh; InputError where it is no solid, or a reduced part: a held face is more
+    conditions than that has functions, and would lock it.
+    """
+    shape = part.space
+    if not isinstance(shape, Solid) or part.shapes is not None:
+        got = f"'{part.name}', a {'reduced part' if isinstance(shape, Solid) else 'body of another type'}"
+        raise InputError(say(where, "a solid in full", got, "hold a part at its rims"))
+    return part, shape

@@ -55,6 +55,7 @@ from .faces import HeldFace
 from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .screws import RackAndPinion, Screw
 from .sliding import DrivenSlide, Sliding
+from .ties import Tie
 
 # slopes that are tied have one stretch: with EA of 1 and 4 the axial forces beside a weld are 0.4
 # and 1.6 times the load; at a tenth they are 5 % off
@@ -83,6 +84,7 @@ __all__ = [
     "Edge",
     "RimNodes",
     "HeldFace",
+    "Tie",
 ]
 
 

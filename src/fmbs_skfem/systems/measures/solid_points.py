@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 
 from ...bodies.body import Body, locate, own
 from ...bodies.solids import solid_law
+from ...bodies.solids.solid_body import node_rows
 from ...core.errors import InputError, say
 from ...shapes.solids import recovery, solid
 from ...shapes.solids.solid import Solid
@@ -36,15 +37,12 @@ def facts(where: str, draft: Draft, part: Body, nodes: np.ndarray) -> dict[str, 
     if cells is None:
         raise InputError(say(where, "a body that knows its material", f"'{part.name}'"))
     rows = own(part, recovery.mean_gradients(shape, nodes))
-    units = csr_array(
-        (np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), shape.count)
-    )
     return {
         "rows": [draft.layout.spread(part, rows)],
         "law": cells.law,
         "parameters": tuple(cells.section[:-1, 0, 0].tolist()),
         "body": part.name,
-        "place": tuple(np.asarray(own(part, units) @ part.reference).ravel().tolist()),
+        "place": tuple(np.asarray(node_rows(part, nodes) @ part.reference).ravel().tolist()),
     }
 
 
