@@ -18,6 +18,7 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Circular, Material, cable, finer
 from fmbs_skfem.bodies.body import locate, probe
 from fmbs_skfem.bodies.plate import Rim, plate
+from fmbs_skfem.bodies.spare_shapes import MissingShapes
 from fmbs_skfem.control.events import Event
 from fmbs_skfem.control.live import LiveRun
 from fmbs_skfem.core.errors import Reason, SolverError
@@ -39,7 +40,7 @@ from fmbs_skfem.dynamics import (
 )
 from fmbs_skfem.parts import bodies as parts
 from fmbs_skfem.parts import files as part_files
-from fmbs_skfem.parts import finer_parts, unbent_places
+from fmbs_skfem.parts import finer_parts, static_states, unbent_places
 from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.parts.files import Part
 from fmbs_skfem.parts.rescaling import rescale
@@ -54,6 +55,7 @@ from tests.cli.calls import fmbs
 from verification.plates import rectangle
 from verification.vibration import ring
 
+from .. import solids
 from .test_part_files import arm, of_states, unknown
 
 SCHEME, SHARP = GeneralizedAlpha(2e-3), Newton(tolerance=1e-12)
@@ -623,9 +625,24 @@ def check_is_reduced(full: Body, part: Body, functions: np.ndarray) -> None:
             assert_allclose(*rows, atol=1e-9 * np.abs(rows[1]).max())
 
 
+def at_rest(body: Body) -> Part:
+    """A part of a solid, trained by forces."""
+    states = static_states.find(body, Excitation(runs=2, strain=1e-3))[0]
+    return of_states(body, states, 1e-8, None, None)
+
+
+def of_body(full: Body, missing: MissingShapes) -> np.ndarray:
+    """The functions T (b, t) of a full body, by what they are over its space and at its frames."""
+    spread = np.eye(len(full.reference)) if full.spread is None else full.spread.toarray()
+    if full.axes is None:
+        return np.linalg.lstsq(spread, missing.over_space, rcond=None)[0]
+    both = np.vstack([spread, full.axes.toarray()])
+    return np.linalg.lstsq(both, np.vstack([missing.over_space, missing.axes]), rcond=None)[0]
+
+
 def test_a_finer_part_is_its_body_with_more_functions(tmp_path: Path) -> None:
-    """Also from a file, of a body with rims, and of a part that was made coarser, whose finer part
-    has what it left.
+    """Also from a file, of a body with rims, of a solid, whose frames are read by nodes, and of a
+    part that was made coarser, whose finer part has what it left.
     """
     rims = {"hub": Rim(("inner",), slopes=True), "edge": Rim(("outer",), slopes=True)}
     steel = Material(young_modulus=2e8, density=1000.0, poisson_ratio=0.3)
@@ -634,17 +651,17 @@ def test_a_finer_part_is_its_body_with_more_functions(tmp_path: Path) -> None:
     for full, part in (
         (arm(), pinned()),
         (washer, of_states(washer, moved, 1e-8, None, None)),
+        (block := solids.bar(solids.box((2, 1, 1)), "left right"), at_rest(block)),
     ):
         read = part_files.resume(part_files.save(part, tmp_path / f"{full.name}.part.h5"))
         assert read.memory is not None
         missing = read.body.shapes.missing  # type: ignore[union-attr]
         assert missing is not None
-        spread = np.eye(len(full.reference)) if full.spread is None else full.spread.toarray()
-        T = np.linalg.lstsq(spread, missing.over_space, rcond=None)[0]
-        check_is_reduced(full, read.body, np.hstack([read.memory.functions, T]))
+        check_is_reduced(
+            full, read.body, np.hstack([read.memory.functions, of_body(full, missing)])
+        )
         small = part_files.coarsen(read, 1e-6)
         less = small.body.shapes.missing  # type: ignore[union-attr]
         assert small.memory is not None
         assert less is not None
-        T = np.linalg.lstsq(spread, less.over_space, rcond=None)[0]
-        check_is_reduced(full, small.body, np.hstack([small.memory.functions, T]))
+        check_is_reduced(full, small.body, np.hstack([small.memory.functions, of_body(full, less)]))

@@ -13,14 +13,17 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Material, Rectangular, cable
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.plate import Rim, plate
-from fmbs_skfem.dynamics import vibration_modes
+from fmbs_skfem.dynamics import energies, solve_statics, vibration_modes
 from fmbs_skfem.parts import files as part_files
 from fmbs_skfem.parts import interface_shapes
 from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.shapes.meshes import segment
-from fmbs_skfem.systems import At, assemble
+from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from verification.vibration import ring
+
+from .. import solids
 
 SECTION, METAL = Rectangular(0.02, 0.01), Material(70e9, 2700.0)
 SUPPORTS = {
@@ -80,6 +83,21 @@ def test_a_coarser_part_keeps_its_shapes(tmp_path: Path) -> None:
         assert_allclose(frequencies(small.body, held), frequencies(bar(2), held), rtol=5e-3)
     none = part_files.train(bar(2), states, 1e-9, shapes=states[:0])
     assert none.notes["functions"] < 8
+
+
+def test_a_solid_bends_under_its_inertia_as_its_body() -> None:
+    """Held at both ends under its weight, as a part of its shapes alone: the strain energy, which
+    vibrations sum up to slowly.
+    """
+    body = solids.bar(solids.box((6, 1, 1)), "left", "right")
+    part = part_files.train(body, body.reference[None], eta=None).body
+    found = []
+    for one in (body, part):
+        held = [joints.Pin("a", At("bar", "left")), joints.Clamp("b", At("bar", "right"))]
+        weight = [loads.Gravity((0.02, 0.01, -0.03))]
+        path = solve_statics(eliminate(assemble([one], held, weight)), 1)
+        found.append(float(energies(path)[-1, 1]))
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
 
 
 def test_shapes_hold_the_places_that_they_do_not_move() -> None:

@@ -52,6 +52,7 @@ from .histories import CURVATURE, DRIFT, RATE, finite_signals, signals_at_start
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, Solver, has_dear_factors, method_of
 
+TERMS = 64  #: of a history and of its differences, over their sum
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none, see `least_rate`
 # double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave
 # 2.6e-10 without secants, 7 with half as many 1.1e-10, 6 with twice 1.5e-10
@@ -103,12 +104,12 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
         return system.x0, system.v0
     J, gap = velocity_gaps(system, scheme)
     rigid = not system.loads.forces and not system.elastic
-    if rigid or np.abs(gap).max(initial=0.0) <= least_rate(system.v0, scheme.step):
+    least = least_rate(system.v0, scheme.step)
+    if rigid or np.abs(gap).max(initial=0.0) <= least:
         try:
             solve = kkt_solver(system, system.mass, J)
-            return system.x0, warned(
-                system, system.v0, change_of(solve, np.zeros(system.size), gap)
-            )
+            change = change_of(solve, np.zeros(system.size), gap)
+            return system.x0, warned(system, system.v0, change, least)
         except SolverError:
             if rigid:
                 raise
@@ -172,9 +173,10 @@ def speed_of(v: np.ndarray) -> float:
 
 def least_rate(v: np.ndarray, h: float) -> float:
     """Gaps in velocities v (n,) up to this one are none: round-off, also of the differences that
-    rates of histories come from, at steps h [s].
+    rates of histories come from, at steps h [s], whose terms may be some times as large as their
+    sum.
     """
-    return (ROUND_OFF + float(np.finfo(float).eps) / (DRIFT * h)) * speed_of(v)
+    return (ROUND_OFF + TERMS * float(np.finfo(float).eps) / (DRIFT * h)) * speed_of(v)
 
 
 def closed(system: System, phi: np.ndarray, J: Array) -> None:
@@ -451,14 +453,16 @@ def projected(
         v = v + change_of(solve, np.zeros(len(v)), J[fixed] @ v)
     if np.abs(J @ v + drift).max(initial=0.0) > least:
         v = leap(v)
-    return warned(system, given, v - given, bool(np.abs(drift).max(initial=0.0) > least))
+    return warned(system, given, v - given, least, bool(np.abs(drift).max(initial=0.0) > least))
 
 
-def warned(system: System, v: np.ndarray, change: np.ndarray, driven: bool = False) -> np.ndarray:
-    """v (n,) at the first instant with its change (n,), of which a warning says; round-off is left
-    out.
+def warned(
+    system: System, v: np.ndarray, change: np.ndarray, least: float, driven: bool = False
+) -> np.ndarray:
+    """v (n,) at the first instant with its change (n,), of which a warning says; round-off, and what
+    is at most the `least` rate, is left out.
     """
-    if float(np.abs(change).max(initial=0.0)) <= 1e-9 * speed_of(v):
+    if float(np.abs(change).max(initial=0.0)) <= max(1e-9 * speed_of(v), least):
         return v
     notify_projected(system, change, DRIVEN if driven else "")
     return np.asarray(v + change)

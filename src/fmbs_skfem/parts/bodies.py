@@ -244,7 +244,7 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         columns = slice(0, S.shape[1] * part.dim)
         points = replace(part.shapes, table=table, columns=columns, missing=None)
     first = sorted(part.frames.items(), key=lambda one: one[1])
-    axes = S[frame_functions(part)] if part.axes is None else part.axes @ S
+    axes = frames_of(part, S)
     return replace(
         part,
         reference=np.ascontiguousarray(found[:, 1:]),
@@ -266,9 +266,12 @@ def over_cells(part: Body, S: np.ndarray) -> np.ndarray:
     return S if read is None else np.asarray(read @ S)
 
 
-def frame_functions(part: Body) -> list[int]:
-    """Numbers of the functions of a full body that its frames count, frame by frame."""
-    return [at + k for at in sorted(part.frames.values()) for k in range(1 + part.dim)]
+def frames_of(part: Body, S: np.ndarray) -> np.ndarray:
+    """What functions S (b, m) of a full body are at its frames (4 a, m), frame by frame."""
+    if part.axes is not None:
+        return np.asarray(part.axes @ S)
+    rows = [at + k for at in sorted(part.frames.values()) for k in range(1 + part.dim)]
+    return np.asarray(S[rows])
 
 
 def cell_centres(part: Body) -> np.ndarray:

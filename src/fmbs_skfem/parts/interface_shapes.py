@@ -5,7 +5,8 @@ vibrates between them.
     [ J  0   ] [ l ] = [ e_j ]           interface functions: at rest, one motion of a place after the other
     K v = w^2 M v,   J v = 0             fixed-interface modes
 
-Rows J are the displacements of the places, and their rotations where moments act on them: slopes
+Of solids the inertia of rigid accelerations R at rest serves in place of the modes, K u = M R. Rows J
+are the displacements of the places, and their rotations where moments act on them: slopes
 of cables, directors of beams, axes of rims, p_a -> p_a + axis x p_a. Of combinations of interface
 functions the stiff ones, which stretch where others bend, are left out. A basis that holds both, and
 the motions of the training for the rest, knows a body under joints of any kind: of a bar, 4
@@ -49,8 +50,8 @@ FLAT = 1e-9  #: change of the directions of a place by a rotation, over the larg
 
 
 def find(part: Body) -> np.ndarray:
-    """Soft interface functions and the lowest fixed-interface modes (j, b, c) of a full body, as
-    displacements; none where it has no places, or its reference is limp.
+    """Soft interface functions and the lowest fixed-interface modes, or the answers to inertia, (j,
+    b, c) of a full body, as displacements; none where it has no places, or its reference is limp.
 
     Rows that keep the axes of rims orthonormal hold in all of them.
     """
@@ -61,10 +62,13 @@ def find(part: Body) -> np.ndarray:
         held = hold(part, linearise(system))
         if held is None or not held.rows:
             return none
-        modes = vibrations(held, MODES * part.dim)
+        if isinstance(part.space, Solid):
+            moved = under_inertia(part, held)
+        else:
+            moved = vibrations(held, MODES * part.dim)
     except InputError:
         return none
-    return as_shapes(part, np.hstack([soft(part, held), modes]))
+    return as_shapes(part, np.hstack([soft(part, held), moved]))
 
 
 def of_interfaces(part: Body, count: int) -> np.ndarray:
@@ -129,6 +133,20 @@ def vibrations(held: HeldPlaces, count: int) -> np.ndarray:
     start = at_rest @ (linear.mass @ np.cos(np.arange(n)))
     K, M = linear.stiffness, linear.mass
     return np.asarray(eigsh(K, count, M=M, sigma=0.0, OPinv=at_rest, v0=start)[1])
+
+
+def under_inertia(part: Body, held: HeldPlaces) -> np.ndarray:
+    """What the inertia of rigid accelerations R does to a body that is held at its places, at rest
+    (n, r).
+
+        K u = M R,    J u = 0
+
+    Of solids these serve in place of vibrations, which sum up to them slowly: with as many
+    functions the stress at a hinged rim errs a fifth as much.
+    """
+    loads = held.linear.mass @ rigid_motions(part)
+    none = np.zeros((len(held.linear.rows), loads.shape[1]))
+    return held.inverse(np.vstack([loads, none]))[: len(loads)]
 
 
 def as_shapes(part: Body, columns: np.ndarray) -> np.ndarray:

@@ -68,7 +68,7 @@ def find(
         left_out,
         over_space=T if (read := functions_over(part)) is None else np.asarray(read @ T),
         inertia=T.T @ (part.mass @ T) / part.total_mass,
-        axes=T[parts.frame_functions(part)],
+        axes=parts.frames_of(part, T),
     )
 
 
