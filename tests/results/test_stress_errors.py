@@ -32,7 +32,7 @@ def solved(folder: Path, kind: str, n: int, options: str = "") -> studies.Run:
 
 def errors(run: studies.Run) -> tuple[float, float, float]:
     """True errors of the stress in the centre, raw and recovered, and the stated one, as parts of
-    the largest stress.
+    the stress there.
     """
     surface, reference = stress_errors.of_body(run.motion, -1, "plate")
     nearest = int(np.linalg.norm(reference[:, :2] - CENTRE, axis=1).argmin())
@@ -43,7 +43,7 @@ def errors(run: studies.Run) -> tuple[float, float, float]:
         np.array(raw) * [1.0, 1.0, np.sqrt(2.0)],
     ]
     smooth, plain = (
-        float(np.linalg.norm(one - [STRESS, STRESS, 0.0])) / surface.largest for one in found
+        float(np.linalg.norm(one - [STRESS, STRESS, 0.0]) / np.linalg.norm(top)) for one in found
     )
     return plain, smooth, run.report["stress_errors"]["s"]
 
@@ -63,11 +63,11 @@ def test_stated_errors_follow_the_true_ones(options: str, tmp_path: Path) -> Non
 
 
 def test_stated_errors_on_free_meshes(tmp_path: Path) -> None:
-    """Of the plate that converges there they are below 1 %; of the one that does not, more than 10
-    %, with a warning.
+    """Of the plate that converges there they are below 3 % of the stress there; of the one that does
+    not, more than 10 %, with a warning.
     """
     true, _, stated = errors(solved(tmp_path, "free quads", 16))
-    assert true / 4.0 < stated < 0.02
+    assert true / 4.0 < stated < 0.03
     with pytest.warns(
         Notice, match=r"stresses of cells around differ at the place of s \(\d\d %\)"
     ):

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.bodies import Body
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes.solids import solid_meshes
 from fmbs_skfem.shapes.solids.solid import Solid
@@ -88,6 +89,39 @@ def test_a_file_in_millimetres_and_tonnes_brings_its_material(folder: Path) -> N
     assert isinstance(shape, Solid)
     assert {name: len(faces) for name, faces in shape.faces.items()} == {"left": 1, "right": 1}
     assert_allclose(shape.reference[shape.sets["right"], 0], 0.1)
+
+
+def test_what_is_hardly_meant_is_told_before_a_run(folder: Path) -> None:
+    """A file in mm without its unit, and a center in metres."""
+    with pytest.warns(Notice, match="7.85e-09 kg/m3 is outside"):
+        body_of(folder, "mesh: one.inp\n    order: 1")
+    far = "unit: mm\n    order: 1\n    points: {}"
+    text = SCENE.replace("{{left: left}}", "{{left: {{faces: left, center: [4, 0, 5]}}}}")
+    path = folder / "far.yaml"
+    path.write_text(text.format(body=f"mesh: one.inp\n    {far}"), encoding="utf-8")
+    with pytest.warns(Notice, match="its center lies 6.4 m away from its nodes"):
+        build.parts(scenes.read(path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("ELSET=all\n1", "ELSET=some\n1", "a material, got none"),
+        ("*DENSITY\n7.85e-9\n", "", "one of E = 210000 and no density"),
+    ],
+)
+def test_a_file_without_its_material(folder: Path, old: str, new: str, text: str) -> None:
+    (folder / "one.inp").write_text(ABAQUS.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=text):
+        body_of(folder, "mesh: one.inp\n    unit: mm\n    order: 1")
+
+
+def test_a_face_is_no_place(folder: Path) -> None:
+    text = SCENE.replace("averages: {{right: right}}", "averages: {{}}")
+    path = folder / "face.yaml"
+    path.write_text(text.format(body=f"mesh: bar.msh\n    {MATERIAL}"), encoding="utf-8")
+    with pytest.raises(InputError, match="'right', faces or a set of nodes"):
+        build.system(scenes.read(path))
 
 
 @pytest.mark.parametrize(

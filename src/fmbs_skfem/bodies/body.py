@@ -687,24 +687,16 @@ def locate(body: Body, place: str | float) -> Place:
         known = {**body.frames, **body.places}
         if place not in known:
             expected = f"one of its points ({listed(sorted(known), place, 'none')})"
+            got, remedy = f"'{place}'", closest(place, known)[2:]
             if isinstance(body.space, Surface) and place in body.space.edges:
+                got = f"the edge '{place}'"
                 remedy = f"name a point of the mesh, or take what has `edges`: {', '.join(words_with('edges'))}"
-                raise InputError(
-                    say(f"body '{body.name}'", expected, f"the edge '{place}'", remedy)
-                )
-            remedy = (
-                "a group of several nodes is no point"
-                if isinstance(body.space, line.BSpline | line.Hermite)
-                else ""
-            )
-            raise InputError(
-                say(
-                    f"body '{body.name}'",
-                    expected,
-                    f"'{place}'",
-                    closest(place, known)[2:] or remedy,
-                )
-            )
+            elif isinstance(body.space, Solid) and place in {*body.space.faces, *body.space.sets}:
+                got = f"'{place}', faces or a set of nodes"
+                remedy = "name it among the `rims` or `averages` of the body"
+            elif not remedy and isinstance(body.space, line.BSpline | line.Hermite):
+                remedy = "a group of several nodes is no point"
+            raise InputError(say(f"body '{body.name}'", expected, got, remedy))
         return place if place in body.frames else body.places[place]
     if not isinstance(body.space, line.BSpline | line.Hermite):
         names = ", ".join(sorted({**body.frames, **body.places})) or "none"

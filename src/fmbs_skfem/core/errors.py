@@ -131,7 +131,8 @@ def closest(word: str, candidates: Iterable[str]) -> str:
     b2, ... none is nearest.
     """
     known = list(candidates)
-    near = difflib.get_close_matches(str(word), known, n=1, cutoff=0.6)
+    near = [name for name in known if name.casefold() == str(word).casefold()]
+    near = near or difflib.get_close_matches(str(word), known, n=1, cutoff=0.6)
     series = [
         name
         for name in known

@@ -26,7 +26,7 @@ from typing import NoReturn, TypeVar
 import numpy as np
 
 from ..core.errors import InputError, listed, say
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..core.storage.records import dataclass
 from ..core.values.problems import printable
 from . import exchange
@@ -66,6 +66,13 @@ _FACES = {
 }
 _SIDES = 8  #: numbers kept for the sides of an element
 #: cards that make, move or fetch nodes, elements and sets by rules that are not followed here
+#: cards of what scenes say in their own words, which are told to be left out
+_OF_SCENES = {
+    *("BOUNDARY", "CLOAD", "DLOAD", "DSLOAD", "TEMPERATURE", "AMPLITUDE", "INITIAL CONDITIONS"),
+    *("TIE", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "MPC", "EQUATION"),
+    *("RIGID BODY", "CONTACT PAIR", "CONTACT", "CONNECTOR SECTION", "SPRING", "MASS"),
+    *("PLASTIC", "HYPERELASTIC", "VISCOELASTIC", "CREEP", "EXPANSION", "DAMPING"),
+}
 _UNREAD = {
     *(
         "ELCOPY",
@@ -197,6 +204,7 @@ class _Reader:
     materials: dict[str, dict[str, list[float]]] = field(default_factory=dict)
     #: sets of elements and materials of solids, upper
     sections: list[tuple[str, str]] = field(default_factory=list)
+    left_out: Counter[str] = field(default_factory=Counter)  #: cards of `_OF_SCENES`
     material: str = ""  #: the one that cards belong to
     assembly: bool = False
     whole: _Whole = field(default_factory=_Whole)
@@ -265,6 +273,8 @@ class _Reader:
             self.materials[self.material] = {}
         elif card.keyword in ("ELASTIC", "DENSITY") and self.material and card.data:
             self._numbers_of_material(card)
+        elif card.keyword in _OF_SCENES:
+            self.left_out[card.keyword] += 1
         elif card.keyword == "SOLID SECTION":
             of = card.options
             self.sections.append((of.get("ELSET", "").upper(), of.get("MATERIAL", "").upper()))
@@ -277,6 +287,9 @@ class _Reader:
                 f"{self.where}: line {card.line}: *{card.keyword} {_shown(card.options)} is left out"
             )
             return
+        if len(card.data) > 1:
+            rows = f"{len(card.data)} lines of *{card.keyword} at temperatures"
+            notify(f"{self.where}: line {card.line}: the first of {rows} is taken")
         line, words = card.data[0]
         numbers = [self._number(float, line, word) for word in _trimmed(words)]
         self.materials[self.material][card.keyword] = numbers
@@ -455,6 +468,11 @@ class _Reader:
         unplaced = self.parts.keys() - {instance.part for instance in self.instances.values()}
         for name in sorted(unplaced):
             notify(f"{self.where}: part {name} has no instance in the assembly, and is left out")
+        if self.left_out:
+            cards = ", ".join(f"*{name}" for name in self.left_out)
+            remark(
+                f"{self.where}: {cards} are left out: scenes have joints and loads of their own, and elastic materials"
+            )
         if self.other_types:
             found = ", ".join(f"{count} of type {name}" for name, count in self.other_types.items())
             if not self.whole.rows:
@@ -627,8 +645,8 @@ class _Reader:
         return replace(found, materials=self._used_materials(elsets))
 
     def _used_materials(self, groups: Iterable[str]) -> dict[str, list[float]]:
-        """Young's modulus, Poisson's ratio and density of groups of solids; none of those that two
-        sections name.
+        """Young's modulus, Poisson's ratio and density, 0 without one, of groups of solids; none of
+        those that two sections name.
         """
         found = {}
         for group in groups:
@@ -636,8 +654,8 @@ class _Reader:
             names = {name for of, name in self.sections if own == of or own.endswith(f".{of}")}
             numbers = self.materials.get(names.pop(), {}) if len(names) == 1 else {}
             elastic, density = numbers.get("ELASTIC", []), numbers.get("DENSITY", [])
-            if len(elastic) >= 2 and density:
-                found[group] = [*elastic[:2], density[0]]
+            if len(elastic) >= 2:
+                found[group] = [*elastic[:2], *(density[:1] or [0.0])]
         return found
 
     def _with_faces(

@@ -51,8 +51,8 @@ def fields(skin: Skin, gradients: Array, rate: Array, reference: Array) -> dict[
 
 
 def errors(skin: Skin, gradients: Array, reference: Array) -> tuple[Array, Array]:
-    """Errors (x,) of the stresses at points, as parts of the largest one, and the von Mises stresses
-    (x,) [Pa], of gradients (1 + 3, x, c) and the reference (x, 3).
+    """Errors (x,) of the stresses at points, and these (6, x) [Pa], of gradients (1 + 3, x, c) and the
+    reference (x, 3).
     """
     place = places(reference)
     smooth, raw = (stresses(skin, F) for F in (means(gradients[1:], place), gradients[1:]))
@@ -60,8 +60,7 @@ def errors(skin: Skin, gradients: Array, reference: Array) -> tuple[Array, Array
     each = np.sqrt(apart.reshape(-1, skin.points).mean(axis=1))
     found = np.zeros(int(place.max()) + 1)
     np.maximum.at(found, place, np.repeat(each, skin.points))
-    largest = float(tensor_size(smooth).max())
-    return found[place] / largest if largest else 0.0 * smooth[0], solid_law.von_mises(smooth)
+    return found[place], smooth
 
 
 def tensor_size(stress: Array) -> Array:

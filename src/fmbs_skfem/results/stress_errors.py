@@ -31,7 +31,8 @@ from .surfaces import places
 
 FEW = 3  #: cells at a vertex up to which its patch has their neighbours too
 REACH = 2.0  #: sizes of a cell around a place within which cells are looked at
-LARGE = 0.05  #: error over the largest stress from which a warning is shown: beyond it stresses at a point say little
+LARGE = 0.05  #: error over the stress from which a warning is shown: beyond it stresses at a point say little
+LITTLE = 1e-2  #: of the largest stress of a body, with which that of a place counts at least
 AT_ONCE = 500  #: patches that are fitted together
 
 
@@ -69,14 +70,11 @@ class Recovered:
 
     def at(self, point: Array, reference: Array) -> float:
         """The largest error at a point (3,) of the surface with the reference (x, 3), of all cells
-        there, as such a part.
+        there, as a part of the stress there.
         """
         nearest = int(np.linalg.norm(reference - point, axis=1).argmin())
-        return (
-            float(self.errors[self.place == self.place[nearest]].max()) / self.largest
-            if self.largest > 0.0
-            else 0.0
-        )
+        there = self.place == self.place[nearest]
+        return part_of(self.errors[there].max(), _size(self.smooth[there]).max(), self.largest)
 
     @property
     def von_mises(self) -> Array:
@@ -89,6 +87,14 @@ class Recovered:
         )
 
 
+def part_of(error: float, stress: float, largest: float) -> float:
+    """An error as a part of a stress, which counts with LITTLE of the `largest` of its body at least;
+    0 of none.
+    """
+    size = max(float(stress), LITTLE * largest)
+    return float(error) / size if size > 0.0 else 0.0
+
+
 def _size(tensors: Array) -> Array:
     """Norms (x,) of tensors (x, 2 6) on two faces, the larger one."""
     return np.asarray(np.linalg.norm(tensors.reshape(len(tensors), 2, -1), axis=2).max(axis=1))
@@ -98,7 +104,7 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
     """Errors of the stresses, strains and forces that outputs of plates and shells read, by name,
     at the instant of the largest.
 
-    They are parts of the largest stress of the body then; `values` (s,) are those of all columns.
+    They are parts of the stress there then; `values` (s,) are those of all columns.
     """
     system = trajectory.system
     found = dict[str, float]()
@@ -120,15 +126,17 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
 
 def of_solid(trajectory: Trajectory, row: int, output: Output) -> float:
     """Error of the largest von Mises stress that an output reads of a solid at an instant, as a part
-    of the largest stress of the body.
+    of the stress there.
     """
     from scipy.spatial import cKDTree
 
     skin, now, start = at_instant(trajectory, row, output.body)
-    found, sizes = solid_fields.errors(skin, now, start[0])
+    found, stress = solid_fields.errors(skin, now, start[0])
     wanted = np.reshape(output.place, (-1, 3)) + trajectory.system.origin
-    apart = cKDTree(start[0]).query(wanted)[1]
-    return float(found[apart[np.argmax(sizes[apart])]])
+    nodes = cKDTree(start[0]).query(wanted)[1]
+    worst = nodes[np.argmax(solid_law.von_mises(stress[:, nodes]))]
+    sizes = solid_fields.tensor_size(stress)
+    return part_of(found[worst], sizes[worst], sizes.max())
 
 
 def recovered_at(system: System) -> list[str]:
@@ -141,11 +149,15 @@ def recovered_at(system: System) -> list[str]:
     ]
 
 
-def summarise(errors: Mapping[str, float]) -> Iterator[str]:
-    """A warning of outputs with large errors."""
-    if large := [f"{name} ({100.0 * part:.0f} %)" for name, part in errors.items() if part > LARGE]:
-        text = f"stresses of cells around differ at the place of {', '.join(large)}, as a part of the largest stress of the body"
-        yield f"{text}: take a finer mesh there; of plates cells nearer to parallelograms, or another interpolation"
+def summarise(errors: Mapping[str, float], system: System) -> Iterator[str]:
+    """A warning of outputs of a system with large errors."""
+    if large := [name for name, part in errors.items() if part > LARGE]:
+        listed = ", ".join(f"{name} ({100.0 * errors[name]:.0f} %)" for name in large)
+        text = f"stresses of cells around differ at the place of {listed}, as a part of the stress there: take a finer mesh there"
+        plates = any(system.outputs[name].law is None for name in large)
+        yield (
+            f"{text}, cells nearer to parallelograms, or another interpolation" if plates else text
+        )
 
 
 def of_body(
@@ -174,8 +186,9 @@ def of_picture(trajectory: Trajectory, row: int = -1) -> float:
     for skin in trajectory.system.skins:
         if solid_law.is_solid(skin.law):
             _, now, start = at_instant(trajectory, row, skin.name)
-            parts, _ = solid_fields.errors(skin, now, start[0])
-            found.append(float(np.sqrt(np.mean(parts**2))))
+            errors, stress = solid_fields.errors(skin, now, start[0])
+            mean = float(np.sqrt(np.mean(errors**2)))
+            found.append(part_of(mean, solid_fields.tensor_size(stress).max(), 0.0))
         else:
             found.append(of_body(trajectory, row, skin.name)[0].mean)
     return max(found)

@@ -88,9 +88,8 @@ def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -
     about an origin that is not their centre of mass.
     """
     found = [_body(scene, name, cells, allow_outside) for name in scene.bodies]
-    for look, part in itertools.product(
-        (plausibility.file_unit, plausibility.without_center), found
-    ):
+    looks = plausibility.file_unit, plausibility.file_material, plausibility.without_center
+    for look, part in itertools.product(looks, found):
         if (odd := look(scene, part.name, part)) is not None:
             notify(f"{where(scene, *odd.keys)}: {odd}")
     return found

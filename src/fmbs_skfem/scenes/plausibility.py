@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ import numpy as np
 from ..bodies.body import Body, extent
 from ..bodies.rigid import CENTERED
 from ..core.storage.records import dataclass
+from ..shapes.solids.solid import Solid
 from ..systems.forces.loads import Gravity
 from .figures import BodyFigures, CellShapes
 
@@ -51,6 +53,7 @@ LARGE, THINNEST = (
     5e3,
 )
 TONNES = 1e12  #: 1 t/mm3 in kg/m3
+OF_FILE = "is the file in N, s and the `unit` of the body?"
 USUAL = (300.0, 1.5e4)  #: wave speeds of most solids [m/s]
 SLIPS = {  #: what may have been meant, and the factor it puts on E / rho
     "Young's modulus given in MPa": 1e6,
@@ -105,7 +108,8 @@ def findings(scene: Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding
     """What is hardly meant, in the order of the scene."""
     waves = moving(scene)
     for name, own in known.items():
-        yield from _material(scene.bodies[name], name, own, waves)
+        if not has_material_of_file(scene.bodies[name]):  # told when the body is made
+            yield from _material(scene.bodies[name], name, own.wave_speed, waves)
         yield from _sizes(name, own)
         yield from _locking(name, own)
         yield from _cells(name, own.cells)
@@ -135,14 +139,36 @@ def file_unit(scene: Scene, name: str, part: Body) -> Finding | None:
     drawn = 0.0 if section is not None and not section.needs_material else 2.0 * part.radius
     thickness = float(np.mean(part.thickness)) or getattr(model, "thickness", drawn)
     silent = hasattr(model, "unit") and not said(scene, "bodies", name, "unit")
-    if not silent or not thickness or size < max(LARGE, THINNEST * thickness):
+    is_solid = isinstance(part.space, Solid)
+    if not silent or not (thickness or is_solid) or size < max(LARGE, THINNEST * thickness):
         return None
-    text = f"its size is {size:.4g} m, {size / thickness:.2g} times its thickness"
+    text = f"its size is {size:.4g} m"
+    if not is_solid:
+        text = f"{text}, {size / thickness:.2g} times its thickness"
     return Finding(
         ("bodies", name),
         text,
         "is the file in mm? write unit: mm, or unit: m where it is in metres",
     )
+
+
+def file_material(scene: Scene, name: str, part: Body) -> Finding | None:
+    """Density and wave speed of a solid whose material is that of its file, as of materials that a
+    scene states.
+    """
+    model: Any = scene.bodies[name]
+    if not has_material_of_file(model):
+        return None
+    material = model.material_of(f"body '{name}'", part.space)
+    speed = math.sqrt(material.young_modulus / material.density)
+    keys = ("bodies", name, "mesh")
+    found = [*_density(keys, material.density), *_wave_speed(keys, speed, moving(scene))]
+    return replace(found[0], meant=OF_FILE) if found else None
+
+
+def has_material_of_file(model: Any) -> bool:
+    """Whether a body of a scene takes the material of its mesh."""
+    return hasattr(model, "material_of") and model.material is None and model.orthotropic is None
 
 
 def without_center(scene: Scene, name: str, part: Body) -> Finding | None:
@@ -177,23 +203,24 @@ def said(scene: Scene, *keys: str) -> bool:
     return node is not None
 
 
-def _material(model: Any, name: str, own: BodyFigures, waves: bool) -> Iterator[Finding]:
-    """Density, and the wave speed where masses count, with the unit that would explain them."""
+def _material(model: Any, name: str, speed: float | None, waves: bool) -> Iterator[Finding]:
+    """Density, and the wave speed [m/s] where masses count, with the unit that would explain them."""
     material = getattr(model, "material", None)
+    keys = ("bodies", name, *(["material"] if material else []))
     density = getattr(material or model, "density", None)
-    if density is not None and not DENSITIES[0] <= density <= DENSITIES[1]:
+    if density is not None:
+        yield from _density((*keys, "density"), density)
+    if speed is not None:
+        yield from _wave_speed(keys if material else (*keys, "section"), speed, waves)
+
+
+def _density(keys: tuple[str, ...], density: float) -> Iterator[Finding]:
+    """A density [kg/m3] beyond that of solids."""
+    low, high = DENSITIES
+    if not low <= density <= high:
         heavy = density * TONNES
-        meant = (
-            f"is it {heavy:.4g} kg/m3, given in t/mm3?"
-            if DENSITIES[0] <= heavy <= DENSITIES[1]
-            else ""
-        )
-        text = f"{density:.4g} kg/m3 is outside {DENSITIES[0]:g} to {DENSITIES[1]:g} kg/m3"
-        yield Finding(("bodies", name, *(["material"] if material else []), "density"), text, meant)
-    if own.wave_speed is not None:
-        yield from _wave_speed(
-            ("bodies", name, "material" if material else "section"), own.wave_speed, waves
-        )
+        meant = f"is it {heavy:.4g} kg/m3, given in t/mm3?" if low <= heavy <= high else ""
+        yield Finding(keys, f"{density:.4g} kg/m3 is outside {low:g} to {high:g} kg/m3", meant)
 
 
 def _wave_speed(keys: tuple[str, ...], speed: float, waves: bool) -> Iterator[Finding]:

@@ -19,6 +19,7 @@ from ..bodies.sections import Material
 from ..bodies.solids.materials import Orthotropic
 from ..bodies.solids.solid_body import solid_body
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.fields import ANY, NAMES, FileUnit, Names, Position, Takes, read_names, whole
 from ..core.values.mappings import inline, names
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from .figures import BodyFigures
     from .schema import Scene
 
+FAR = 1.0  #: sizes of a body: a center of a rim is hardly meant farther away
 NEAR = 1e-6  #: of the extent: a point nearer than this to a node is that node
 
 
@@ -133,24 +135,8 @@ class SolidBody(SceneBody, word="solid"):
         return figures.of_solid(part, material, gravity)
 
     def material_of(self, where: str, shape: Solid) -> Material | Orthotropic:
-        """The material that is given, else the only one of the file; InputError where there are none
-        or several.
-        """
-        if (given := self.material or self.orthotropic) is not None:
-            return given
-        known = shape.materials
-        different = {tuple(numbers) for numbers in known.values()}
-        if len(different) != 1:
-            got = f"{len(different)}, of {', '.join(known)}" if known else "none"
-            remedy = (
-                "give `material`, or make a body of each `volume`, and `tie` these"
-                if known
-                else "give `material`"
-            )
-            raise InputError(say(f"{where}.material", "a material", got, remedy))
-        ((E, nu, rho),) = different
-        unit = self.unit
-        return Material(E / unit**2, rho / unit**4, nu)
+        """The material that is given, else that of the file."""
+        return self.material or self.orthotropic or of_file(where, shape, self.unit)
 
     def shape(self, scene: Scene, allow_outside: bool) -> Solid:
         """The mesh of its file."""
@@ -163,12 +149,15 @@ class SolidBody(SceneBody, word="solid"):
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         where = f"body '{self.name}'"
         shape = self.shape(scene, allow_outside)
+        size = float(np.linalg.norm(np.ptp(shape.reference, axis=0)))
 
         def coupling(key: str, rim: SolidRim, rigid: bool) -> Coupling:
             center = None if rim.center is None else tuple(rim.center)
-            found = solid.coupled(f"{where}: rim '{key}'", shape, rim.faces)
-            nodes, weights = (tuple(one.tolist()) for one in found)
-            return Coupling(nodes, rigid, center, weights)  # type: ignore[arg-type]
+            name = f"{where}: rim '{key}'"
+            nodes, weights = solid.coupled(name, shape, rim.faces)
+            if center is not None:
+                tell_far(name, np.array(center), shape.reference[nodes], size)
+            return Coupling(tuple(nodes.tolist()), rigid, center, tuple(weights.tolist()))  # type: ignore[arg-type]
 
         return solid_body(
             self.name,
@@ -187,6 +176,39 @@ class SolidBody(SceneBody, word="solid"):
             },
             **placed(self),
         )
+
+
+def of_file(where: str, shape: Solid, unit: float) -> Material:
+    """The only material of a mesh, in N, s and the unit of its file [m]; InputError where there are
+    none or several, and where cells have none.
+    """
+    known = shape.materials
+    different = {tuple(numbers) for numbers in known.values()}
+    cells = [shape.volumes[group] for group in known]
+    count = len(np.unique(np.concatenate(cells))) if cells else 0
+    remedy = "give `material`"
+    if not known:
+        got = "none"
+    elif len(different) > 1:
+        got = f"{len(different)}, of {', '.join(known)}"
+        remedy = f"{remedy}, or make a body of each `volume`, and `tie` these"
+    elif count < len(shape.nodes):
+        got = f"one of {count} cells of {len(shape.nodes)}"
+        remedy = f"{remedy}, or name these by `volume`"
+    else:
+        ((E, nu, rho),) = different
+        if rho:
+            return Material(E / unit**2, rho / unit**4, nu)
+        got = f"one of E = {E:g} and no density"
+    raise InputError(say(f"{where}.material", "a material", got, remedy))
+
+
+def tell_far(where: str, center: np.ndarray, places: np.ndarray, size: float) -> None:
+    """A notice of a center (3,) far away from the nodes (i, 3) of its rim, by the size of the body [m]."""
+    away = float(np.linalg.norm(places - center, axis=1).min())
+    if away > FAR * size:
+        text = f"its center lies {away:.3g} m away from its nodes, {away / size:.3g} times the size of the body"
+        notify(f"{where}: {text}: is it in the unit that is meant?")
 
 
 def nearest(where: str, shape: Solid, place: np.ndarray) -> int:

@@ -183,7 +183,7 @@ def as_read(value: float | None, size: float, least: float) -> float | None:
 def stress_errors(report: Report, display: DisplayUnits) -> Iterable[View]:
     """How far stresses are off by those recovered from cells around."""
     texts = [f"{name} {100.0 * part:.2g} %" for name, part in report["stress_errors"].items()]
-    yield f"error of stresses by those of cells around, as a part of the largest of the body: {', '.join(texts)}"
+    yield f"error of stresses by those of cells around, as a part of the stress there: {', '.join(texts)}"
 
 
 @kind("training_signals")

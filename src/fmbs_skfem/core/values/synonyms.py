@@ -14,7 +14,8 @@ from ..errors import closest
 #: `normal` writes them
 WORDS: Mapping[str, Mapping[str, str]] = {
     "Joint": {
-        "'clamp' to the ground, 'weld' between bodies": "fixed fix rigid encastre fixed_joint generic tie rbe2 mpc coupling bonded",
+        "'weld' of two places, 'tie' of the faces of two solids": "bonded glue tied tie_faces",
+        "'clamp' to the ground, 'weld' between bodies": "fixed fix rigid encastre fixed_joint generic rbe2 mpc coupling",
         "'pin' or 'spherical'": "ball ball_joint ball_and_socket spherical_joint point_to_point pinned link",
         "'revolute', or 'pin' for points in the plane": "hinge hinge_joint rotational rotary pivot swivel revolute_joint bearing",
         "'driven_angle'": "rotation_motor rotational_motor motor_rotation joint_motion angle_motor servo speed_motor",

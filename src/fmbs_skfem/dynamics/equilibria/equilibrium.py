@@ -48,10 +48,8 @@ DOWNHILL = 0.2  #: longest corrections downhill over the size of the mechanism
 STEEPER = 4.0  #: factor between shifts of the stiffness
 SHIFTS = 20  #: of them, at most
 #: of the metric beside a singular tangent, and the rest of the residual that it may leave
-LITTLE, SOLVES = (
-    1e-9,
-    1e-3,
-)
+LITTLE, SOLVES = 1e-9, 1e-3
+AGAIN = 4  #: solutions of what is left, each of which leaves a thousandth
 STALE = 1e-9  #: change of multipliers in the last correction, over their size, from which its tangent is not that of the state
 STRAIGHT = 1e-6  #: correction over the size of the mechanism above which strains that were expected are not those of the state
 CLEAR = 1e-9  #: smallest pivot of a balanced tangent over the largest from which no motion is free
@@ -371,12 +369,15 @@ def correction(model: Compiled, tangent: Tangent, R: np.ndarray) -> np.ndarray |
     W = scaled(csr_array(system.metric), large, large)
     # rigid bodies have no stiffness but that of what pulls at them
     size = abs(K).max() or np.abs(R).max() / system.scale
-    step = saddle.regular_solution(
-        saddle.matrix(csr_array(K + LITTLE * size / abs(W).max() * W), J), R
-    )
-    solves = step is not None and np.linalg.norm(
-        saddle.matrix(K, J) @ step - R
-    ) <= SOLVES * np.linalg.norm(R)
+    factors = saddle.factor(saddle.matrix(csr_array(K + LITTLE * size / abs(W).max() * W), J))
+    if factors is None or not factors.regular:
+        return None
+    # what is soft beside the stiffest motion feels the metric: it is taken out again
+    A = saddle.matrix(K, J)
+    step = np.zeros(len(R))
+    for _ in range(AGAIN):
+        step += saddle.solve(factors, R - A @ step)
+    solves = np.linalg.norm(R - A @ step) <= SOLVES * np.linalg.norm(R)
     return unit * step if solves else None
 
 

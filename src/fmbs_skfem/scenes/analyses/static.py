@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from ... import dynamics
+from ...core.errors import SolverError
 from ...core.notices import Progress, notify, remark
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count, Time
@@ -15,6 +16,7 @@ from ...core.values.problems import Found, Problem
 from ...dynamics import Newton, Trajectory, initial
 from ...dynamics.equilibria import loading
 from ...dynamics.near_state import modes
+from ...systems.free_motions import unsupported
 from .. import field_kinds as fields
 from ..accuracy import Wanted, of_outputs
 from ..yamlfile import Oddity
@@ -67,11 +69,17 @@ class Static(History):
     ) -> Trajectory:
         newton = Newton(tolerance=self.tolerance)
         arc = self.method == "arc_length"
-        if arc:
-            control = dynamics.ArcLength(1.0 / self.load_steps, branch=self.branch)
-            found = dynamics.follow_path(system, control, newton, self.time, advance)
-        else:
-            found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
+        control = dynamics.ArcLength(1.0 / self.load_steps, branch=self.branch)
+        try:
+            if arc:
+                found = dynamics.follow_path(system, control, newton, self.time, advance)
+            else:
+                found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
+        except SolverError as error:
+            if not system.components and (free := unsupported(system.full or system)[0]):
+                motions = "; ".join(map(str, free))
+                error.args = (f"nothing resists that {motions}: hold this by joints; {error}",)
+            raise
         if unstable := modes.instability(found):
             text = f"analysis: {unstable}: the structure does not stay there"
             way = (

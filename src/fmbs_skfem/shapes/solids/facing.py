@@ -9,7 +9,6 @@ P turns and moves with the cell.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..table import Floats, Ints
 from . import elements
@@ -26,6 +25,8 @@ def on_faces(solid: Solid, faces: Ints, points: Floats) -> tuple[Ints, Floats, F
     """Numbers (x,) among faces (i, 2) of those nearest to points (x, 3), -1 where none is near, the
     parent coordinates (x, 3), and the distances (x,) over the sizes of the faces, infinite there.
     """
+    from scipy.spatial import cKDTree
+
     corners = solid.reference[face_nodes(solid, faces)[:, : elements.faces(solid.kind).shape[1]]]
     middle = corners.mean(axis=1)
     radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)

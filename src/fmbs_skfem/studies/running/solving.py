@@ -115,7 +115,10 @@ def finish(
         cost = trajectory.statistics
         judged = task.judge(trajectory)
         uncertain = stress_errors.of_outputs(trajectory, outputs)
-        notify(*large_strains.summarise(strained), *stress_errors.summarise(uncertain))
+        notify(
+            *large_strains.summarise(strained),
+            *stress_errors.summarise(uncertain, trajectory.system),
+        )
     error = error or jobs.refused(job)
     checked: dict[str, Any] = {}
     if job.check and error is None and task.halved and task.scheme:
