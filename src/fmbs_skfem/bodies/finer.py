@@ -18,11 +18,14 @@ from .body import Body, ShapePoints
 def knows_more(part: Body) -> bool:
     """Whether a body is a part that knows shapes beside its own, and is to be held against them.
 
-    That is so of reduced bodies whose training has kept such shapes (`MissingShapes`), unless they
-    say `checked` False, and of bodies of matrices with more modes in reserve.
+    That is so of reduced bodies whose training has kept such shapes (`MissingShapes`) or that know
+    small strains alone, unless they say `checked` False, and of bodies of matrices with more modes in
+    reserve.
     """
-    trained = part.shapes is not None and part.shapes.checked and knows_shapes(part.shapes)
-    return trained or part.spare is not None
+    points = part.shapes
+    if points is None:
+        return part.spare is not None
+    return points.checked and (part.linear is not None or knows_shapes(points))
 
 
 def knows_shapes(points: ShapePoints) -> bool:
@@ -36,17 +39,20 @@ def finer(part: Body) -> Body:
 
         F = [S, T]
 
+    Of a part that knows small strains alone, and no T, the same functions with all strains.
     Coordinates of T are zero in the reference, so that a state of the part is one of the finer
     body; mass, spread and frames grow by the blocks of T, and the energy is that of all quadrature
     points.
     """
-    if part.spare is not None:
-        return part.spare
     if not knows_more(part):
         return part
+    if part.spare is not None:
+        return part.spare
     points = part.shapes
     assert points is not None
     assert part.spread is not None
+    if not knows_shapes(points):
+        return replace(part, linear=None)
     missing = points.missing
     assert missing is not None
     b = len(part.reference)
@@ -76,4 +82,5 @@ def finer(part: Body) -> Body:
         else csr_array(hstack([part.directors, csr_array(missing.over_space[n:])])),
         axes=None if part.axes is None else csr_array(hstack([part.axes, csr_array(missing.axes)])),
         shapes=every,
+        linear=None,
     )

@@ -19,12 +19,13 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eigh, qr
-from scipy.sparse import csr_array, vstack
+from scipy.sparse import csr_array, eye_array, kron, vstack
 
 from ..bodies import stress_recovery as fields
 from ..bodies.body import (
     Body,
     Cells,
+    LinearElasticity,
     ShapePoints,
     extent,
     locate,
@@ -33,9 +34,12 @@ from ..bodies.body import (
     probe,
     read_by_cells,
 )
+from ..bodies.finer import finer
 from ..core.algebra import ranks
-from ..core.algebra.linalg import alike, as_dense, squares
+from ..core.algebra.linalg import Array, alike, as_dense, squares
 from ..core.errors import InputError, say
+from ..dynamics.near_state.linear import linearise
+from ..dynamics.near_state.modes import real_modes
 from ..reduction.hyper import sampling
 from ..reduction.hyper.ecsw import Level
 from ..reduction.hyper.hyper_reduction import USUAL
@@ -260,6 +264,26 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
     )
 
 
+def of_small_strains(part: Body, whole: Body) -> Body:
+    """A part of a solid with the stiffness of the reference, which turns with it; it is held against
+    one that has the shapes that it lacks beside. `whole` is the part with all points.
+    """
+    if not isinstance(part.space, Solid):
+        expected = "a solid, for small strains in a frame that turns"
+        raise InputError(say(f"body '{part.name}'", expected, "another body", "leave them out"))
+    fine = finer(part)
+    spare = replace(fine, linear=linear_elasticity(fine), shapes=None) if fine is not part else None
+    return replace(part, linear=linear_elasticity(whole), spare=spare)
+
+
+def linear_elasticity(part: Body) -> LinearElasticity:
+    """The stiffness of a reduced body in its reference, and its lowest angular frequency."""
+    linear = linearise(assemble([part], pictures=False))
+    rigid = part.dim * (part.dim + 1) // 2
+    slowest = real_modes(linear, rigid + 1).angular_frequencies[-1]
+    return LinearElasticity(as_dense(linear.stiffness), slowest=float(slowest))
+
+
 def over_cells(part: Body, S: np.ndarray) -> np.ndarray:
     """Functions S (b, m) of a full body over those that its cells read."""
     read = read_by_cells(part)
@@ -482,6 +506,25 @@ def relative(found: np.ndarray) -> np.ndarray:
     return np.divide(found[1], found[0], out=np.zeros(2), where=found[0] > 0.0)
 
 
+def turned(linear: LinearElasticity, R: np.ndarray) -> LinearElasticity:
+    """Stiffness and damping of a body that is turned by R (c, c)."""
+
+    def turn(A: Array | None) -> np.ndarray | None:
+        if A is None:
+            return None
+        wide = csr_array(kron(eye_array(A.shape[0] // len(R)), R))
+        return np.asarray(wide @ as_dense(A) @ wide.T)
+
+    stiffness = turn(linear.stiffness)
+    assert stiffness is not None
+    return replace(
+        linear,
+        stiffness=stiffness,
+        damping=turn(linear.damping),
+        prestress=turn(linear.prestress),
+    )
+
+
 def placed(
     part: Body,
     name: str,
@@ -525,5 +568,7 @@ def placed(
         part,
         name=name,
         shapes=points,
+        linear=None if part.linear is None else turned(part.linear, R),
+        spare=part.spare and placed(part.spare, name, origin, rotation, check),
         reference=part.reference @ R.T + np.outer(part.constant, shift),
     )

@@ -103,10 +103,12 @@ def train(
     /,
     *,
     shapes: np.ndarray | None = None,
+    small_strains: bool = False,
     **notes: Any,
 ) -> Part:
     """The part of a full body from states (s, b, c) of any of its motions; without `eta` its energy
-    is that of all points.
+    is that of all points. With `small_strains` it is that of a constant stiffness that turns with
+    the body, of solids alone.
 
     What a part of `before` with its memory was trained on counts as well, and none of its states is
     needed. Its functions hold the displacements `shapes` (j, b, c), by default those of
@@ -149,6 +151,7 @@ def train(
         "points_full": 0 if body.cells is None else body.cells.shape[1] * body.cells.shape[3],
         "tolerance": None if modes else tolerance,
         "hyper_tolerance": eta,
+        "energy": "small strains" if small_strains else "any strains",
         "states": len(states) + int(then.get("states", 0)),
         "states_kept": len(kept),
         "largest_strain": max(largest, then.get("largest_strain", 0.0)),
@@ -162,7 +165,10 @@ def train(
     }
     columns = np.hstack([parts.projected(body, S, factor), parts.as_columns(z[len(old) :])])
     memory = Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept], own)
-    return Part(replace(found, shapes=points), record | notes, memory)
+    found = replace(found, shapes=points)
+    if small_strains:
+        found = parts.of_small_strains(found, parts.reduced_body(body, S))
+    return Part(found, record | notes, memory)
 
 
 def remembered(known: Memory) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..bodies.body import Body, ShapePoints
+from ..bodies.body import Body, LinearElasticity, ShapePoints
 from ..bodies.values import MASS, SIZE, SPRINGS
 from ..core.errors import InputError, closest, listed, require_positive, say
 
@@ -49,13 +49,23 @@ def rescale(part: Body, numbers: Mapping[str, float]) -> Body:
         stiffness=None if part.stiffness is None else factors.get(SPRINGS, 1.0) * part.stiffness,
         cells=replace(part.cells, section=rows * part.cells.section),
         shapes=None if part.shapes is None else of_points(part.shapes, rows),
+        linear=None
+        if part.linear is None
+        else of_linear(part.linear, float(rows.flat[0]), factors.get(MASS, 1.0)),
         # a section that changes along the line has no numbers but those of its material
         profile=part.profile
         and replace(part.profile, stiffness=factors.get("EA", 1.0) * part.profile.stiffness),
         radius=factors.get(SIZE, 1.0) * part.radius,
         thickness=factors.get(SIZE, 1.0) * part.thickness,
         values=known,
+        spare=part.spare and rescale(part.spare, numbers),
     )
+
+
+def of_linear(linear: LinearElasticity, factor: float, mass: float) -> LinearElasticity:
+    """A stiffness times a factor, of a body whose mass has another one."""
+    slowest = linear.slowest * math.sqrt(factor / mass)
+    return replace(linear, stiffness=factor * linear.stiffness, slowest=slowest)
 
 
 def raised(factor: float, power: float) -> float:

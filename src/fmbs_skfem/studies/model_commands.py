@@ -153,6 +153,12 @@ def train_part(
             least=0.0,
         ),
     ] = None,
+    small_strains: Annotated[
+        bool,
+        Option(
+            "Of a solid: a constant stiffness that turns with it, many times as fast as all strains."
+        ),
+    ] = False,
     runs: Annotated[
         int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)
     ] = 2,
@@ -259,7 +265,8 @@ def train_part(
             raise InputError(say("--alone", "it beside the sizes of its motions", "none", remedy))
         known = None if before is None else Path(before)
         excited = told if alone else None
-        return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper, known)
+        scene = jobs.read_scene(job)
+        return parts.train(job, scene, body, excited, tolerance, modes, hyper, known, small_strains)
 
 
 @study

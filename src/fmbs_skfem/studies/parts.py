@@ -74,6 +74,7 @@ def train(
     modes: int | None,
     hyper: float | None,
     before: Path | None = None,
+    small_strains: bool = False,
 ) -> PartResult:
     """The part of a body of a scene, moved alone by an excitation or by the motion of the scene,
     saved in a file.
@@ -110,6 +111,7 @@ def train(
     def make(plan: Plan) -> Part:
         """The part to the tolerances of a plan."""
         more: dict[str, Any] = {"body": body, **record, "provenance": kept}
+        more["small_strains"] = small_strains
         return part_files.train(
             part, states, plan.tolerance, modes, plan.hyper.tolerance, known, **more
         )

@@ -381,7 +381,7 @@ def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints | Corotated:
     columns = slice(first, first + part.reference.size)
     if part.linear is not None:
         made = corotated.of_body(part.linear, part.mass, part.reference, part.constant)
-        return replace(made, columns=columns, checked=part.spare is not None)
+        return replace(made, columns=columns, checked=knows_more(part))
     assert part.cells is not None
     if part.shapes is None:
         return gather(part, part.cells, layout)
