@@ -51,6 +51,7 @@ ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them
 LOOKED_AT = 300  #: states of a training whose strains are held against those of the shape functions
 KINDS = 16  #: parts that are kept when they have been read to be used
+AT_REST = 1e-11  #: strain that is round-off
 LARGE = 0.5  #: functions of a part over those of its body, from which it pays no more: 0.5 takes 1 to 2 times as long, 0.9 1.4 to 3
 #: distance of the reference of a training that goes on from that of before, over its size
 SAME = 1e-6
@@ -144,6 +145,7 @@ def train(
         points = of_both(points, before.body.shapes)
     (low, high) = points.trained
     largest = float(parts.largest_strains(body, states).max())
+    warn_of_rest(body, max(largest, then.get("largest_strain", 0.0)))
     record = {
         "functions": S.shape[1],
         "functions_full": len(S),
@@ -354,6 +356,13 @@ def warn_of_no_bending(body: Body, S: np.ndarray) -> None:
     if S.shape[1] <= np.linalg.matrix_rank(np.column_stack([body.constant, body.reference])):
         text = f"part '{body.name}': its {S.shape[1]} shape functions are rigid motions and even stretches, so that it cannot bend"
         notify(f"{text}; take more of them (a smaller tolerance)")
+
+
+def warn_of_rest(body: Body, strain: float) -> None:
+    """Say that states of a training strain a body by no more than round-off."""
+    if strain < AT_REST:
+        text = f"part '{body.name}': its training strains it by {strain:.2g}, which is round-off: its points and the range of its strains mean nothing"
+        notify(f"{text}; train it on a motion that bends it, or alone with `--strain`")
 
 
 def warn_of_size(body: Body, S: np.ndarray) -> None:

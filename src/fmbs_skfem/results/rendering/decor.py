@@ -113,7 +113,16 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
 def _draw_scale(axes: Axes, scale: ColourScale) -> None:
     bar = axes.figure.colorbar(ScalarMappable(norm(scale), cmap(scale)), cax=axes)
     bar.ax.tick_params(labelsize=9)
-    bar.set_label(plain(scale.label), fontsize=10)
+    words = plain(scale.label)
+    figure = bar.ax.figure
+    room = 1.1 * bar.ax.get_position().height * figure.bbox.height
+    letters = 10.0
+    height = round(letters * figure.dpi / 72.0)
+    if measure(words, height) > room:
+        words = words.replace(", ", ",\n", 1)
+        longest = max(measure(line, height) for line in words.split("\n"))
+        letters *= min(1.0, room / longest)
+    bar.set_label(words, fontsize=letters)
     if not scale.logarithmic:
         bar.formatter.set_powerlimits((-3, 3))  # type: ignore[attr-defined]
         bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
