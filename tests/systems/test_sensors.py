@@ -47,6 +47,23 @@ def hinge(dim: int) -> joints.Joint:
     )
 
 
+def test_a_displacement_counts_from_the_reference_wherever_that_is() -> None:
+    """Also where coordinates count from the bodies, as far from the origin of the scene."""
+    ball = point_mass("ball", 2.0, (7e3, -3.0))
+    sensed = {
+        "r": probes.Position(At("ball")),
+        "u": probes.Displacement(At("ball")),
+        "y": probes.Displacement(At("ball"), "y"),
+    }
+    system = assemble([ball], [], [loads.Gravity((0.0, -10.0))], outputs=sensed)
+    found = outputs(integrate(system, GeneralizedAlpha(1e-2), 0.5))
+    assert found["u_y"][-1] == pytest.approx(-1.25, rel=1e-6)
+    assert_allclose(found["y"], found["u_y"])
+    assert_allclose(found["r_x"], 7e3)
+    assert_allclose(found["u_x"], 0.0, atol=1e-9)
+    assert_allclose(found["r_y"] - found["u_y"], -3.0)
+
+
 @pytest.mark.parametrize("axes", ["scene", "place"])
 def test_an_arm_that_is_driven_has_the_acceleration_of_its_motion(axes: str) -> None:
     """Theta = t + t^2/2: - omega^2 r along the arm and alpha r across it; in the axes of the scene

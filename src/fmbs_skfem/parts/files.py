@@ -361,8 +361,9 @@ def warn_of_no_bending(body: Body, S: np.ndarray) -> None:
 def warn_of_rest(body: Body, strain: float) -> None:
     """Say that states of a training strain a body by no more than round-off."""
     if strain < AT_REST:
-        text = f"part '{body.name}': its training strains it by {strain:.2g}, which is round-off: its points and the range of its strains mean nothing"
-        notify(f"{text}; train it on a motion that bends it, or alone with `--strain`")
+        text = f"part '{body.name}': its training strains it by {strain:.2g}, which is round-off"
+        means = "its points and the range of its strains mean nothing"
+        notify(f"{text}: {means}; train it on a motion that bends it, or alone with `--strain`")
 
 
 def warn_of_size(body: Body, S: np.ndarray) -> None:

@@ -68,7 +68,7 @@ def notices(scene: Scene) -> Iterator[Oddity]:
                 ("parameters", name),
                 f"{text} is outside the range of {limits}, where reduced models are trained",
             )
-    yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
+    yield from ((finding.keys, str(finding)) for finding in plausibility.of_text(scene))
     yield from _idle(scene)
     yield from _leaving(scene)
     yield from _tilting(scene)

@@ -91,12 +91,22 @@ def weights(scene: Scene) -> dict[str, Gravity]:
     return {name: load for name, load in scene.loads.items() if isinstance(load, Gravity)}
 
 
-def materials(scene: Scene) -> Iterator[Finding]:
-    """Wave speeds of the materials of a scene, which need no mesh."""
+def of_text(scene: Scene) -> Iterator[Finding]:
+    """What needs no mesh: wave speeds of the materials of a scene, and its weights."""
+    yield from gravities(scene)
     for name, body in scene.bodies.items():
         if (material := getattr(body, "material", None)) is not None:
             speed = math.sqrt(material.young_modulus / material.density)
             yield from _wave_speed(("bodies", name, "material"), speed, moving(scene))
+
+
+def gravities(scene: Scene) -> Iterator[Finding]:
+    """Weights of a size that no place has."""
+    for name, load in weights(scene).items():
+        size = float(np.linalg.norm(load.acceleration))
+        if size > WEIGHT:
+            text = f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant"
+            yield Finding(("loads", name, "acceleration"), text)
 
 
 def moving(scene: Scene) -> bool:
@@ -120,13 +130,6 @@ def findings(scene: Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding
             ("bodies", small),
             f"'{large}' is {most / least:.3g} times as large as '{small}': are both meshes in metres?",
         )
-    for name, load in weights(scene).items():
-        size = float(np.linalg.norm(load.acceleration))
-        if size > WEIGHT:
-            yield Finding(
-                ("loads", name, "acceleration"),
-                f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant",
-            )
 
 
 def file_unit(scene: Scene, name: str, part: Body) -> Finding | None:

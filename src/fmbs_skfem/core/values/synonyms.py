@@ -62,7 +62,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         " floating_frame reduced",
     },
     "Probe": {
-        "'position'": "displacement coordinate u point location",
+        "'position', or 'displacement' from the reference": "coordinate u point location",
         "'reaction'": "joint_force reaction_force force rf constraint_force",
         "'section_forces'": "sf section_force internal_force beam_force moment bending_moment axial_force",
         "'section_strains'": "curvature se section_strain torsion",

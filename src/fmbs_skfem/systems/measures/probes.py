@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -369,6 +370,44 @@ class Position(PointProbe):
     """
 
     unit: ClassVar[str] = "m"
+
+
+@dataclass(frozen=True)
+class Displacement(PointProbe):
+    """Displacement of a point from its reference [m], one column a coordinate; one `component` has
+    the output's own name.
+
+        r - r0
+
+    {type: displacement, at: bracket.hole}
+    """
+
+    unit: ClassVar[str] = "m"
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        found = super().sense(name, draft)
+        place = draft.layout.reference(f"output '{name}'", self.at) + draft.layout.origin
+        chosen = place if self.component is None else place[[AXES.index(self.component)]]
+        return replace(found, parameters=tuple(chosen.tolist()))
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        return [*(y - numbers), *v]
+
+    @classmethod
+    def evaluate(cls, output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        return columns_of(sensed.values - np.array(output.parameters))
+
+    @classmethod
+    def formula(cls, output: Output, dim: int) -> Formula:
+        return lambda *parts: [
+            one - first for one, first in zip(parts[0], output.parameters, strict=True)
+        ]
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        count = len(output.rows)
+        return None, count, count
 
 
 @dataclass(frozen=True)
