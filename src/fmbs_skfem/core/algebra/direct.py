@@ -409,6 +409,7 @@ def eliminate_side_by_side(
         places[end - 1] = at
         at += len(rest)
     remainders = np.concatenate([np.zeros(0), *(rest for _, rest in parts)])
+    del parts  # each rest is a view of all that its thread had waiting
     return int(
         eliminate_range(tree, *A, lower, pivots, (0, count), 0, state, (remainders, places))[0]
     )

@@ -56,12 +56,30 @@ def scaled(A: Array, rows: np.ndarray, columns: np.ndarray) -> Array:
     rows (i,), columns (j,).
     """
     if is_sparse(A):
-        A = csr_array(A, copy=True)
-        return csr_array(
-            (np.repeat(rows, np.diff(A.indptr)) * A.data * columns[A.indices], A.indices, A.indptr),
-            shape=A.shape,
-        )
+        A = csr_array(A)
+        if not A.has_canonical_format:
+            A = A.copy()  # what is scaled has the same indices, which nothing may order then
+            A.sum_duplicates()
+        data = np.repeat(rows, np.diff(A.indptr))
+        data *= A.data
+        data *= columns[A.indices]
+        return csr_array((data, A.indices, A.indptr), shape=A.shape)
     return np.asarray(rows[:, None] * A * columns)
+
+
+def row_maxima(A: Array) -> np.ndarray:
+    """max_j |A_ij| (m,) of A (m, n); 0 of rows without an entry."""
+    if not is_sparse(A):
+        return np.asarray(np.abs(A).max(axis=1, initial=0.0))
+    A = csr_array(A)
+    found = np.zeros(A.shape[0])
+    used = np.flatnonzero(np.diff(A.indptr))
+    if len(used):
+        starts = A.indptr[used]
+        found[used] = np.maximum(
+            np.maximum.reduceat(A.data, starts), -np.minimum.reduceat(A.data, starts)
+        )
+    return found
 
 
 def support(A: np.ndarray) -> slice:

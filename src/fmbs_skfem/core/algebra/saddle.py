@@ -9,10 +9,10 @@ refinement takes back what the choice of pivots near the diagonal (little fill) 
 Small matrices, and those of a dense K, are dense: SuperLU takes 2 ms for 8 unknowns, LAPACK 0.05
 ms, and as long at some 200. Large symmetric ones have factors L D L^T of their own, of
 
-    K' = K + J^T J,    S = J K'^-1 J^T,    x = K'^-1 (f + J^T g - J^T l),    S l = J K'^-1 (f + J^T g) - g
+    K' = K + G^T G,    S = G K'^-1 G^T,    x = K'^-1 (f + G^T (w g - l)),    S l = G K'^-1 (f + w G^T g) - w g,    G = w J
 
 (a solid of 107 163 unknowns: 7.3 s, SuperLU 62 s at 40 077), since K alone may be singular where
-joints hold it. Compiled steps and large models have factors of their own.
+joints hold it; w J is felt by a motion of a thousand cells. Compiled steps and large models have factors of their own.
 
 Sources: J. R. Bunch, Equilibration of symmetric matrices in the max-norm, J. ACM 18 (1971) 566-572,
 doi:10.1145/321662.321670; M. Benzi, G. H. Golub, J. Liesen, Acta Numerica 14 (2005) 1-137,
@@ -27,13 +27,13 @@ from typing import Literal, Protocol
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
-from scipy.sparse import block_array, csr_array, eye_array
+from scipy.sparse import block_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from ..errors import SolverError
 from ..storage.records import dataclass
 from . import direct, supernodes
-from .linalg import Array, as_dense, is_sparse, scaled
+from .linalg import Array, as_dense, is_sparse, row_maxima, scaled
 
 SMALL = 200  #: unknowns and rows up to which a sparse matrix is as fast as a dense one
 PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
@@ -41,6 +41,8 @@ PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal en
 SINGULAR = 1e-15
 # plates of 5000 unknowns take as long by both
 LARGE = 6000  #: unknowns from which symmetric matrices are factored in supernodes
+# a bar that may turn where its rim shears has a pivot of -5e-9 with 1, of 1e-3 with 100
+WEIGHT = 100.0  #: w of rows of joints beside K
 ROWS = 400  #: rows of J up to which S is dense beside it
 ALIKE = 1e-12  #: difference of an entry of a balanced matrix from that of its transpose that is round-off
 
@@ -109,15 +111,17 @@ class Bordered:
     """`LU` of a large symmetric saddle point by factors of K' and of S."""
 
     inside: direct.Factors  #: of K' (k, k)
-    rows: csr_array  #: J (m, k)
-    reach: np.ndarray  #: J K'^-1 (m, k)
+    rows: csr_array  #: G (m, k)
+    reach: np.ndarray  #: G K'^-1 (m, k)
     complement: np.ndarray  #: S (m, m)
 
     def solve(self, b: np.ndarray, trans: Literal["N", "T"] = "N") -> np.ndarray:
         f, g = np.split(b.reshape(len(b), -1), [self.rows.shape[1]])
+        g = WEIGHT * g
         x = direct.solve(self.inside, np.ascontiguousarray((f + self.rows.T @ g).T)).T
         multipliers = np.linalg.solve(self.complement, self.rows @ x - g)
-        return np.vstack([x - self.reach.T @ multipliers, multipliers]).reshape(b.shape)
+        found = x - self.reach.T @ multipliers, WEIGHT * multipliers
+        return np.vstack(found).reshape(b.shape)
 
     def pivots(self) -> np.ndarray:
         """Those of K', and the eigenvalues of - S."""
@@ -131,26 +135,28 @@ class Bordered:
         )
 
 
-def bordered(A: csr_array, m: int) -> Bordered | None:
-    """Factors of a balanced matrix A (n, n) whose last m rows are J; None where it is small, not
-    symmetric, or takes pivots beside the diagonal.
+def bordered(A: csr_array, scale: np.ndarray, m: int) -> Bordered | None:
+    """Factors of D A D of a matrix A (n, n) whose last m rows are J, D of `scale` (n,); None where it
+    is small, not symmetric, or takes pivots beside the diagonal.
     """
     k = A.shape[0] - m
     if k < LARGE or m > ROWS or A.dtype != np.float64:
         return None
-    v = np.random.default_rng(0).standard_normal(len(A.indptr) - 1)
-    if np.abs(A @ v - A.T @ v).max() > ALIKE * np.sqrt(np.diff(A.indptr).max()):
+    v = scale * np.random.default_rng(0).standard_normal(len(A.indptr) - 1)
+    if np.abs(scale * (A @ v - A.T @ v)).max() > ALIKE * np.sqrt(np.diff(A.indptr).max()):
         return None
-    J = csr_array(A[k:, :k])
-    K = csr_array(A[:k, :k] + J.T @ J)
-    K.setdiag(K.diagonal())
-    K.sum_duplicates()
+    G = csr_array(scaled(A[k:, :k], WEIGHT * scale[k:], scale[:k]))
+    # large ones are a gigabyte with their factors: no copy stays beside these
+    K = csr_array(scaled(A[:k, :k], scale[:k], scale[:k]) + G.T @ G)
+    if not K.diagonal().all():
+        K.setdiag(K.diagonal())
+        K.sum_duplicates()
     try:
         inside = direct.factor(K, tree=supernodes.of_pattern(K))
     except SolverError:
         return None
-    reach = direct.solve(inside, J.toarray())
-    return Bordered(inside, J, reach, np.asarray(J @ reach.T))
+    reach = direct.solve(inside, G.toarray())
+    return Bordered(inside, G, reach, np.asarray(G @ reach.T))
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +181,7 @@ class Saddle:
 
 def scales(A: Array) -> np.ndarray:
     """Diagonal (n,) of D."""
-    largest = abs(A).max(axis=1)
-    return np.asarray(1.0 / np.sqrt(np.maximum(as_dense(largest).ravel(), 1e-300)))
+    return np.asarray(1.0 / np.sqrt(np.maximum(row_maxima(A), 1e-300)))
 
 
 def balance(A: Array, scale: np.ndarray) -> Array:
@@ -195,21 +200,26 @@ def factor(
     """Factors of A, None where it is singular to the bit; a `shift` of the balanced diagonal lets
     them exist there.
 
-    The last `rows` of A are J. `scale` (n,) in place of the diagonal of D, where it is to say what unknowns and equations are
-    measured in.
+    The last `rows` of A are J. `scale` (n,) in place of the diagonal of D, where it is to say what
+    unknowns and equations are measured in.
     """
     scale = scales(A) if scale is None else scale
-    balanced = balance(A, scale)
-    if isinstance(balanced, np.ndarray):
-        found, order, zero = dgetrf(balanced + shift * np.eye(len(balanced)) if shift else balanced)
+    shifted = A
+    if shift:
+        more = diags_array(shift * scale**-2)
+        shifted = csr_array(A + more) if is_sparse(A) else A + more.toarray()
+    if isinstance(shifted, np.ndarray):
+        found, order, zero = dgetrf(balance(shifted, scale))
         return None if zero else Saddle(A, scale, Dense(found, order))
-    shifted = csr_array(balanced + shift * eye_array(A.shape[0]) if shift else balanced)
-    if not (shift and rows) and (large := bordered(shifted, rows)) is not None:
+    if not (shift and rows) and (large := bordered(csr_array(shifted), scale, rows)) is not None:
         return Saddle(A, scale, large)
     options = {"SymmetricMode": True}
     try:
         factors = splu(
-            shifted.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options=options
+            csr_array(balance(shifted, scale)).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=PIVOT,
+            options=options,
         )
     except RuntimeError:
         return None

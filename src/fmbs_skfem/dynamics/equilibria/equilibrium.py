@@ -25,7 +25,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ...bodies.vectors import LINEAR
 from ...core.algebra import inertia, ranks, saddle
-from ...core.algebra.linalg import Array, scaled
+from ...core.algebra.linalg import Array, row_maxima, scaled
 from ...core.errors import Reason, SolverError
 from ...core.storage.records import dataclass
 from ...systems import compiled
@@ -87,9 +87,9 @@ class Tangent:
         """
         if self.factors is None:
             return False
-        K = abs(csr_array(self.stiffness))
+        K = row_maxima(self.stiffness)
         J = np.abs(self.rows).max(axis=0, initial=0.0)
-        rows = np.maximum(K.max(axis=1).toarray().ravel() / max(K.max(), 1e-300), J)
+        rows = np.maximum(K / max(K.max(initial=0.0), 1e-300), J)
         pivots = np.abs(self.factors.factors.pivots())
         return bool(min(rows.min(), pivots.min() / pivots.max()) > CLEAR)
 
@@ -251,6 +251,7 @@ def iterate(
             # a correction
             stale = np.abs(step[n:]).max(initial=0.0) > STALE * np.abs(multipliers).max(initial=0.0)
             if stale or (expects and iteration > 0 and last > STRAIGHT * model.system.scale):
+                del tangent
                 tangent = tangent_at(model, x, multipliers, time, memory)
             kept = compiled.accepted(model, x, memory=memory)
             pivots = tangent.negative
@@ -268,6 +269,7 @@ def iterate(
                 expects,
                 pace,
             )
+        del tangent  # large ones are gigabytes, the next one needs their place
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 
