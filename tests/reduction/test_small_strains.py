@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -96,6 +97,26 @@ def test_a_stiffer_material_bends_less() -> None:
         found = dynamics.outputs(dynamics.solve_statics(system, 1))["r_z"]
         ends.append(float(found[-1]) - 0.05)
     assert ends[0] == pytest.approx(2.0 * ends[1], rel=1e-4)
+
+
+def test_a_coarser_one_is_linear_as_well() -> None:
+    """With fewer functions; its stiffness is that of the larger one, held against what it left."""
+    small = part_files.coarsen(part(), modes=24).body
+    assert small.linear is not None
+    assert small.spare is not None
+    count = len(small.reference)
+    assert count < min(len(part().body.reference), len(small.spare.reference))
+    assert small.linear.stiffness.shape == (3 * count, 3 * count)
+    hold = joints.Clamp("hold", At("bar", "left"))
+    push = [loads.PointForce("push", At("bar", "right"), (0.0, 0.0, 1.0))]
+    out = {"r": probes.Position(At("bar", "right"))}
+    ends = []
+    for body in (bar(), part().body, small, replace(small, linear=None)):
+        system = eliminate(assemble([body], [hold], push, outputs=out))
+        ends.append(float(dynamics.outputs(dynamics.solve_statics(system, 1))["r_z"][-1]) - 0.05)
+    assert ends[1] == pytest.approx(ends[0], rel=1e-3)
+    assert ends[2] == pytest.approx(ends[3], rel=1e-3)
+    assert 0.8 * ends[0] < ends[2] < ends[0]
 
 
 def test_it_is_of_solids() -> None:

@@ -34,7 +34,6 @@ from ..bodies.body import (
     probe,
     read_by_cells,
 )
-from ..bodies.finer import finer
 from ..core.algebra import ranks
 from ..core.algebra.linalg import Array, alike, as_dense, squares
 from ..core.errors import InputError, say
@@ -261,27 +260,39 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         frames={name: k * (1 + part.dim) for k, (name, _) in enumerate(first)},
         axes=csr_array(axes) if first else None,
         shapes=points,
+        linear=None if part.linear is None else reduced_elasticity(part.linear, S, part.dim),
+        spare=None,
     )
 
 
+def reduced_elasticity(linear: LinearElasticity, S: np.ndarray, dim: int) -> LinearElasticity:
+    """Stiffness and damping in functions S (b, m) over those of a body, alike in every component."""
+    wide = alike(csr_array(S), dim)
+
+    def reduce(A: Array | None) -> np.ndarray | None:
+        return None if A is None else as_dense(wide.T @ (A @ wide))
+
+    stiffness = reduce(linear.stiffness)
+    assert stiffness is not None
+    damping, prestress = reduce(linear.damping), reduce(linear.prestress)
+    return replace(linear, stiffness=stiffness, damping=damping, prestress=prestress)
+
+
 def of_small_strains(part: Body, whole: Body) -> Body:
-    """A part of a solid with the stiffness of the reference, which turns with it; it is held against
-    one that has the shapes that it lacks beside. `whole` is the part with all points.
+    """A part of a solid with the stiffness of the reference, which turns with it: that of `whole`,
+    the same part with all points or such a stiffness.
     """
     if not isinstance(part.space, Solid):
         expected = "a solid, for small strains in a frame that turns"
         raise InputError(say(f"body '{part.name}'", expected, "another body", "leave them out"))
-    fine = finer(part)
-    spare = replace(fine, linear=linear_elasticity(fine), shapes=None) if fine is not part else None
-    return replace(part, linear=linear_elasticity(whole), spare=spare)
-
-
-def linear_elasticity(part: Body) -> LinearElasticity:
-    """The stiffness of a reduced body in its reference, and its lowest angular frequency."""
-    linear = linearise(assemble([part], pictures=False))
+    if whole.linear is not None:
+        return replace(part, linear=whole.linear)
+    linear = linearise(assemble([whole], pictures=False))
     rigid = part.dim * (part.dim + 1) // 2
     slowest = real_modes(linear, rigid + 1).angular_frequencies[-1]
-    return LinearElasticity(as_dense(linear.stiffness), slowest=float(slowest))
+    return replace(
+        part, linear=LinearElasticity(as_dense(linear.stiffness), slowest=float(slowest))
+    )
 
 
 def over_cells(part: Body, S: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ import numpy as np
 
 from ..bodies import stress_recovery as fields
 from ..bodies.body import Body, ShapePoints
+from ..bodies.finer import finer, knows_shapes
 from ..core.algebra import ranks
 from ..core.algebra.linalg import as_dense, evenly
 from ..core.errors import CorruptFile, FmbsError, InputError, say
@@ -133,7 +134,10 @@ def train(
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta, own)
     some = states[evenly(0, len(states) - 1, KEPT)]
     kept = evenly(0, len(z) - 1, KEPT)
-    lacks = missing_shapes.find(body, S, every, np.hstack([factor, parts.as_columns(some)]))
+    unknown = body.stiffness is not None or missing_shapes.is_large(body, S)
+    columns = np.hstack([factor, parts.as_columns(some)])
+    T = S[:, :0] if unknown and not small_strains else missing_shapes.functions(body, S, columns)
+    lacks = missing_shapes.find(body, S, T, every)
     if lacks and not len(shapes):
         lacks = replace(lacks, unbent=unbent(body, notes.get("alone")))
     errors = parts.strain_errors(
@@ -170,6 +174,9 @@ def train(
     found = replace(found, shapes=points)
     if small_strains:
         found = parts.of_small_strains(found, parts.reduced_body(body, S))
+        more = parts.reduced_body(body, np.hstack([S, T]))
+        spare = parts.of_small_strains(replace(more, shapes=None), more) if T.shape[1] else None
+        found = replace(found, spare=spare)
     return Part(found, record | notes, memory)
 
 
@@ -310,7 +317,7 @@ def coarsen(
     The points are chosen among those that it has, on the states that it keeps, to an `eta` that by
     default grows as the error does. InputError for a part that keeps no factors of its training.
     """
-    body, known = part.body, part.memory
+    body, known = replace(part.body, linear=None, spare=None), part.memory
     if known is None:
         remedy = "read it with part_files.resume, or train the part anew"
         raise InputError(
@@ -340,6 +347,12 @@ def coarsen(
     }
     numbers["strain_errors"] = errors_by_name(errors)
     small = replace(small, shapes=points)
+    if part.body.linear is not None:
+        small = parts.of_small_strains(small, parts.reduced_body(part.body, S))
+        if knows_shapes(points):
+            more = finer(replace(small, linear=None))
+            spare = parts.of_small_strains(replace(more, shapes=None), more)
+            small = replace(small, spare=spare)
     return Part(
         small,
         part.notes | numbers,

@@ -34,25 +34,26 @@ BENT = 1e-4  #: least part of the structural shapes that counts as left out
 ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much
 
 
-def find(
-    part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray
-) -> MissingShapes | None:
-    """Those of a full body beside S (b, m) with d of states (s, b, c), T of columns (b, j).
+def functions(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """T (b, t) of a full body beside S (b, m), of its structure and of columns (b, j)."""
+    rows = rows_of_places(part)[0]
+    T = leading(part, S, structural_shapes.columns(part, rows), count_for(S), BENT)
+    U, s = pod.left_singular(parts.metric(part), outside(part, np.hstack([S, T]), columns))
+    return np.hstack([T, U[:, s > ROUND * extent(part)][:, : count_for(S)]])
+
+
+def find(part: Body, S: np.ndarray, T: np.ndarray, states: np.ndarray) -> MissingShapes | None:
+    """The functions T (b, t) of a full body beside S (b, m), with d of states (s, b, c).
 
     None where springs act between its functions, where nothing is left out, or where the tables
     would be very large.
     """
     assert part.cells is not None
-    if part.stiffness is not None or is_large(part, S):
+    if not T.shape[1] or part.stiffness is not None or is_large(part, S):
         return None
     W = parts.metric(part)
     left_out = max(distance(part, S, states), ROUND * extent(part))
     rows, place = rows_of_places(part)
-    T = leading(part, S, structural_shapes.columns(part, rows), count_for(S), BENT)
-    U, s = pod.left_singular(W, outside(part, np.hstack([S, T]), columns))
-    T = np.hstack([T, U[:, s > ROUND * extent(part)][:, : count_for(S)]])
-    if not T.shape[1]:
-        return None
     F = np.hstack([S, T])
     points = shape_points.of_cells(part.cells, parts.over_cells(part, F))
     mass = F.T @ (part.mass @ S) / part.total_mass
