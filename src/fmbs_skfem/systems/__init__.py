@@ -6,7 +6,7 @@ from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
 from .connections import joints
-from .forces import along_lines, bushing, controls, gauges, loads, springs
+from .forces import along_lines, bushing, controls, gauges, line_loads, loads, springs
 from .measures import line_places, orientations, probes, recovered, sensors, stresses
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
@@ -17,6 +17,7 @@ __all__ = [
     "At",
     "fields",
     "joints",
+    "line_loads",
     "loads",
     "springs",
     "along_lines",

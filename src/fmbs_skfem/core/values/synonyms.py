@@ -41,7 +41,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "'gravity'": "grav weight accgrav acceleration_of_gravity gravitation body_force dload",
         "'pressure', or 'edge_load' on edges": "dsload p pressure_load",
         "'surface_load', or 'pressure'": "traction surface_traction",
-        "'constant_force' on a line": "line_load distributed distributed_load q uniform_load",
+        "'line_load'": "distributed distributed_load q uniform_load udl line_force",
         "'spring_damper'": "spring damper tsda spring_damper_actuator linear_spring dashpot translational_spring",
         "'torsion_spring'": "torsional_spring rotational_spring rsda rotational_spring_damper",
         "'bushing'": "field beam_element vforce gforce mount",

@@ -17,7 +17,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -34,7 +34,7 @@ from ...shapes.surface import Surface
 from .. import fields
 from ..connections import edges
 from ..connections.constraint_functions import basis, needs_axis, point
-from ..places import Draft, Ground, directions, vector
+from ..places import At, Draft, Ground, directions, vector
 from . import pressure, responses
 
 ALONG = 1e-6  #: part of a moment about a line that is no round-off
@@ -153,13 +153,7 @@ class Follower(Load):
         layout = draft.layout
         axes = directions(layout.body(where(self), self.at), self.at.place)
         parts = vector(where(self), self.force, layout.dim if layout.dim == 2 or axes == 3 else 1)
-        position = draft.probes.add(layout.read(where(self), self.at))
-        signal = draft.signal(self.history)
-
-        for k, numbers in enumerate(parts[:, None] if layout.dim == 3 else parts[None, :]):
-            slope = draft.probes.add(layout.read(where(self), self.at, k + 1))
-            rows = [first + c for first in (slope, position) for c in range(layout.dim)]
-            draft.forces.act(f"follower_{layout.dim}", rows, numbers, [signal])
+        add_follower(where(self), draft, self.at, parts, draft.signal(self.history))
         point(
             where(self),
             draft,
@@ -168,6 +162,32 @@ class Follower(Load):
             parts @ basis(where(self), layout, self.at)[1][: len(parts)],
             self.at,
         )
+
+
+def add_follower(name: str, draft: Draft, at: At, parts: np.ndarray, signal: int) -> None:
+    """Add a force that turns with a place: parts along its slope and normal in the plane, along its
+    directions in space.
+    """
+    layout = draft.layout
+    position = draft.probes.add(layout.read(name, at))
+    for k, numbers in enumerate(parts[:, None] if layout.dim == 3 else parts[None, :]):
+        slope = draft.probes.add(layout.read(name, at, k + 1))
+        rows = [first + c for first in (slope, position) for c in range(layout.dim)]
+        draft.forces.act(f"follower_{layout.dim}", rows, numbers, [signal])
+
+
+def add_following_moment(name: str, draft: Draft, at: At, parts: np.ndarray, signal: int) -> None:
+    """Add a moment with parts m_k (3,) about the axes e_k of a frame, which turns with them.
+
+    sum_k m_k e_k = sum_k m_k / 2 (e_i x e_j of force on e_i and e_j),    k, i, j cyclic
+    """
+    rows = [draft.probes.add(draft.layout.read(name, at, k + 1)) for k in range(3)]
+    for k, size in enumerate(parts):
+        i, j = rows[(k + 1) % 3], rows[(k + 2) % 3]
+        if size:
+            for along, on, sign in ((j, i, 1.0), (i, j, -1.0)):
+                both = [first + c for first in (along, on) for c in range(3)]
+                draft.forces.act("follower_3", both, [0.5 * sign * size], [signal])
 
 
 @dataclass(frozen=True)
@@ -189,7 +209,8 @@ class Moment(Load):
 
 @dataclass(frozen=True)
 class Torque(Load):
-    """A moment on a rigid frame: about z in the plane, a vector in space.
+    """A moment on a rigid frame: about z in the plane, a vector in space, in fixed directions or,
+    as `follower`, about the axes of the frame, which turn with it.
 
     {type: torque, at: crank.frame, torque: 15 N m}
     """
@@ -198,9 +219,23 @@ class Torque(Load):
     at: fields.Place
     torque: Spin
     history: fields.History | None = None
+    follower: bool = False
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if self.follower and dim == 2:
+            yield "follower", Problem("no `follower` in the plane", "one", "about z it is the same")
 
     def push(self, draft: Draft) -> None:
-        push_moment(self, draft, self.torque)
+        if not self.follower:
+            return push_moment(self, draft, self.torque)
+        layout = draft.layout
+        axes = basis(where(self), layout, self.at)[1]
+        if len(axes) != 3:
+            got = f"{self.at}, which has no axes"
+            raise InputError(say(where(self), "a frame, whose axes it follows", got))
+        parts = vector(where(self), self.torque, 3)
+        add_following_moment(where(self), draft, self.at, parts, draft.signal(self.history))
+        point(where(self), draft, "moment", self.at, parts @ axes, self.at)
 
 
 def warn_of_torsion(load: Moment | Torque, slope: np.ndarray, moment: np.ndarray) -> None:
@@ -241,11 +276,19 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
     if axes == 1 and layout.dim == 3:
         warn_of_torsion(load, layout.reference(where(load), load.at, 1), moment)
     point(where(load), draft, "moment", load.at, turn)
-    signal = draft.signal(load.history)
-    part = moment / (2.0 if axes > 1 else 1.0)
-    for k in range(max(axes, 1)):
-        first = draft.probes.add(layout.read(where(load), load.at, k + 1))
-        draft.forces.act(f"moment_{layout.dim}", range(first, first + layout.dim), part, [signal])
+    add_moment(where(load), draft, load.at, moment, draft.signal(load.history))
+
+
+def add_moment(name: str, draft: Draft, at: At, moment: np.ndarray, signal: int) -> None:
+    """Add a moment of fixed direction, (1,) about z in the plane, (3,) in space, on the slope or the
+    axes of a place.
+    """
+    layout = draft.layout
+    axes = max(directions(layout.body(name, at), at.place), 1)
+    for k in range(axes):
+        first = draft.probes.add(layout.read(name, at, k + 1))
+        rows = range(first, first + layout.dim)
+        draft.forces.act(f"moment_{layout.dim}", rows, moment / min(axes, 2), [signal])
 
 
 @dataclass(frozen=True)
@@ -446,7 +489,7 @@ def finite(load: Load, size: float) -> float:
     return size
 
 
-def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np.ndarray) -> None:
+def push_whole(load: Any, draft: Draft, values: np.ndarray) -> None:
     """Add one probe row that holds all nodal forces (b, c) [N] of a load on a plate or shell, times
     its history.
 
