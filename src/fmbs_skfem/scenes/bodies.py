@@ -49,6 +49,7 @@ from ..shapes.surface import Surface
 from ..systems.places import At
 from . import field_kinds as fields
 from . import figures, surfaces
+from .drawn_lines import LINE, DrawnLine
 from .field_kinds import MeshFile
 
 if TYPE_CHECKING:
@@ -122,7 +123,8 @@ class SceneBody(Declared, ABC):
 
     def files(self) -> dict[str, str]:
         """Keys of the files that it is made of, and what stands there."""
-        return {self.made_of: getattr(self, self.made_of)} if self.made_of else {}
+        path = getattr(self, self.made_of) if self.made_of else None
+        return {} if path is None else {self.made_of: path}
 
     def figures(self, part: Body, gravity: float) -> BodyFigures:
         """What it is in numbers, under gravity [m/s2]."""
@@ -139,12 +141,14 @@ class SceneBody(Declared, ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class OfLine(SceneBody, ABC):
-    """A body along a line of a mesh file; `refine` splits every mesh cell into that many."""
+    """A body along a line of a mesh file, or one that its scene draws; `refine` splits every mesh
+    cell into that many.
+    """
 
     name: str
-    mesh: MeshFile
+    mesh: MeshFile | None = None
     unit: FileUnit = 1.0
-    line: Annotated[str | None, "a named line of the mesh; without it the whole mesh"] = None
+    line: Annotated[str | DrawnLine | None, LINE] = None
     section: Section
     material: Material | None = None
     origin: Position | None = None
@@ -158,6 +162,13 @@ class OfLine(SceneBody, ABC):
     without_material: ClassVar[str] = ""  #: what needs none
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        drawn = isinstance(self.line, DrawnLine)
+        if drawn == (self.mesh is not None):
+            got = "both" if drawn else "none"
+            yield "mesh", Problem("a mesh file, or a line that is drawn", got)
+        if isinstance(self.line, DrawnLine):
+            for key, problem in self.line.problems(dim):
+                yield ("line", key) if key != "line" else "line", problem
         if self.cells is not None and self.refine > 1:
             yield (
                 "refine",
@@ -201,9 +212,11 @@ class OfLine(SceneBody, ABC):
 
     def followed(self, scene: Scene, allow_outside: bool) -> curves.Line:
         """Its line, whatever its cells will be."""
-        return curves.read(
-            meshes.path(self.mesh, scene.folder, allow_outside), self.line, scene.repair, self.unit
-        )
+        if isinstance(self.line, DrawnLine):
+            return self.line.line(f"body '{self.name}'")
+        assert self.mesh is not None
+        path = meshes.path(self.mesh, scene.folder, allow_outside)
+        return curves.read(path, self.line, scene.repair, self.unit)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -274,18 +287,22 @@ class Cable(OfLine):
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         cells = self.cells if cells is None else cells
-        divided = cells is not None or self.refine > 1
+        group = None
+        along: curves.Line | meshes.LineMesh
+        if cells is not None or self.refine > 1 or self.mesh is None:
+            along = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
+        else:
+            assert not isinstance(self.line, DrawnLine)
+            group = self.line
+            path = meshes.path(self.mesh, scene.folder, allow_outside)
+            along = meshes.read(path, scene.repair, self.unit)
         return bodies.cable(
             self.name,
-            curves.cut(self.followed(scene, allow_outside), cells, self.refine)
-            if divided
-            else meshes.read(
-                meshes.path(self.mesh, scene.folder, allow_outside), scene.repair, self.unit
-            ),
+            along,
             self.section,
             self.material,
             dim=scene.dimension,
-            group=None if divided else self.line,
+            group=group,
             degree=self.degree,
             continuity=self.continuity,
             ancf=self.interpolation == "ancf",
@@ -300,7 +317,8 @@ class Beam(OfLine):
     """A beam with torsion and shear along a line of a mesh file, in space.
 
     `direction` is the y axis of its section, made normal to the line, one or several at fractions
-    of the length; by default the axis of the mesh that the line begins most across. In its place
+    of the length; by default the axis of the mesh that the line begins most across, of a helix
+    its own. In its place
     the axis may point `towards` a point. Both are given where the mesh is: `origin` and `rotation`
     move them with it, so that a beam that is turned has its section turned as well, as a part has.
     `twist` turns the section about the line, right-handed from its start on, evenly to that angle
@@ -348,6 +366,9 @@ class Beam(OfLine):
                 Problem(BEAMS_NEED, f"one that is {self.section.word}", "or take type: cable"),
             )
 
+    def figures(self, part: Body, gravity: float) -> BodyFigures:
+        return figures.of_beam(part)
+
     def fewest(self, scene: Scene, allow_outside: bool) -> int:
         turns = Orientation(self.direction, self.towards, self.twist).turns
         return max(
@@ -357,8 +378,11 @@ class Beam(OfLine):
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         cells = self.cells if cells is None else cells
         line = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
+        direction = self.direction
+        if direction is None and self.towards is None and isinstance(self.line, DrawnLine):
+            direction = self.line.axis  # any other one a helix would run along somewhere
         axes: dict[str, Any] = {
-            "direction": self.direction,
+            "direction": direction,
             "towards": self.towards,
             "twist": self.twist,
             "offset": self.offset,

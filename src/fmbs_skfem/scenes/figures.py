@@ -67,21 +67,27 @@ def of_any(part: Body) -> BodyFigures:
     return BodyFigures(part.name, part.total_mass, bodies.extent(part))
 
 
+def of_beam(part: Body) -> BodyFigures:
+    """A beam with torsion, whose sections have no single stiffness."""
+    lengths = line_cells(part)
+    shape = CellShapes(
+        len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))
+    )
+    return replace(of_any(part), length=float(lengths.sum()), cells=shape)
+
+
 def of_line(part: Body, data: Given, degree: int, gravity: float) -> BodyFigures:
     """A line with a section, under gravity [m/s2]."""
-    lengths = line_cells(part)
-    length = float(lengths.sum())
+    found = of_beam(part)
+    length = found.length
+    assert length is not None
     weight = data.rhoA * gravity
     return replace(
-        of_any(part),
-        length=length,
+        found,
         wave_speed=math.sqrt(data.EA / data.rhoA),
         slenderness=length / math.sqrt(data.EI / data.EA),
         sag=weight * length**3 / (8 * data.EI) if gravity else None,
         weight_strain=weight * length / data.EA if gravity else None,
-        cells=CellShapes(
-            len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))
-        ),
         degree=degree,
     )
 

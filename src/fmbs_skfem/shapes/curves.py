@@ -71,6 +71,38 @@ class Smooth:
         return np.asarray(self.spline(inside("curve", xi, *self.spline.x[[0, -1]]), derivative))
 
 
+@dataclass(frozen=True, eq=False)
+class Helix:
+    """A helix by its arc length, without a rise an arc.
+
+        r(s) = c + cos(phi) a + sin(phi) k x a + rise s / l k,    phi = angle s / l
+
+    with the vector a from its center c to its start, normal to the unit axis k, all (3,).
+    """
+
+    center: Floats
+    arm: Floats
+    axis: Floats
+    angle: float  #: [rad]
+    rise: float  #: [m]
+
+    @property
+    def length(self) -> float:
+        """l [m]."""
+        return float(np.hypot(self.angle * np.linalg.norm(self.arm), self.rise))
+
+    def __call__(self, xi: Floats, derivative: int = 0, /) -> Floats:
+        s = inside("curve", xi, 0.0, self.length)[:, None]
+        rate, pitch = self.angle / self.length, self.rise / self.length
+        phase = rate * s + 0.5 * np.pi * derivative
+        round_ = np.cos(phase) * self.arm + np.sin(phase) * np.cross(self.axis, self.arm)
+        if derivative == 0:
+            return np.asarray(self.center + round_ + pitch * s * self.axis)
+        return np.asarray(
+            rate**derivative * round_ + (pitch * self.axis if derivative == 1 else 0.0)
+        )
+
+
 @blamed
 def through(points: ArrayLike) -> tuple[Floats, Curve]:
     """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open

@@ -165,8 +165,8 @@ class Follower(Load):
 
 
 def add_follower(name: str, draft: Draft, at: At, parts: np.ndarray, signal: int) -> None:
-    """Add a force that turns with a place: parts along its slope and normal in the plane, along its
-    directions in space.
+    """Add a force that turns with a place: parts (c,) along its slope and normal in the plane, (k,)
+    along its directions in space [N].
     """
     layout = draft.layout
     position = draft.probes.add(layout.read(name, at))
