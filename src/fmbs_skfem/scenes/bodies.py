@@ -150,7 +150,7 @@ class OfLine(SceneBody, ABC):
     unit: FileUnit = 1.0
     line: Annotated[str | DrawnLine | None, LINE] = None
     section: Section
-    material: Material | None = None
+    material: Annotated[Material | None, fields.MATERIAL] = None
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     refine: Annotated[int, whole(1, 1000)] = 1
@@ -504,7 +504,7 @@ class ThinBody(SceneBody, ABC):
     """A thin body over a surface."""
 
     thickness: fields.Thickness
-    material: Material
+    material: Annotated[Material, fields.MATERIAL]
     rims: fields.Rims
     origin: Position | None
     rotation: fields.Rotation | None
@@ -562,7 +562,7 @@ class Plate(ThinBody):
     interpolation: Annotated[str | None, word(surfaces.INTERPOLATIONS)] = None
     arcs: Annotated[list[str] | None, "a list of edges; without it arcs are found"] = None
     thickness: fields.Thickness
-    material: Material
+    material: Annotated[Material, fields.MATERIAL]
     rims: fields.Rims = field(default_factory=dict)
     origin: Position | None = None
     rotation: fields.Rotation | None = None
@@ -660,7 +660,7 @@ class Shell(ThinBody):
         bool | None, "true or false; without it the file says, else sides that meet are joined"
     ] = None
     thickness: fields.Thickness
-    material: Material
+    material: Annotated[Material, fields.MATERIAL]
     rims: fields.Rims = field(default_factory=dict)
     origin: Position | None = None
     rotation: fields.Rotation | None = None

@@ -10,8 +10,11 @@ from typing import Annotated, Any, TypeAlias, TypeGuard
 import numpy as np
 
 from ..bodies.beams.drawn_sections import POINT
+from ..bodies.known_materials import KNOWN
 from ..bodies.plate import Rim
+from ..bodies.sections import Material
 from ..core.algebra.rotations import rotation
+from ..core.errors import closest
 from ..core.storage.records import dataclass
 from ..core.values import display, units
 from ..core.values.fields import (
@@ -200,6 +203,23 @@ INERTIA = Takes(
         _ROW,
         array_schema(_ROW, 3, 3),
     ),
+)
+
+
+def material(value: object, context: Context) -> Material:
+    """A material that is known by its name."""
+    if not isinstance(value, str) or value not in KNOWN:
+        hint = closest(value, KNOWN) if isinstance(value, str) else ""
+        remedy = "or write young_modulus, density and poisson_ratio"
+        raise Problem(f"one of {', '.join(KNOWN)}", shown(value) + hint, remedy)
+    return KNOWN[value]
+
+
+MATERIAL = parts_or(
+    "a material by its name, or {young_modulus: ..., density: ..., poisson_ratio: ...}",
+    Takes(material, {"type": "string", "enum": list(KNOWN)}),
+    inline(Material),
+    dict,
 )
 ROTATION = Takes(
     turn,
