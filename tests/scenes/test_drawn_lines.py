@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem import dynamics, scenes
+from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.bodies.body import extent, reference_at
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.scenes import build
@@ -100,3 +102,34 @@ def test_lines_through_points(dim: int) -> None:
 def test_lines_that_cannot_be(line: str, dim: int, text: str) -> None:
     with pytest.raises(InputError, match=text):
         build.parts(scene(line, dim))
+
+
+CLOSED = """\
+schema: 1
+dimension: 2
+bodies:
+  ring:
+    type: cable
+    line: {start: [1 m, 0], center: [0, 0], angle: 360 deg, points: {top: 0.25, back: 0.5}}
+    cells: 64
+    section: {shape: circular, diameter: 10 mm}
+    material: steel
+joints:
+  close: {type: weld, at: ring.left, to: ring.right}
+  a: {type: slider, at: ring.left, direction: [1, 0]}
+  b: {type: slider, at: ring.back, direction: [1, 0]}
+  c: {type: slider, at: ring.top, direction: [0, 1]}
+loads: {p: {type: line_load, body: ring, force: [0, 1 N/m], follower: true}}
+analysis: {type: buckling, count: 3}
+"""
+
+
+@pytest.mark.filterwarnings("ignore:.*some loads turn with the structure")
+def test_a_ring_buckles_under_a_pressure_that_follows(tmp_path: Path) -> None:
+    """(k^2 - 1) E I / R^3 of k waves, 3 and 8 (M. Levy 1884); S. P. Timoshenko, J. M. Gere, Theory
+    of Elastic Stability, 2nd ed. 1961, section 7.3.
+    """
+    (tmp_path / "ring.yaml").write_text(CLOSED, encoding="utf-8")
+    factors = studies.run(tmp_path / "ring.yaml").report["load_factors"]
+    bends = 210e9 * np.pi * 0.01**4 / 64.0
+    assert_allclose(factors[:3], [3.0 * bends, 3.0 * bends, 8.0 * bends], rtol=3e-4)
