@@ -6,6 +6,7 @@ from . import own_laws, plate, rigid
 from . import stress_recovery as fields
 from .beams.drawn_sections import CSection, ISection, LSection, PolygonSection, Tube
 from .beams.matrices import Matrices
+from .beams.rolled_sections import RolledSection
 from .body import Body, Cells, cable, point_mass
 from .checks import check_law
 from .laws import Law
@@ -24,6 +25,7 @@ __all__ = [
     "CSection",
     "LSection",
     "PolygonSection",
+    "RolledSection",
     "Matrices",
     "Tapered",
     "Law",
