@@ -708,6 +708,7 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
         "matrices",
         "polygon",
         "rectangular",
+        "rolled",
         "tapered",
         "tube",
     ]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.bodies.known_materials import KNOWN
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.scenes import build
+from fmbs_skfem.scenes.known_materials import KNOWN
 
 SCENE = """\
 schema: 1

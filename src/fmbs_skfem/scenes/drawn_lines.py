@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..core.values.fields import Position, Takes, quantity, read_text, vector
-from ..core.values.mappings import inline, list_of, names
+from ..core.values.mappings import list_of, names, takes
 from ..core.values.problems import Problem
 from ..shapes import curves
 from ..shapes.curves import Line
@@ -107,6 +107,6 @@ class DrawnLine:
 LINE = parts_or(
     f"a named line of the mesh, or {{...}} of {FORMS}",
     Takes(read_text, {"type": "string", "minLength": 1}),
-    inline(DrawnLine),
+    takes(DrawnLine),
     dict,
 )

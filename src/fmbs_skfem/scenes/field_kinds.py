@@ -10,7 +10,6 @@ from typing import Annotated, Any, TypeAlias, TypeGuard
 import numpy as np
 
 from ..bodies.beams.drawn_sections import POINT
-from ..bodies.known_materials import KNOWN
 from ..bodies.plate import Rim
 from ..bodies.sections import Material
 from ..core.algebra.rotations import rotation
@@ -35,8 +34,9 @@ from ..core.values.fields import (
     vector,
     whole,
 )
-from ..core.values.mappings import at_fractions, inline, list_of, names, one_of
+from ..core.values.mappings import at_fractions, inline, list_of, names, one_of, takes
 from ..core.values.problems import Problem, shown
+from .known_materials import KNOWN
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes
 
@@ -169,7 +169,7 @@ def parts_or(told: str, single: Takes, parts: Takes, kind: type) -> Takes:
         except Problem as problem:
             raise Problem(f"{problem.expected} ({told})", problem.got, problem.remedy) from problem
 
-    return Takes(read, _options(told, single.schema, parts.schema))
+    return Takes(read, lambda: _options(told, single.schema, parts.schema))
 
 
 def _options(told: str, *options: dict[str, Any]) -> dict[str, Any]:
@@ -218,7 +218,7 @@ def material(value: object, context: Context) -> Material:
 MATERIAL = parts_or(
     "a material by its name, or {young_modulus: ..., density: ..., poisson_ratio: ...}",
     Takes(material, {"type": "string", "enum": list(KNOWN)}),
-    inline(Material),
+    takes(Material),
     dict,
 )
 ROTATION = Takes(

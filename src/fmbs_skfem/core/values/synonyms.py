@@ -85,7 +85,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "'circular'": "circle circ round",
         "'tube'": "pipe hollow ring annulus hollow_circular",
         "'rectangular'": "rect rectangle box_solid square",
-        "'i_section', or 'rolled' by its name": "i h ipe hea heb i_beam h_section profile",
+        "'i_section', or 'rolled' by its name": "i h ipe hea heb i_beam h_section",
         "'c_section'": "c u channel u_section upn",
         "'l_section'": "l angle l_profile",
         "'given' for cables, 'matrices' for beams": "general generalized stiffness beam_general_section meshed",

@@ -7,7 +7,7 @@ polymers these scatter by a fifth.
 
 from __future__ import annotations
 
-from .sections import Material
+from ..bodies.sections import Material
 
 STEEL = Material(210e9, 7850.0, 0.3)
 ALUMINIUM = Material(70e9, 2700.0, 0.3)
