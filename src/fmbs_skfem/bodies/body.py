@@ -22,7 +22,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csr_array, vstack
 
-from ..core.algebra.linalg import as_csr
+from ..core.algebra.linalg import as_csr, selection
 from ..core.declared import words_with
 from ..core.errors import InputError, closest, listed, require_positive, say
 from ..core.notices import notify
@@ -751,7 +751,7 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
         number = body.frames[place] + derivative
         if body.axes is not None:
             return vector_row(body, derivative, axes, csr_array(body.axes[[number]]))
-        unit = csr_array(([1.0], ([0], [number])), shape=(1, len(body.reference)))
+        unit = selection([number], len(body.reference))
         return vector_row(body, derivative, axes, unit)
     if isinstance(body.space, Surface):
         cell, xi = np.array([place[0]]), np.array([place[1:]])  # type: ignore[index]
@@ -773,9 +773,7 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
             return probe(body, next(iter(body.frames)), derivative)
         return csr_array(np.array([[1.0, *place]]))  # type: ignore[misc]
     if body.space is None:
-        return vector_row(
-            body, derivative, 0, csr_array(([1.0], ([0], [0])), shape=(1, len(body.reference)))
-        )
+        return vector_row(body, derivative, 0, selection([0], len(body.reference)))
     xi = np.array([place])
     if body.directors is not None and 0 < derivative <= 3:
         return vector_row(

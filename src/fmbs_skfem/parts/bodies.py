@@ -260,39 +260,43 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         frames={name: k * (1 + part.dim) for k, (name, _) in enumerate(first)},
         axes=csr_array(axes) if first else None,
         shapes=points,
-        linear=None if part.linear is None else reduced_elasticity(part.linear, S, part.dim),
+        linear=part.linear and transformed(part.linear, alike(csr_array(S), part.dim)),
         spare=None,
     )
 
 
-def reduced_elasticity(linear: LinearElasticity, S: np.ndarray, dim: int) -> LinearElasticity:
-    """Stiffness and damping in functions S (b, m) over those of a body, alike in every component."""
-    wide = alike(csr_array(S), dim)
+def transformed(linear: LinearElasticity, V: csr_array) -> LinearElasticity:
+    """Stiffness and damping V^T A V of coordinates z in place of q = V z, V (b c, m c)."""
 
-    def reduce(A: Array | None) -> np.ndarray | None:
-        return None if A is None else as_dense(wide.T @ (A @ wide))
+    def reduced(A: Array) -> np.ndarray:
+        found = as_dense(V.T @ (A @ V))
+        return 0.5 * (found + found.T)
 
-    stiffness = reduce(linear.stiffness)
-    assert stiffness is not None
-    damping, prestress = reduce(linear.damping), reduce(linear.prestress)
-    return replace(linear, stiffness=stiffness, damping=damping, prestress=prestress)
+    return replace(
+        linear,
+        stiffness=reduced(linear.stiffness),
+        damping=None if linear.damping is None else reduced(linear.damping),
+        prestress=None if linear.prestress is None else reduced(linear.prestress),
+    )
 
 
-def of_small_strains(part: Body, whole: Body) -> Body:
-    """A part of a solid with the stiffness of the reference, which turns with it: that of `whole`,
-    the same part with all points or such a stiffness.
+def elasticity(part: Body) -> LinearElasticity:
+    """The stiffness of a reduced solid in its reference, and its lowest angular frequency; InputError
+    for other bodies.
     """
     if not isinstance(part.space, Solid):
         expected = "a solid, for small strains in a frame that turns"
         raise InputError(say(f"body '{part.name}'", expected, "another body", "leave them out"))
-    if whole.linear is not None:
-        return replace(part, linear=whole.linear)
-    linear = linearise(assemble([whole], pictures=False))
+    linear = linearise(assemble([part], pictures=False))
     rigid = part.dim * (part.dim + 1) // 2
     slowest = real_modes(linear, rigid + 1).angular_frequencies[-1]
-    return replace(
-        part, linear=LinearElasticity(as_dense(linear.stiffness), slowest=float(slowest))
-    )
+    return LinearElasticity(as_dense(linear.stiffness), slowest=float(slowest))
+
+
+def of_small_strains(part: Body, linear: LinearElasticity, more: Body | None) -> Body:
+    """A part of a solid with a stiffness that turns with it, held against one of `more` functions."""
+    spare = None if more is None else replace(more, linear=elasticity(more), shapes=None)
+    return replace(part, linear=linear, spare=spare)
 
 
 def over_cells(part: Body, S: np.ndarray) -> np.ndarray:
@@ -517,25 +521,6 @@ def relative(found: np.ndarray) -> np.ndarray:
     return np.divide(found[1], found[0], out=np.zeros(2), where=found[0] > 0.0)
 
 
-def turned(linear: LinearElasticity, R: np.ndarray) -> LinearElasticity:
-    """Stiffness and damping of a body that is turned by R (c, c)."""
-
-    def turn(A: Array | None) -> np.ndarray | None:
-        if A is None:
-            return None
-        wide = csr_array(kron(eye_array(A.shape[0] // len(R)), R))
-        return np.asarray(wide @ as_dense(A) @ wide.T)
-
-    stiffness = turn(linear.stiffness)
-    assert stiffness is not None
-    return replace(
-        linear,
-        stiffness=stiffness,
-        damping=turn(linear.damping),
-        prestress=turn(linear.prestress),
-    )
-
-
 def placed(
     part: Body,
     name: str,
@@ -579,7 +564,8 @@ def placed(
         part,
         name=name,
         shapes=points,
-        linear=None if part.linear is None else turned(part.linear, R),
+        linear=part.linear
+        and transformed(part.linear, csr_array(kron(eye_array(len(part.reference)), R.T))),
         spare=part.spare and placed(part.spare, name, origin, rotation, check),
         reference=part.reference @ R.T + np.outer(part.constant, shift),
     )

@@ -19,9 +19,9 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
-from ..bodies.body import Body, LinearElasticity
+from ..bodies.body import Body
 from ..bodies.from_matrices import about_center
-from ..core.algebra.linalg import Array, alike, as_dense
+from ..core.algebra.linalg import alike, as_dense
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.near_state.linear import linearise
@@ -93,11 +93,7 @@ def with_functions(body: Body, S: np.ndarray) -> Body:
         axes=None if body.axes is None else csr_array(body.axes @ S),
         outline=None if body.outline is None else body.outline @ S,
         recovery={name: as_dense(rows @ wide) for name, rows in body.recovery.items()},
-        linear=LinearElasticity(
-            reduced(linear.stiffness, wide),
-            None if linear.damping is None else reduced(linear.damping, wide),
-            None if linear.prestress is None else reduced(linear.prestress, wide),
-        ),
+        linear=parts.transformed(linear, wide),
     )
 
 
@@ -118,12 +114,6 @@ def functions(body: Body, shapes: np.ndarray, count: int) -> tuple[np.ndarray, n
     own = np.hstack([affine, parts.functions_of(body, W, affine, moved[:count])])
     beside = parts.functions_of(body, W, own, moved[count:])
     return parts.with_places(body, np.hstack([own, np.eye(len(loose))[:, loose]])), beside
-
-
-def reduced(A: Array, wide: csr_array) -> np.ndarray:
-    """V^T A V (m c, m c), symmetric."""
-    found = as_dense(wide.T @ (A @ wide))
-    return 0.5 * (found + found.T)
 
 
 def damp(body: Body, ratio: float) -> Body:

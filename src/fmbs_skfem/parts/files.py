@@ -134,10 +134,10 @@ def train(
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta, own)
     some = states[evenly(0, len(states) - 1, KEPT)]
     kept = evenly(0, len(z) - 1, KEPT)
-    unknown = body.stiffness is not None or missing_shapes.is_large(body, S)
+    tables = body.stiffness is None and not missing_shapes.is_large(body, S)
     columns = np.hstack([factor, parts.as_columns(some)])
-    T = S[:, :0] if unknown and not small_strains else missing_shapes.functions(body, S, columns)
-    lacks = missing_shapes.find(body, S, T, every)
+    T = missing_shapes.functions(body, S, columns) if tables or small_strains else S[:, :0]
+    lacks = missing_shapes.find(body, S, T, every) if tables and T.shape[1] else None
     if lacks and not len(shapes):
         lacks = replace(lacks, unbent=unbent(body, notes.get("alone")))
     errors = parts.strain_errors(
@@ -173,10 +173,9 @@ def train(
     memory = Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept], own)
     found = replace(found, shapes=points)
     if small_strains:
-        found = parts.of_small_strains(found, parts.reduced_body(body, S))
-        more = parts.reduced_body(body, np.hstack([S, T]))
-        spare = parts.of_small_strains(replace(more, shapes=None), more) if T.shape[1] else None
-        found = replace(found, spare=spare)
+        linear = parts.elasticity(parts.reduced_body(body, S))
+        more = parts.reduced_body(body, np.hstack([S, T])) if T.shape[1] else None
+        found = parts.of_small_strains(found, linear, more)
     return Part(found, record | notes, memory)
 
 
@@ -348,11 +347,10 @@ def coarsen(
     numbers["strain_errors"] = errors_by_name(errors)
     small = replace(small, shapes=points)
     if part.body.linear is not None:
-        small = parts.of_small_strains(small, parts.reduced_body(part.body, S))
-        if knows_shapes(points):
-            more = finer(replace(small, linear=None))
-            spare = parts.of_small_strains(replace(more, shapes=None), more)
-            small = replace(small, spare=spare)
+        linear = parts.reduced_body(part.body, S).linear
+        assert linear is not None
+        more = finer(small) if knows_shapes(points) else None
+        small = parts.of_small_strains(small, linear, more)
     return Part(
         small,
         part.notes | numbers,

@@ -42,15 +42,9 @@ def functions(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return np.hstack([T, U[:, s > ROUND * extent(part)][:, : count_for(S)]])
 
 
-def find(part: Body, S: np.ndarray, T: np.ndarray, states: np.ndarray) -> MissingShapes | None:
-    """The functions T (b, t) of a full body beside S (b, m), with d of states (s, b, c).
-
-    None where springs act between its functions, where nothing is left out, or where the tables
-    would be very large.
-    """
+def find(part: Body, S: np.ndarray, T: np.ndarray, states: np.ndarray) -> MissingShapes:
+    """The functions T (b, t) of a full body beside S (b, m), with d of states (s, b, c)."""
     assert part.cells is not None
-    if not T.shape[1] or part.stiffness is not None or is_large(part, S):
-        return None
     W = parts.metric(part)
     left_out = max(distance(part, S, states), ROUND * extent(part))
     rows, place = rows_of_places(part)

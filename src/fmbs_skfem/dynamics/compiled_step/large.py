@@ -33,7 +33,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 
 from ...core import machine_memory
 from ...core.algebra import direct, krylov, pardiso, supernodes
-from ...core.algebra.linalg import distinct, is_identity
+from ...core.algebra.linalg import distinct, is_identity, selection
 from ...core.algebra.rotations import nearest
 from ...core.compiling.structs import Callback, place_of, unpacked
 from ...core.storage.records import dataclass
@@ -241,7 +241,7 @@ class Large:
         return at, part.T @ y @ part - np.diag(self.shift[at]), J[:, at]
 
 
-class Interface(NamedTuple):
+class InterfaceRows(NamedTuple):
     """What constraints and loads that depend on the configuration read: z = rows @ x, of which the
     probes are y = probes @ z.
 
@@ -253,7 +253,7 @@ class Interface(NamedTuple):
     alone: np.ndarray  #: (b,) the unknown that a row is, -1 of a mean
 
 
-def interface(model: Compiled, whole: bool) -> Interface:
+def interface(model: Compiled, whole: bool) -> InterfaceRows:
     """What constraints and loads that depend on the configuration read."""
     system = model.system
     # whatever a constraint or a force with derivatives may read in a run: the interface has one
@@ -269,13 +269,13 @@ def interface(model: Compiled, whole: bool) -> Interface:
         first = distinct(touched // system.dim) * system.dim
         touched = (first[:, None] + np.arange(system.dim)).ravel()
     count = len(touched)
-    unit = csr_array((np.ones(count), (np.arange(count), touched)), shape=(count, P.shape[1]))
+    unit = selection(touched, P.shape[1])
     probes = np.zeros((P.shape[0], count + len(wide)))
     probes[:, :count] = P[:, touched].toarray()
     probes[wide] = 0.0
     probes[wide, count + np.arange(len(wide))] = 1.0
     alone = np.append(touched, np.full(len(wide), -1)).astype(np.int64)
-    return Interface(csr_array(vstack([unit, P[wide]])) if wide else unit, probes, alone)
+    return InterfaceRows(csr_array(vstack([unit, P[wide]])) if wide else unit, probes, alone)
 
 
 def means(P: csr_array, rows: set[int], dim: int) -> list[int]:

@@ -130,14 +130,22 @@ def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
 
 def without_round_off(A: csr_array, units: np.ndarray) -> csr_array:
     """A (m, n) without what is ROUND_OFF of its row in `units` (n,)."""
+    row, column, values, size, largest = in_units(A, units)
+    kept = size > ROUND_OFF * largest
+    found = by_rows(row[kept], column[kept], values[kept], A.shape)
+    found.sum_duplicates()
+    return found
+
+
+def in_units(A: csr_array, units: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Rows, columns, values and sizes |a_ij| u_j of the entries (z,) of A (m, n), and the largest size
+    of the row of each (z,).
+    """
     row, column, values = entries(A)
     size = np.abs(values) * units[column]
     largest = np.zeros(A.shape[0])
     np.maximum.at(largest, row, size)
-    kept = size > ROUND_OFF * largest[row]
-    found = by_rows(row[kept], column[kept], values[kept], A.shape)
-    found.sum_duplicates()
-    return found
+    return row, column, values, size, largest[row]
 
 
 def by_rows(
@@ -173,12 +181,9 @@ def own_unknowns(A: csr_array, rows: np.ndarray, units: np.ndarray) -> np.ndarra
     """Pairs (k, 2) of a row among those (i,) of A (m, n) and an unknown that no other row reads,
     among the largest of its row in `units` (n,).
     """
-    row, column, values = entries(csr_array(A[rows]))
-    size = np.abs(values) * units[column]
-    largest = np.zeros(len(rows))
-    np.maximum.at(largest, row, size)
+    row, column, _, size, largest = in_units(csr_array(A[rows]), units)
     alone = np.bincount(column, minlength=A.shape[1])[column] == 1
-    good = np.flatnonzero(alone & (size >= 0.5 * largest[row]))
+    good = np.flatnonzero(alone & (size >= 0.5 * largest))
     first = good[np.unique(row[good], return_index=True)[1]]
     return np.column_stack([rows[row[first]], column[first]])
 

@@ -81,14 +81,8 @@ class Edge(Joint):
         rows = {kind: held(part, shape, sides, *kind) for kind in kinds}
         order = [(c, rows[c in positions, c in slopes]) for c in sorted({*positions, *slopes})]
         for c, mine in order:
-            first = draft.probes.add(draft.layout.widen(self.body, kron(mine, np.eye(dim)[[c]])))
-            for k, value in enumerate(mine @ part.reference[:, c]):
-                draft.constraints.row(
-                    self.name,
-                    f"{AXES[c]} {k + 1}",
-                    (1.0, -1, first + k, -1),
-                    (-float(value), -1, -1, -1),
-                )
+            read = draft.layout.widen(self.body, kron(mine, np.eye(dim)[[c]]))
+            hold(self, draft, c, read, mine @ part.reference[:, c])
         whole = csr_array(vstack([mine for _, mine in order]))
         draft.constraints.edges.append(self.name)
         show(self, draft, part, shape, sides)
@@ -149,6 +143,16 @@ class RimNodes(Joint):
         for k, node in enumerate(nodes):
             terms = far(first + k * layout.dim, layout.dim, float(np.linalg.norm(apart[node])))
             draft.constraints.row(self.name, f"node {k + 1}", *terms)
+
+
+def hold(joint: Joint, draft: Draft, c: int, read: csr_array, values: np.ndarray) -> None:
+    """Rows of a joint that keep what `read` (k, q) reads of component c at its values (k,) [m]."""
+    first = draft.probes.add(read)
+    for k, value in enumerate(values):
+        label = f"{AXES[c]} {k + 1}"
+        draft.constraints.row(
+            joint.name, label, (1.0, -1, first + k, -1), (-float(value), -1, -1, -1)
+        )
 
 
 def show(

@@ -20,7 +20,7 @@ from .. import fields
 from ..measures.resultants import Resultant
 from ..places import At, Draft
 from .constraint_functions import Joint, where
-from .edges import SHOWN, components
+from .edges import SHOWN, components, hold
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,7 @@ class HeldFace(Joint, word="face"):
         rows = node_rows(part, nodes)
         places = np.asarray(rows @ part.reference)
         for c in letters:
-            first = draft.probes.add(layout.widen(self.body, kron(rows, np.eye(3)[[c]])))
-            for k, value in enumerate(places[:, c]):
-                draft.constraints.row(
-                    self.name,
-                    f"{AXES[c]} {k + 1}",
-                    (1.0, -1, first + k, -1),
-                    (-float(value), -1, -1, -1),
-                )
+            hold(self, draft, c, layout.widen(self.body, kron(rows, np.eye(3)[[c]])), places[:, c])
         draft.constraints.edges.append(self.name)
         shown = rows[evenly(0, len(nodes) - 1, SHOWN)]
         sensors = draft.sensors.add(layout.spread(part, shown)) + np.arange(3 * shown.shape[0])

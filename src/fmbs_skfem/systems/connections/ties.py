@@ -31,7 +31,6 @@ from ...core.algebra.linalg import evenly
 from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
-from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from ...shapes import meshes
 from ...shapes.solids import elements, facing, solid
@@ -40,7 +39,7 @@ from .. import fields
 from ..measures.resultants import Resultant
 from ..places import At, Draft
 from .constraint_functions import Joint, where
-from .edges import SHOWN
+from .edges import SHOWN, hold
 from .faces import whole_solid
 
 DEGREE = 4  #: of the quadrature over a face, times the order: cells of the other side end within it
@@ -104,9 +103,8 @@ class Tie(Joint, word="tie"):
         for c in range(3):
             across = np.eye(3)[[c]]
             read = layout.widen(self.body, kron(rows, across))
-            first = draft.probes.add(read + layout.widen(self.to, kron(of_other, across)))
-            for k in range(count):
-                draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1))
+            read += layout.widen(self.to, kron(of_other, across))
+            hold(self, draft, c, read, np.zeros(count))
         draft.constraints.edges.append(self.name)
         shown = one[evenly(0, count - 1, SHOWN)]
         sensors = draft.sensors.add(layout.spread(other if turned else part, shown))
