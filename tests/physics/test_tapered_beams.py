@@ -24,7 +24,7 @@ from fmbs_skfem.dynamics import outputs, solve_statics, vibration_modes
 from fmbs_skfem.scenes import reading
 from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
-from fmbs_skfem.systems.measures import probes, stresses
+from fmbs_skfem.systems.measures import line_stresses, probes, stresses
 
 ROOT, TIP = At("beam", "left"), At("beam", "right")
 E, NU = 210e9, 0.3
@@ -90,7 +90,7 @@ def test_a_tapered_shaft_twists() -> None:
     assert_allclose(found["at_T"], T, rtol=1e-5)
     sensed = {
         "at": stresses.SectionForces(place),
-        "side": probes.Stress(place, point=(0.0, 0.5 * d)),
+        "side": line_stresses.Stress(place, point=(0.0, 0.5 * d)),
     }
     found = held(straight(CONE, "beam", 16), loads.PointForce("F", TIP, (0.0, 0.0, 1e-3)), **sensed)
     assert_allclose(found["side_normal"], -32 * 1e-3 * (1 - at) * L / (np.pi * d**3), rtol=1e-3)
@@ -135,9 +135,11 @@ def test_frequencies_of_a_cone_and_a_wedge() -> None:
 def test_pictures_have_the_stiffness_of_their_place() -> None:
     """EA and EI of a cone at the samples, to round-off."""
     line = assemble([straight(CONE, "cable")]).lines[0]
-    d = D0 + (D1 - D0) * np.linspace(0.0, 1.0, len(np.atleast_1d(line.EA)))
-    assert_allclose(line.EA, E * np.pi / 4 * d**2, rtol=1e-12)
-    assert_allclose(line.EI, E * np.pi / 64 * d**4, rtol=1e-10)
+    EA, EI = line.swept.sections.stiffness.T
+    d = D0 + (D1 - D0) * np.linspace(0.0, 1.0, len(EA))
+    assert_allclose(EA, E * np.pi / 4 * d**2, rtol=1e-12)
+    assert_allclose(EI, E * np.pi / 64 * d**4, rtol=1e-10)
+    assert_allclose(line.swept.sections.fibres, np.column_stack([0.0 * d + E, 0.5 * d]), rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["beam", "cable"])

@@ -33,7 +33,7 @@ from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import At, System, assemble
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.systems.measures import line_stresses, probes
 from fmbs_skfem.systems.system import change_coordinates
 from tests import models
 from verification.plates import rectangle
@@ -78,7 +78,9 @@ def sheet() -> System:
     body = plate("sheet", rectangle("bfs", 2, 1), 0.01, sections.Material(7e10, 2700.0, 0.3), dim=2)
     held = [joints.Edge("held", "sheet", ("left",))]
     return assemble(
-        [body], held, outputs={"stress": probes.Stress(At("sheet", "a")), "energy": probes.Energy()}
+        [body],
+        held,
+        outputs={"stress": line_stresses.Stress(At("sheet", "a")), "energy": probes.Energy()},
     )
 
 

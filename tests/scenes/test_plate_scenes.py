@@ -467,7 +467,7 @@ def test_planar_problems_have_file_and_line(before: str, after: str, message: st
         (
             "at: plate.c",
             "at: box.tip",
-            r"scene:30: outputs.stress.at: expected one of the plates, shells and beams",
+            r"scene:30: outputs.stress.at: expected one of the plates, shells, beams and cables",
         ),
         (
             "pressure: -2 kPa",
@@ -518,7 +518,7 @@ def test_loads_that_follow_have_cells_of_their_own() -> None:
     np.testing.assert_array_equal(edge.gather.section[0], 3000.0)
 
 
-def test_only_cables_are_divided_anew_and_only_plates_show_stress() -> None:
+def test_only_cables_are_divided_anew_and_points_show_no_stress() -> None:
     text = (
         PLANAR[: PLANAR.index("  rod: {type: cable")]
         + "analysis: {type: static}\ncompare: {coarse: [5]}\n"
@@ -527,7 +527,7 @@ def test_only_cables_are_divided_anew_and_only_plates_show_stress() -> None:
         scenes.loads(text, EXAMPLES)
     text = "schema: 1\nbodies: {m: {type: point_mass, mass: 1, position: [0, 0, 0]}}\nanalysis: {type: static}\n"
     with pytest.raises(
-        InputError, match=r"pictures[.]color: expected a scene with a body of the types beam, part"
+        InputError, match=r"pictures[.]color: expected a scene with a body of the types beam, cable"
     ):
         scenes.loads(text + "pictures: {color: von_mises}\n")
 

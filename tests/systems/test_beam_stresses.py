@@ -19,7 +19,8 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import outputs, solve_statics
 from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
-from fmbs_skfem.systems.measures.probes import Probe, Stress, column_units
+from fmbs_skfem.systems.measures.line_stresses import Stress
+from fmbs_skfem.systems.measures.probes import Probe, column_units
 from fmbs_skfem.systems.measures.stresses import SectionStrains, StrainGauge
 
 STEEL, NU = Material(210e9, 7850.0, 0.3), 0.3

@@ -27,7 +27,7 @@ from fmbs_skfem.systems import (
 )
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.systems.measures import line_stresses, probes
 from fmbs_skfem.systems.system import Signal
 
 from . import parts
@@ -202,7 +202,7 @@ def supported(load: loads.Load, slope: str = "") -> System:
     edges = joints.Edge("hold", "plate", ("left", "right", "top", "bottom"), slope=slope)
     sensed = {
         "w": probes.Position(At("plate", "middle")),
-        "s": probes.Stress(At("plate", "middle")),
+        "s": line_stresses.Stress(At("plate", "middle")),
     }
     return eliminate(assemble([body], [edges], [load], outputs=sensed))
 

@@ -256,6 +256,9 @@ class Body:
     #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
     directors: csr_array | None = None
     profile: Profile | None = None  #: the section along the line of a beam
+    #: of a cable whose outermost fibres are `radius` away on both sides wherever it bends, as its
+    #: stresses need it; 0 of others [Pa]
+    fibre_modulus: float = 0.0
     #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
     arcs: np.ndarray | None = None
     #: its elastic energy, in place of that of cells
@@ -387,6 +390,9 @@ def cable(
         cells=cells,
         radius=max(one.radius for one in given),
         profile=profiles.of_cable(places_of, degree, given) if degree else None,
+        fibre_modulus=0.0
+        if material is None or not all(one.has_fibres(dim) for one in sections)
+        else material.young_modulus,
         values=of_line(section, material, dim, locking.locks(space)),
     )
 

@@ -132,6 +132,15 @@ class Section(Declared, ABC):
         """Whether it has the same bending stiffness about all axes, as a cable in space needs."""
         return True
 
+    def has_fibres(self, dim: int) -> bool:
+        """Whether the radius of a cable that has it is where its outermost fibres are, however it
+        bends: in space of round ones alone.
+        """
+        from .beams.section_shapes import Ring
+
+        outline = self.outline()
+        return isinstance(outline, Ring) or (outline is not None and dim == 2)
+
     def outline(self) -> Outline | None:
         """Its contour with axes y and z; None where nobody knows it."""
         return None

@@ -55,6 +55,9 @@ def rescale(part: Body, numbers: Mapping[str, float]) -> Body:
         # a section that changes along the line has no numbers but those of its material
         profile=part.profile
         and replace(part.profile, stiffness=factors.get("EA", 1.0) * part.profile.stiffness),
+        fibre_modulus=known["young_modulus"].number
+        if part.fibre_modulus and "young_modulus" in known
+        else part.fibre_modulus,
         radius=factors.get(SIZE, 1.0) * part.radius,
         thickness=factors.get(SIZE, 1.0) * part.thickness,
         values=known,

@@ -2,7 +2,8 @@ r"""From trajectories to frames: centre lines and middle surfaces with the field
 VTK series show.
 
     lines       strain (r'.r' - 1) / 2 [-],    curvature |r' x r''| / |r'|^3 [1/m],    velocity dr/dt [m/s]
-                axial_force N [N] and bending_moment M [N m], with its sign in the plane, of `cable_law.section_forces`
+                axial_force N [N] and bending_moment M [N m], with its sign in the plane, of `cable_sections`;
+                von_mises |N|/A + |M| c/I [Pa] in the outermost fibre, where the section is known
     beams       their sections swept along the line, with what `swept` has
     surfaces    strain and curvature: principal value of largest size, with its sign;  membrane_strain, curvature_change: 11, 22, 12
                 stress_top, stress_bottom [Pa] at z = t/2, -t/2: 11, 22, 12;  principal_top, principal_bottom [Pa]: s1 >= s2
@@ -24,13 +25,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies import cable_law
 from ..bodies.solids import solid_law
 from ..bodies.stress_recovery import principal, recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
 from ..systems.connections.constraint_functions import ARROWS, LINKS
+from ..systems.measures.beam_sections import SweptLine
+from ..systems.measures.cable_sections import CableLine
 from ..systems.system import LineSamples, Skin, in_scene
 from . import frames as frames_
 from . import solid_fields, stress_errors, swept
@@ -95,13 +97,13 @@ def line_bodies(
     known = {line.name: line for line in system.lines}
     bodies = {
         name: with_section_forces(
-            lines(now[name], moving[name], start[name], line.radius), line, now[name], start[name]
+            lines(now[name], moving[name], start[name], line.radius), line, now[name], q
         )
         for name, line in known.items()
         if now[name].shape[2] > 1
     }
     for name in bodies:
-        if known[name].swept is not None:
+        if isinstance(known[name].swept, SweptLine):
             bodies[name] = swept.skin(bodies[name], known[name], q, rate, reference)
     for name in bodies.keys() & rigid(system):
         bodies[name] = replace(bodies[name], fields=choose(bodies[name].fields, ("velocity",)))
@@ -121,7 +123,9 @@ def derivatives(trajectory: Trajectory) -> dict[str, np.ndarray]:
     """
     system = trajectory.system
     q, _ = expand(system, trajectory.x, trajectory.v)
-    own = {line.name for line in system.lines if line.swept is None} - rigid(system)
+    own = {line.name for line in system.lines if not isinstance(line.swept, SweptLine)} - rigid(
+        system
+    )
     return {
         name: spatial(values[:, 1:])
         for name, values in centre_lines(system, q).items()
@@ -241,18 +245,19 @@ def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: f
 
 
 def with_section_forces(
-    shown: Shown, line: LineSamples, gradients: np.ndarray, start: np.ndarray
+    shown: Shown, line: LineSamples, gradients: np.ndarray, q: np.ndarray
 ) -> Shown:
-    """A cable with N and M, of its gradients (s, 3, x, c) and those of its reference (1, 3, x, c);
-    others as they are.
-    """
-    if not np.all(line.EI):
+    """A cable with N and M, of its gradients (s, 3, x, c) and samples q (s, q); others as they are."""
+    if not isinstance(line.swept, CableLine):
         return shown
-    dim = gradients.shape[3]
-    now, before = (np.concatenate([part[:, 1], part[:, 2]], axis=2) for part in (gradients, start))
-    kappa0 = cable_law.curvatures(line.law.option, dim, before)
-    N, M = cable_law.section_forces(line.law.option, dim, (line.EA, line.EI), kappa0, now)
+    there = np.asarray(line.swept.rows @ q.T).T
+    here = gradients[:, 1:].reshape(len(q), -1)
+    found = line.swept.sections
+    N, M, _, _ = found.read(np.concatenate([here, there], axis=1))
     forces = {"axial_force": N, "bending_moment": M}
+    if found.fibres.size:
+        mean, bent = found.stresses(N, M)
+        forces["von_mises"] = np.abs(mean) + bent
     return replace(shown, fields={**shown.fields, **forces})
 
 

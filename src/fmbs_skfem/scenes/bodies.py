@@ -227,7 +227,7 @@ class Cable(OfLine):
     {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
     """
 
-    shows: ClassVar[tuple[str, ...]] = CABLE_FIELDS
+    shows: ClassVar[tuple[str, ...]] = (*CABLE_FIELDS, "von_mises")
     interpolation: Literal["bspline", "ancf"] = "bspline"
     degree: Annotated[int, whole(2, 9), "of bspline; ancf has 3"] = 3
     continuity: Annotated[int, whole(1, 8), "derivatives that are continuous from cell to cell"] = 1

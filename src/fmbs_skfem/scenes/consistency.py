@@ -300,7 +300,7 @@ def _reference(scene: Scene, key: Keys, kind: str, value: Any) -> Iterator[Found
         yield from _surface(scene, key, value, known, "plates and shells")
     if kind == "stressed":
         known = [name for name, body in bodies.items() if "von_mises" in body.shows]
-        yield from _surface(scene, key, value, known, "plates, shells and beams with torsion")
+        yield from _surface(scene, key, value, known, "plates, shells, beams and cables")
 
 
 def _surface(

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Body, Cells, ShapePoints, own, read_by_cells
 from ..bodies.finer import finer, knows_more
-from ..bodies.laws import Law
+from ..bodies.laws import CABLES, Law
 from ..bodies.plate import local_table
 from ..core.algebra import ranks
 from ..core.algebra.linalg import alike, as_dense, diagonal, entries, others
@@ -45,6 +45,7 @@ from .forces.on_rows import joined
 from .measures import probes as probe_rules
 from .measures import readings
 from .measures.beam_sections import SweptLine, swept_line
+from .measures.cable_sections import CableLine, cable_line
 from .places import At, Coordinates, Draft, Origin, ProbeRows, TermCollector, vector
 from .prepared import remembered
 from .signals import as_drive
@@ -584,18 +585,19 @@ def picture_line(part: Body, layout: Coordinates) -> LineSamples:
         samples,
         part.radius,
         part.cells.law,
-        *stiffnesses(part, part.cells),
         partial(sections, part, layout),
     )
 
 
-def sections(part: Body, layout: Coordinates) -> SweptLine | None:
-    """Sections along a beam in full that carries directors; None of other lines."""
-    return (
-        None
-        if part.directors is None or part.shapes is not None
-        else swept_line(part, partial(layout.spread, part))
-    )
+def sections(part: Body, layout: Coordinates) -> SweptLine | CableLine | None:
+    """Sections along a beam in full that carries directors, or along a cable with a law of this
+    package; None of other lines.
+    """
+    spread = partial(layout.spread, part)
+    if part.directors is not None:
+        return None if part.shapes is not None else swept_line(part, spread)
+    assert part.cells is not None
+    return cable_line(part, sampled(part), spread) if part.cells.law in CABLES else None
 
 
 def solid_skin(part: Body, layout: Coordinates) -> Skin:
@@ -659,19 +661,6 @@ def scale_rows(rows: csr_array, factors: np.ndarray) -> csr_array:
         (rows.data * np.repeat(factors, np.diff(rows.indptr)), rows.indices, rows.indptr),
         shape=rows.shape,
     )
-
-
-def stiffnesses(part: Body, cells: Cells) -> tuple[float | np.ndarray, float | np.ndarray]:
-    """EA and EI of the laws of cables, means over the length, or (x,) at the samples where the
-    section changes; zeros of others.
-    """
-    if cells.law not in (Law.EXACT, Law.MATERIAL, Law.QUADRATIC):
-        return 0.0, 0.0
-    if part.profile is not None:
-        stiffness = part.profile.at(sampled(part))[0]
-        return stiffness[:, 0, 0], stiffness[:, 4, 4]
-    EA, EI, _, weight = cells.section[:4]
-    return float((EA * weight).sum() / weight.sum()), float((EI * weight).sum() / weight.sum())
 
 
 def snapped(xi: np.ndarray, breaks: np.ndarray) -> np.ndarray:

@@ -192,7 +192,7 @@ Names: TypeAlias = Annotated[tuple[str, ...], NAMED]  #: one or several
 BodyName: TypeAlias = Annotated[str, name_in("bodies", "a name of a body")]
 Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
 OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
-#: a place of a plate, a shell or a beam with torsion
+#: a place of a plate, a shell, a beam or a cable
 Stressed: TypeAlias = Annotated[At, replace(PLACE, names="stressed")]
 JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
 #: y and z in the section of a beam

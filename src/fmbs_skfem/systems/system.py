@@ -160,11 +160,8 @@ class LineSamples:
     samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
     radius: float  #: [m]
     law: Law
-    #: axial stiffness [N], one or (x,); 0 where it is not known, as of own laws and rigid bodies
-    EA: float | np.ndarray = 0.0
-    EI: float | np.ndarray = 0.0  #: bending stiffness [N m2]
-    #: what a body with sections of its own adds, see `measures.beam_sections`; no default of the
-    #: class, so that it is made later
+    #: what its sections add, see `measures.beam_sections` and `measures.cable_sections`; no default
+    #: of the class, so that it is made later
     swept: Annotated[Any, Inside("q")] = field(default_factory=lambda: None)
 
     @classmethod
@@ -174,8 +171,6 @@ class LineSamples:
         samples: Callable[[], csr_array],
         radius: float,
         law: Law,
-        EA: float | np.ndarray,
-        EI: float | np.ndarray,
         swept: Callable[[], Any],
     ) -> LineSamples:
         """A line whose samples and sections are made when they are first read: most runs draw no
@@ -183,7 +178,7 @@ class LineSamples:
         """
         line = object.__new__(cls)
         made = {"make samples": samples, "make swept": swept}
-        line.__dict__.update(name=name, radius=radius, law=law, EA=EA, EI=EI, **made)
+        line.__dict__.update(name=name, radius=radius, law=law, **made)
         return line
 
     def __getattr__(self, name: str) -> Any:

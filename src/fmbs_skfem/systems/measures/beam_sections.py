@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache, partial
 from typing import Annotated
 
 import numpy as np
@@ -34,7 +33,8 @@ from ...core.storage.records import dataclass
 from ...core.storage.validation import Inside, Reals
 from ...shapes import line
 from ..places import At
-from .cable_sections import NOISE, between, steps_near
+from .cable_sections import step_shares
+from .packed import pack, unpack
 
 #: components of S and their units
 FORCES = {
@@ -54,10 +54,6 @@ STRAINS = {
     "curvature_z": "1/m",
 }
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
-#: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
-HEAD = 2 + 36 + 3
-#: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
-EACH = 18 + 6 + 1
 SWEPT = 101  #: places of a beam at which its section is drawn
 OFF = 0.05  #: part of the size of a contour by which a point may miss it
 
@@ -100,28 +96,15 @@ def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
     assert part.cells is not None
     assert part.profile is not None
     section = part.cells.section
-    breaks = line.breaks(part.space)
-    _, points, count = section.shape
-    cell = np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, count - 1)
-    near = lru_cache(maxsize=2)(partial(steps_near, part, slope=1))  # places come in a row
-    found = []
-    for at, k in zip(xi, cell, strict=True):
-        cells, steps, centers = near(int(k))
-        psi = np.zeros((count, points))
-        psi[cells] = np.einsum("k,kep->ep", between(centers, float(at)), steps[:, 1])
-        psi[np.abs(psi) <= NOISE * np.abs(psi).max()] = 0.0
-        found.append(csr_array((section[-1].T * psi).reshape(1, -1)))
-    shares = as_csr(vstack(found))
-    used = np.unique(shares.indices)
-    e, p = np.divmod(used, points)
-    there = line.tabulate(part.space, points).points[e, p]
+    (shares,), (e, p) = step_shares(part, xi, (1,), 1)
+    there = line.tabulate(part.space, section.shape[1]).points[e, p]
     here = vectors(part, xi)
     known = section[:, p, e]
     curvature = strains((here @ part.reference).reshape(ROWS, -1, 3).transpose(0, 2, 1))[3:6].T
     numbers = Sections(
         part.profile.at(xi)[0],
         curvature,
-        as_csr(shares[:, used]),
+        shares,
         matrices(known)[:, :3],
         known[FIRST : FIRST + 6].T,
     )
@@ -192,33 +175,19 @@ def reads_beam(parameters: tuple[float, ...]) -> bool:
     return int(parameters[0]) == number(Law.BEAM)
 
 
-def counts(parameters: tuple[float, ...]) -> tuple[int, int]:
-    """How many rows and parameters the output of a beam has in a file."""
-    numbers = HEAD + 6 * int(parameters[1])
-    points = max(0, len(parameters) - numbers) // EACH
-    return 3 * ROWS * (1 + points), numbers + EACH * points
-
-
 def beam_point(
-    part: Body, at: At, functionals: np.ndarray | None = None
+    part: Body, xi: np.ndarray, functionals: np.ndarray | None = None
 ) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (8 + 8 p, b) of `sections` at a place of a beam; its parameters, with `functionals` (m,
-    6) of S.
+    """Rows (8 x + 8 p, b) of `sections` at parameters (x,) of a beam; the parameters of an output,
+    with `functionals` of S, (m, 6) or others at each place (x, m, 6).
 
     Those of a part are read from its shape functions at the points of its full body.
     """
-    xi = np.array([float(locate(part, at.place))])  # type: ignore[arg-type]
-    rows, one = sections(part if part.shapes is None else with_all_points(part), xi)
+    rows, found = sections(part if part.shapes is None else with_all_points(part), xi)
     own = np.zeros((0, 6)) if functionals is None else functionals
-    shares = np.zeros(len(one.known))
-    shares[one.shares.indices] = one.shares.data
-    each = np.column_stack([one.coupled.reshape(-1, 18), one.known, shares])
-    head = (own, one.stiffness, one.curvature, each)
-    return rows, (
-        float(number(Law.BEAM)),
-        float(len(own)),
-        *(value for part in head for value in part.ravel().tolist()),
-    )
+    sparse = (found.shares.data, found.shares.indices, found.shares.indptr)
+    arrays = (found.stiffness, found.curvature, found.coupled, found.known, *sparse, own)
+    return rows, (float(number(Law.BEAM)), *pack(*arrays))
 
 
 def place_of(where: str, part: Body, at: At) -> float:
@@ -244,21 +213,24 @@ def place_of(where: str, part: Body, at: At) -> float:
     return float(locate(part, at.place))  # type: ignore[arg-type]
 
 
-def read_place(
+def read_places(
     parameters: tuple[float, ...], u: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Strains (6, s), S (6, s) [N, N m] and functionals of S (m, s) of rows u (s, 3 (8 + 8 p)) that
-    `beam_point` gives.
+    """Strains (6, s, x), S (6, s, x) [N, N m] and functionals of S (m, s, x) of rows u (s, 3 (8 x +
+    8 p)) that `beam_point` gives.
     """
-    many = 6 * int(parameters[1])
-    own, C, curvature, rest = np.split(np.array(parameters[2:]), [many, many + 36, many + 39])
-    each = rest.reshape(-1, EACH)
-    shares = csr_array(each[:, -1][None])
-    found = Sections(
-        C.reshape(1, 6, 6), curvature[None], shares, each[:, :18].reshape(-1, 3, 6), each[:, 18:24]
-    ).read(u)
-    strain, force = (part[..., 0] for part in found)
-    return strain, force, own.reshape(-1, 6) @ force
+    stiffness, curvature, coupled, known, data, indices, indptr, own = unpack(parameters[1:])
+    sparse = (data, indices.astype(np.int64), indptr.astype(np.int64))
+    shares = csr_array(sparse, shape=(len(stiffness), len(known)))
+    strain, force = Sections(stiffness, curvature, shares, coupled, known).read(u)
+    way = "mf,fsx->msx" if own.ndim == 2 else "xmf,fsx->msx"
+    return strain, force, np.einsum(way, own, force)
+
+
+def rows_of(parameters: tuple[float, ...]) -> int:
+    """How many rows the output of a beam has."""
+    stiffness, _, _, known, *_ = unpack(parameters[1:])
+    return 3 * ROWS * (len(stiffness) + len(known))
 
 
 # ---------------------------------------------------------------------------------------------------- stresses at the contour

@@ -16,18 +16,92 @@ strain.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from typing import Annotated
+
 import numpy as np
-from scipy.sparse import csr_array, diags_array, vstack
+from scipy.sparse import csr_array, diags_array, hstack, vstack
 
 from ...bodies import cable_law, laws
 from ...bodies.body import Body, locate, own, unit_field
+from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
+from ...core.storage.container import storable
+from ...core.storage.records import dataclass
+from ...core.storage.validation import Inside, Reals
 from ...shapes import line
 from ..places import At
+from .packed import pack, unpack
 
-HEAD = 4  #: parameters of the place: law, EA [N], EI [N m2], kappa0 [1/m]
-EACH = 5  #: and of every quadrature point: EA [N], EI [N m2], kappa0 [1/m], weight times psi' [-] and psi'' [1/m]
 NOISE = 1e-12  #: psi' and psi'' that count as zero, over the largest
+
+
+@storable
+@dataclass(frozen=True)
+class CableSections:
+    """Numbers of x places of a cable and of the p points whose stresses carry their forces."""
+
+    law: laws.Law
+    stiffness: Annotated[np.ndarray, Reals("x 2")]  #: EA [N] and EI [N m2]
+    curvature: Annotated[np.ndarray, Reals("x")]  #: kappa0 [1/m]
+    known: Annotated[np.ndarray, Reals("p 3")]  #: EA, EI and kappa0 of the points
+    #: weight times psi' [-] of all points, then times psi'' [1/m]
+    shares: Annotated[csr_array, Reals("x *")]
+    #: (x, 2) Young's modulus [Pa] and the distance from the line of the farthest fibre [m]; none
+    #: where they are not known
+    fibres: Annotated[np.ndarray, Reals("* 2")]
+
+    def stresses(self, N: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """N/A and |M| c/I [Pa] (s, x) of section forces (s, x), where the fibres are known."""
+        E, distance = self.fibres.T
+        EA, EI = self.stiffness.T
+        return N * (E / EA), np.abs(M) * (E * distance / EI)
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All of it as the parameters of an output, the number of the law first."""
+        sparse = (self.shares.data, self.shares.indices, self.shares.indptr)
+        arrays = (self.stiffness, self.curvature, self.known, *sparse, self.fibres)
+        return (float(laws.number(self.law)), *pack(*arrays))
+
+    @staticmethod
+    def of(numbers: tuple[float, ...]) -> CableSections:
+        """What `numbers` has made."""
+        stiffness, curvature, known, data, indices, indptr, fibres = unpack(numbers[1:])
+        sparse = (data, indices.astype(np.int64), indptr.astype(np.int64))
+        shares = csr_array(sparse, shape=(len(indptr) - 1, 2 * len(known)))
+        law = laws.NUMBERS[int(numbers[0])]
+        return CableSections(law, stiffness, curvature, known, shares, fibres)
+
+    @property
+    def rows(self) -> int:
+        """Vectors that it reads: r' and r'' of all places, then of all points."""
+        return 2 * (len(self.curvature) + len(self.known))
+
+    def read(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """N [N] and M [N m] (s, x), r' and r'' (s, x, c) of rows u (s, (2 x + 2 p) c), see
+        `sections`.
+
+            N = F . r' / |r'|,    F = sum_p w psi' dW/dr' + w psi'' dW/dr'',    M = l^(2 - m) EI (kappa - kappa0)
+
+        Without points N is that of the strain at the place.
+        """
+        places = len(self.curvature)
+        vectors = u.reshape(len(u), self.rows, -1)
+        dim = vectors.shape[2]
+        slope, bend = np.split(vectors[:, : 2 * places], 2, axis=1)
+        n = self.law.option
+        here = np.concatenate([slope, bend], axis=2)
+        N, M = cable_law.section_forces(n, dim, tuple(self.stiffness.T), self.curvature, here)
+        if len(self.known):
+            there = np.concatenate(np.split(vectors[:, 2 * places :], 2, axis=1), axis=2)
+            EA, EI, kappa0 = self.known.T
+            S1, S2 = cable_law.stresses(n, dim, (EA, EI), kappa0, there)
+            stress = np.concatenate([S1, S2], axis=1).transpose(1, 0, 2)
+            F = (self.shares @ stress.reshape(len(stress), -1)).reshape(places, len(u), dim)
+            N = np.einsum("xsc,sxc->sx", F, slope) / np.linalg.norm(slope, axis=2)
+        return N, M, slope, bend
 
 
 def reads_cable(parameters: tuple[float, ...]) -> bool:
@@ -35,22 +109,9 @@ def reads_cable(parameters: tuple[float, ...]) -> bool:
     return laws.NUMBERS[int(parameters[0])] in laws.CABLES
 
 
-def counts(parameters: tuple[float, ...], dim: int) -> tuple[int, int]:
-    """How many rows and parameters the output of a cable has in a file.
-
-    With p points 2 (1 + p) c rows and 4 + 5 p parameters; `dim` is c.
-    """
-    points = max(0, len(parameters) - HEAD) // EACH
-    return 2 * dim * (1 + points), HEAD + EACH * points
-
-
-def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (2 + 2 p, b) of r' and r'' by reference arc length, at a place of a cable and at the p
-    points of (1); its parameters.
-
-    Parameters are the law, EA [N], EI [N m2] and kappa0 [1/m] of the place, and five numbers a
-    point, see `EACH`. InputError, after `where`, where `at` is no place of a cable with a law of
-    this package.
+def place_of(where: str, part: Body, at: At) -> float:
+    """The parameter xi of a place of a cable with a law of this package; InputError, after `where`,
+    for another place.
     """
     xi = locate(part, at.place) if isinstance(part.space, line.BSpline | line.Hermite) else None
     if part.cells is None or part.cells.law not in laws.CABLES or not isinstance(xi, float | int):
@@ -61,32 +122,81 @@ def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float,
                 at,
             )
         )
+    return float(xi)
+
+
+def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, CableSections]:
+    """Rows (2 x + 2 p, b) of r' and r'' by reference arc length, at places (x,) of a cable and at
+    the p points of (1); their numbers.
+    """
+    assert part.cells is not None
     law, section = part.cells.law, part.cells.section
-    breaks = line.breaks(part.space)
-    cell = int(np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, section.shape[2] - 1))
-    cells, steps, centers = steps_near(part, cell)
-    weights = between(centers, float(xi))
-    psi = np.einsum("k,kiep->iep", weights, steps)
-    size = np.abs(psi)
-    e, p = np.nonzero((size > NOISE * size.max(axis=(1, 2), keepdims=True)).any(axis=0))
-    points = line.tabulate(part.space, section.shape[1]).points[cells]
-    here, there = derivatives(part, np.array([float(xi)])), derivatives(part, points[e, p])
-    kappa0 = cable_law.curvatures(law.option, part.dim, (here @ part.reference).reshape(1, -1))
-    EA, EI = (
-        section[:2, :, cell].mean(axis=1)
+    shares, (e, p) = step_shares(part, xi, (0, 1), 0)
+    points = line.tabulate(part.space, section.shape[1]).points
+    here, there = derivatives(part, xi), derivatives(part, points[e, p])
+    slope, bend = np.split(np.asarray(here @ part.reference), 2)
+    kappa0 = cable_law.curvatures(law.option, part.dim, np.concatenate([slope, bend], axis=1))
+    stiffness = (
+        section[:2, :, cells_of(part, xi)].mean(axis=1).T
         if part.profile is None
-        else part.profile.at(np.array([xi]))[0][0, [0, 4], [0, 4]]
+        else part.profile.at(xi)[0][:, [0, 4], [0, 4]]
     )
-    known = section[:, p, cells[e]]
-    each = np.column_stack([*known[:3], known[3] * psi[0, e, p], known[3] * psi[1, e, p]])
-    parameters = (
-        float(laws.number(law)),
-        float(EA),
-        float(EI),
-        float(kappa0[0]),
-        *(float(value) for value in each.ravel()),
-    )
-    return csr_array(vstack([here, there])), parameters
+    fibres = np.zeros((0, 2))
+    if part.fibre_modulus:
+        radius = part.radius if part.profile is None else part.profile.radii(xi)
+        fibres = np.stack(np.broadcast_arrays(part.fibre_modulus, radius, xi)[:2], axis=1)
+    known = section[:3, p, e].T
+    numbers = CableSections(law, stiffness, kappa0, known, as_csr(hstack(shares)), fibres)
+    return as_csr(vstack([here, there])), numbers
+
+
+@storable
+@dataclass(frozen=True)
+class CableLine:
+    """What a picture needs of a cable beside its line: section forces at its samples, by r' and r''
+    there and at the points that carry them.
+    """
+
+    rows: Annotated[csr_array, Reals("r q")]  #: (2 p c, q) of r', then r'', at the points
+    sections: Annotated[CableSections, Inside()]
+
+
+def cable_line(part: Body, xi: np.ndarray, spread: Callable[[csr_array], csr_array]) -> CableLine:
+    """Section forces along a cable at parameters (x,); `spread` takes rows (x, b) on its functions
+    to rows (x c, q).
+    """
+    rows, numbers = sections(part, xi)
+    return CableLine(spread(as_csr(rows[2 * len(xi) :])), numbers)
+
+
+def cells_of(part: Body, xi: np.ndarray) -> np.ndarray:
+    """Cells (x,) of a line at parameters (x,)."""
+    breaks = line.breaks(part.space)
+    return np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, len(breaks) - 2)
+
+
+def step_shares(
+    part: Body, xi: np.ndarray, kept: Sequence[int], slope: int
+) -> tuple[list[csr_array], tuple[np.ndarray, np.ndarray]]:
+    """What the points of a line have in the forces at parameters (x,): of each row `kept` of its
+    table the weights times that of psi (x, p), and the cells and points (p,) that have a part.
+
+    `slope` is the row of the table that gives psi'.
+    """
+    assert part.cells is not None
+    weight = part.cells.section[-1].T
+    near = lru_cache(maxsize=2)(partial(steps_near, part, slope=slope))  # places come in a row
+    found = np.zeros((len(kept), len(xi), *weight.shape))
+    for x, (at, cell) in enumerate(zip(xi, cells_of(part, xi), strict=True)):
+        cells, steps, centers = near(int(cell))
+        psi = np.einsum("k,kiep->iep", between(centers, float(at)), steps[:, list(kept)])
+        size = np.abs(psi)
+        psi[size <= NOISE * size.max(axis=(1, 2), keepdims=True)] = 0.0
+        found[:, x, cells] = weight[cells] * psi
+    flat = found.reshape(len(kept), len(xi), -1)
+    used = np.flatnonzero(flat.any(axis=(0, 1)))
+    e, p = np.divmod(used, weight.shape[1])
+    return [csr_array(one[:, used]) for one in flat], (e, p)
 
 
 def derivatives(part: Body, xi: np.ndarray) -> csr_array:
@@ -145,28 +255,14 @@ def between(centers: np.ndarray, xi: float) -> np.ndarray:
     return weights
 
 
-def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list[np.ndarray]:
+def cable_forces(found: CableSections, u: np.ndarray) -> list[np.ndarray]:
     """N [N] and M [N m], (s,) each, in space with the components of M, of rows u (s, (2 + 2 p) c)
-    that `cable_point` gives.
+    at one place.
 
-        N = F . r' / |r'|,    F = sum_p w psi' dW/dr' + w psi'' dW/dr'',    M = l^(2 - m) EI (kappa - kappa0)
-
-    In space M is about the binormal r' x r'', zero where the line is straight. Without points N is
-    that of the strain at the place.
+    In space M is about the binormal r' x r'', zero where the line is straight.
     """
-    number, EA, EI, kappa0 = parameters[:HEAD]
-    slope, bend = u[:, :dim], u[:, dim : 2 * dim]
-    n = laws.NUMBERS[int(number)].option
-    N, M = cable_law.section_forces(n, dim, (EA, EI), kappa0, u[:, : 2 * dim])
-    if len(parameters) > HEAD:
-        EAs, EIs, kappas, first, second = np.reshape(parameters[HEAD:], (-1, EACH)).T
-        gradients = np.concatenate(
-            np.split(u[:, 2 * dim :].reshape(len(u), -1, dim), 2, axis=1), axis=2
-        )
-        S1, S2 = cable_law.stresses(n, dim, (EAs, EIs), kappas, gradients)
-        force = np.einsum("p,spc->sc", first, S1) + np.einsum("p,spc->sc", second, S2)
-        N = np.einsum("sc,sc->s", force, slope) / np.linalg.norm(slope, axis=1)
-    if dim == 2:
+    N, M, slope, bend = (one[:, 0] for one in found.read(u))
+    if slope.shape[1] == 2:
         return [N, M]
     normal = np.cross(slope, bend)
     size = np.linalg.norm(normal, axis=1)

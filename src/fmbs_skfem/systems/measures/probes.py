@@ -16,7 +16,6 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...bodies.beams.section_constants import von_mises
 from ...core.declared import Declared
 from ...core.errors import InputError, closest, listed, say
 from ...core.notices import notify
@@ -29,9 +28,8 @@ from ..connections.constraint_functions import arm, needs_axis, needs_other_side
 from ..own_symbols import norm, turned
 from ..places import Draft
 from ..system import Output, System
-from . import beam_sections, resultants
+from . import resultants
 from .angles import Parts, angle_and_rates, continuous
-from .surface_points import counts, recovered, surface_point
 
 TIME = "t"  #: the first column of every table
 #: part of the largest moment of vectors about an axis below which they are parallel to it
@@ -588,86 +586,6 @@ class AngularVelocity(Probe):
     def sizes(cls, output: Output, dim: int) -> Sizes:
         rows = max(3, 3 * min(len(output.rows) // 3, 3))
         return (2, 1, 0) if dim == 2 else (rows, 1, 3) if output.parameters else (rows, 3, 0)
-
-
-@dataclass(frozen=True)
-class Stress(Probe):
-    """Stresses [Pa]: of von Mises at a named point of a plate or shell, or at the contour of a
-    beam's section.
-
-    Of plates and shells on the faces at -t/2 and t/2 along the normal, in NAME_bottom and NAME_top.
-    Of beams with torsion the highest and the lowest stress along the beam at the contour, NAME_max
-    and NAME_min, the largest shear stress NAME_shear and the largest of von Mises, NAME_von_mises;
-    with a `point`, its y and z in the section, NAME_normal, NAME_shear and NAME_von_mises there,
-    with the shear stress along the contour, anticlockwise about the beam. They are Saint-Venant's,
-    of the section forces at the place, with warping free; corners that point inwards, where shear
-    stresses have no bound, have those of their neighbours.
-
-    {type: stress, at: plate.corner}
-    """
-
-    at: fields.Stressed
-    point: Annotated[
-        fields.InSection | None, "y and z in the section of a beam, a point of its contour"
-    ] = None
-    unit: ClassVar[str] = "Pa"
-    calls = ()
-
-    def sense(self, name: str, draft: Draft) -> Output:
-        where = f"output '{name}'"
-        part = draft.layout.body(where, self.at)
-        if part.directors is None:
-            if self.point is not None:
-                raise InputError(
-                    say(
-                        f"{where}.point",
-                        "a place of a beam (type: beam)",
-                        f"{self.at}",
-                        "delete it",
-                    )
-                )
-            point = surface_point(where, draft, self.at)
-            return self.output(
-                draft, (f"{name}_bottom", f"{name}_top"), [point.rows], **point.facts(self.at.body)
-            )
-        xi = beam_sections.place_of(where, part, self.at)
-        profile = beam_sections.contour(where, part)
-        if self.point is None:
-            functionals = profile.at(np.array([xi]))[2][0].transpose(0, 2, 1).reshape(-1, 6)
-        else:
-            found = beam_sections.contour_point(where, profile, xi, self.point).stresses
-            functionals = np.concatenate([found, 0.0 * found[:1]])
-        rows, parameters = beam_sections.beam_point(part, self.at, functionals)
-        words = (
-            ("max", "min", "shear", "von_mises")
-            if self.point is None
-            else ("normal", "shear", "von_mises")
-        )
-        columns = tuple(f"{name}_{word}" for word in words)
-        return self.output(draft, columns, [draft.layout.spread(part, rows)], parameters=parameters)
-
-    @staticmethod
-    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        if not beam_sections.reads_beam(output.parameters):
-            return list(recovered(output.parameters, sensed.values).von_mises)
-        functionals = beam_sections.read_place(output.parameters, sensed.values)[2]
-        normal, along, across = stress = functionals.reshape(3, -1, functionals.shape[1])
-        if len(normal) == 1:
-            return [normal[0], along[0], von_mises(stress)[0]]
-        return [
-            normal.max(axis=0),
-            normal.min(axis=0),
-            np.hypot(along, across).max(axis=0),
-            von_mises(stress).max(axis=0),
-        ]
-
-    @classmethod
-    def sizes(cls, output: Output, dim: int) -> Sizes:
-        if beam_sections.reads_beam(output.parameters):
-            rows, parameters = beam_sections.counts(output.parameters)
-            return rows, 3 if output.parameters[1] == 3.0 else 4, parameters
-        rows, parameters = counts(output.parameters[0], dim)
-        return rows, 2, parameters
 
 
 @dataclass(frozen=True)

@@ -238,11 +238,13 @@ class SectionForces(Probe):
                 draft, columns, [point.rows], labels=labels, **point.facts(self.at.body)
             )
         beam = part.directors is not None
-        rows, parameters = (
-            beam_sections.beam_point(part, self.at)
-            if beam
-            else cable_sections.cable_point(where, part, self.at)
-        )
+        if beam:
+            xi = np.array([float(locate(part, self.at.place))])  # type: ignore[arg-type]
+            rows, parameters = beam_sections.beam_point(part, xi)
+        else:
+            xi = np.array([cable_sections.place_of(where, part, self.at)])
+            rows, numbers = cable_sections.sections(part, xi)
+            parameters = numbers.numbers
         warn_of_jump(where, draft, part, self.at)
         names = (
             tuple(beam_sections.FORCES) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
@@ -254,9 +256,10 @@ class SectionForces(Probe):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         if beam_sections.reads_beam(output.parameters):
-            return list(beam_sections.read_place(output.parameters, sensed.values)[1])
+            return list(beam_sections.read_places(output.parameters, sensed.values)[1][..., 0])
         if cable_sections.reads_cable(output.parameters):
-            return cable_sections.cable_forces(output.parameters, sensed.dim, sensed.values)
+            cable = cable_sections.CableSections.of(output.parameters)
+            return cable_sections.cable_forces(cable, sensed.values)
         found = recovered(output.parameters, sensed.values)
         t = output.parameters[1]
         (below, middle, above) = found.stress
@@ -276,11 +279,10 @@ class SectionForces(Probe):
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
         if beam_sections.reads_beam(output.parameters):
-            rows, parameters = beam_sections.counts(output.parameters)
-            return rows, len(beam_sections.FORCES), parameters
+            return beam_sections.rows_of(output.parameters), len(beam_sections.FORCES), None
         if cable_sections.reads_cable(output.parameters):
-            rows, parameters = cable_sections.counts(output.parameters, dim)
-            return rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), parameters
+            cable = cable_sections.CableSections.of(output.parameters)
+            return dim * cable.rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), None
         rows, parameters = counts(output.parameters[0], dim)
         return rows, len(RESULTANTS if dim == 3 else MEMBRANE), parameters
 
@@ -304,8 +306,8 @@ class OfBeam(Probe, ABC):
     def sense(self, name: str, draft: Draft) -> Output:
         where = f"output '{name}'"
         part = draft.layout.body(where, self.at)
-        beam_sections.place_of(where, part, self.at)
-        rows, parameters = beam_sections.beam_point(part, self.at, self.functionals(where, part))
+        xi = np.array([beam_sections.place_of(where, part, self.at)])
+        rows, parameters = beam_sections.beam_point(part, xi, self.functionals(where, part))
         warn_of_jump(where, draft, part, self.at)
         return self.output(
             draft, self.columns(name), [draft.layout.spread(part, rows)], parameters=parameters
@@ -313,8 +315,7 @@ class OfBeam(Probe, ABC):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        rows, parameters = beam_sections.counts(output.parameters)
-        return rows, len(output.columns), parameters
+        return beam_sections.rows_of(output.parameters), len(output.columns), None
 
 
 @dataclass(frozen=True)
@@ -342,7 +343,7 @@ class SectionStrains(OfBeam):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        return list(beam_sections.read_place(output.parameters, sensed.values)[0])
+        return list(beam_sections.read_places(output.parameters, sensed.values)[0][..., 0])
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
@@ -381,7 +382,7 @@ class StrainGauge(OfBeam):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        return list(beam_sections.read_place(output.parameters, sensed.values)[2])
+        return list(beam_sections.read_places(output.parameters, sensed.values)[2][..., 0])
 
 
 def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
