@@ -14,6 +14,7 @@ from fmbs_skfem.bodies import law_symbols, laws, symbolic
 from fmbs_skfem.bodies.laws import CABLES, Law
 
 CASES = [*((law, dim) for law in CABLES for dim in (2, 3)), (Law.MEMBRANE, 2), (Law.SHELL, 3)]
+CASES += [(Law.PLANAR_BEAM, 2)]
 #: by the vector of the curvature itself, of which the loops are not made
 BY_VECTOR = replace(law_symbols.VECTOR, dissipation=law_symbols.quadratic_dissipation)
 

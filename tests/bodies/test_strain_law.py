@@ -14,6 +14,7 @@ from fmbs_skfem.bodies.strain_law import strains
 @pytest.mark.parametrize("seed", [0, 1])
 def test_contract(seed: int) -> None:
     check_law(Law.BEAM, 3, seed=seed)
+    check_law(Law.PLANAR_BEAM, 2, seed=seed)
 
 
 def test_strains_are_those_of_directors() -> None:
@@ -28,7 +29,7 @@ def test_strains_are_those_of_directors() -> None:
 
 def test_energy_is_that_of_its_strains() -> None:
     rng = np.random.default_rng(1)
-    section, _ = beam_samples(rng)
+    section, _ = beam_samples(rng, Law.BEAM, 3)
     u = rng.normal(size=(24, *section.shape[1:]))
     e = strains(u.reshape(8, 3, *section.shape[1:])) - section[22:34]
     C, parts = np.zeros((6, 6, *section.shape[1:])), np.array([0.25] * 3 + [0.5] * 3)

@@ -253,7 +253,7 @@ class Body:
     outline: np.ndarray | None = None
     #: numbers that scale its energy and mass, see `values`
     values: dict[str, Value] = field(default_factory=dict)
-    #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
+    #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam; in the plane (n, b) d_1
     directors: csr_array | None = None
     profile: Profile | None = None  #: the section along the line of a beam
     #: of a cable whose outermost fibres are `radius` away on both sides wherever it bends, as its
@@ -781,10 +781,9 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     if body.space is None:
         return vector_row(body, derivative, 0, selection([0], len(body.reference)))
     xi = np.array([place])
-    if body.directors is not None and 0 < derivative <= 3:
-        return vector_row(
-            body, derivative, 3, as_csr(line.sample(body.space, xi) @ director(body, derivative))
-        )
+    if body.directors is not None and 0 < derivative <= directors(body):
+        row = as_csr(line.sample(body.space, xi) @ director(body, derivative))
+        return vector_row(body, derivative, directors(body), row)
     row = own(body, line.sample(body.space, xi, min(derivative, 1)))
     size = np.linalg.norm(row @ body.reference) if derivative else 1.0
     return vector_row(body, derivative, 1, as_csr(row / size) if derivative else row)
@@ -795,8 +794,13 @@ def director(body: Body, number: int) -> csr_array:
     d_3 in its space.
     """
     assert body.directors is not None
-    count = body.directors.shape[0] // 3
+    count = body.directors.shape[0] // directors(body)
     return as_csr(body.directors[(number - 1) * count : number * count])
+
+
+def directors(body: Body) -> int:
+    """How many directors a beam has, 3 in space and 1 in the plane; 0 of other bodies."""
+    return 0 if body.directors is None else 3 if body.dim == 3 else 1
 
 
 def over_space(body: Body) -> csr_array | None:
@@ -813,7 +817,7 @@ def read_by_cells(body: Body) -> csr_array | None:
     if body.shapes is None:
         return None
     found = over_space(body)
-    fields = 1 + body.dim
+    fields = 1 + directors(body)
     assert found is not None
     return as_csr(found[np.arange(found.shape[0]).reshape(fields, -1).T.ravel()])
 

@@ -20,6 +20,7 @@ from ..core.errors import InputError, require, say
 from ..core.storage.records import dataclass
 from ..core.values.arguments import checked
 from . import laws, strain_law
+from .beams import planar
 from .cable_law import STRAIGHT
 from .laws import STIFFNESS, Law
 
@@ -137,8 +138,8 @@ def samples(
             surface_reference(random, section, dim),
             surface_gradients(random, law.vectors, dim),
         )
-    if law is Law.BEAM:
-        return *beam_samples(random), surface_gradients(random, law.vectors, dim)
+    if law.fields > 1:
+        return *beam_samples(random, law, dim), surface_gradients(random, law.vectors, dim)
     if law.bends:
         section = cable_sections(random, dim, bent)
         return section, cable_reference(section, dim), cable_gradients(random, dim)
@@ -148,21 +149,24 @@ def samples(
     return section, None, surface_gradients(random, law.vectors, dim)
 
 
-def stiffnesses(random: Generator) -> np.ndarray:
-    """Upper triangles (21, p, e) of positive stiffnesses between six strains."""
-    A = random.normal(size=(6, 6, POINTS, CELLS))
-    return np.asarray(np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(6)])
+def stiffnesses(random: Generator, count: int = 6) -> np.ndarray:
+    """Upper triangles (i, p, e) of positive stiffnesses between so many strains."""
+    A = random.normal(size=(count, count, POINTS, CELLS))
+    return np.asarray(np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(count)])
 
 
-def beam_samples(random: Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Sections (i, p, e) of beams with coupled strains, and their random reference gradients (24,
+def beam_samples(random: Generator, law: Law, dim: int) -> tuple[np.ndarray, np.ndarray]:
+    """Sections (i, p, e) of beams with coupled strains, and their random reference gradients (k c,
     p, e), curved and sheared.
     """
-    reference = random.normal(size=(24, POINTS, CELLS))
-    section = random.uniform(0.5, 2.0, (Law.BEAM.rows, POINTS, CELLS))
-    section[: len(STIFFNESS)] = stiffnesses(random)
-    first = Law.BEAM.section.index("gamma1")
-    section[first : first + 12] = strain_law.strains(reference.reshape(8, 3, POINTS, CELLS))
+    reference = random.normal(size=(law.vectors * dim, POINTS, CELLS))
+    section = random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS))
+    stiffness = stiffnesses(random, 6 if dim == 3 else 3)
+    section[: len(stiffness)] = stiffness
+    measure = strain_law.strains if dim == 3 else planar.strains
+    start = measure(reference.reshape(law.vectors, dim, POINTS, CELLS))
+    first = law.section.index("gamma1")
+    section[first : first + len(start)] = start
     return section, reference
 
 

@@ -1,4 +1,4 @@
-"""Loops of the laws of cables, membranes and shells, which `python -m fmbs_skfem.bodies.law_symbols` writes."""
+"""Loops of the laws of cables, membranes, shells and planar beams, which `python -m fmbs_skfem.bodies.law_symbols` writes."""
 
 # fmt: off
 # ruff: noqa
@@ -1497,4 +1497,194 @@ def shell_dissipation(u, v, s, out, way, points, cells, n, beta):
         W[q] = s6*(s0*((d22 * d22) + d22*d23*x1 + (d23 * d23) + (d24 * d24)*e10) + s1*((d26 * d26) + d26*d27*x1 + (d27 * d27) + 4.0*(d28 * d28)*e10))
 
 
-FUNCTIONS = {"quadratic_2_energy": quadratic_2_energy, "quadratic_2_stress": quadratic_2_stress, "quadratic_2_modulus": quadratic_2_modulus, "quadratic_2_damped_stress": quadratic_2_damped_stress, "quadratic_2_dissipation": quadratic_2_dissipation, "quadratic_3_energy": quadratic_3_energy, "quadratic_3_stress": quadratic_3_stress, "quadratic_3_modulus": quadratic_3_modulus, "quadratic_3_damped_stress": quadratic_3_damped_stress, "quadratic_3_dissipation": quadratic_3_dissipation, "curved_2_energy": curved_2_energy, "curved_2_stress": curved_2_stress, "curved_2_modulus": curved_2_modulus, "curved_2_damped_stress": curved_2_damped_stress, "curved_2_dissipation": curved_2_dissipation, "curved_3_energy": curved_3_energy, "curved_3_stress": curved_3_stress, "curved_3_modulus": curved_3_modulus, "curved_3_damped_stress": curved_3_damped_stress, "curved_3_dissipation": curved_3_dissipation, "membrane_energy": membrane_energy, "membrane_stress": membrane_stress, "membrane_modulus": membrane_modulus, "membrane_damped_stress": membrane_damped_stress, "membrane_dissipation": membrane_dissipation, "shell_energy": shell_energy, "shell_stress": shell_stress, "shell_modulus": shell_modulus, "shell_damped_stress": shell_damped_stress, "shell_dissipation": shell_dissipation}
+@entry
+def planar_beam_energy(u, v, s, out, way, points, cells, n, beta):
+    count = points * cells
+    u = carray(u, (8, count))
+    s = carray(s, (12, count))
+    total = 0.0
+    for q in range(count):
+        u2, u3, u4, u5, u6, u7, s0, s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = u[2, q], u[3, q], u[4, q], u[5, q], u[6, q], u[7, q], s[0, q], s[1, q], s[2, q], s[3, q], s[4, q], s[5, q], s[6, q], s[7, q], s[8, q], s[9, q], s[10, q], s[11, q]
+        e0 = -s7 + u2*u4 + u3*u5
+        e1 = -s8 + u2*u5 - u3*u4
+        e2 = -s9 + u2*u7 - u3*u6
+        e3 = -s10 + (u2 * u2) + (u3 * u3)
+        total += s11*(0.5*(e0 * e0)*s0 + e0*e1*s1 + e0*e2*s2 + 0.5*(e1 * e1)*s3 + e1*e2*s4 + 0.5*(e2 * e2)*s5 + 0.125*(e3 * e3)*s6)
+    carray(out, 1)[0] = total
+
+
+@entry
+def planar_beam_stress(u, v, s, out, way, points, cells, n, beta):
+    count = points * cells
+    u = carray(u, (8, count))
+    s = carray(s, (12, count))
+    S = carray(out, (8, count))
+    for q in range(count):
+        u2, u3, u4, u5, u6, u7, s0, s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = u[2, q], u[3, q], u[4, q], u[5, q], u[6, q], u[7, q], s[0, q], s[1, q], s[2, q], s[3, q], s[4, q], s[5, q], s[6, q], s[7, q], s[8, q], s[9, q], s[10, q], s[11, q]
+        e0 = -s7 + u2*u4 + u3*u5
+        e1 = -s8 + u2*u5 - u3*u4
+        e2 = -s9 + u2*u7 - u3*u6
+        fe0 = s11*(e0*s0 + e1*s1 + e2*s2)
+        fe1 = s11*(e0*s1 + e1*s3 + e2*s4)
+        fe2 = s11*(e0*s2 + e1*s4 + e2*s5)
+        e3 = -s10 + (u2 * u2) + (u3 * u3)
+        fe3 = 0.25*e3*s11*s6
+        x0 = 2.0*fe3
+        S[0, q] = 0.0
+        S[1, q] = 0.0
+        S[2, q] = fe0*u4 + fe1*u5 + fe2*u7 + u2*x0
+        S[3, q] = fe0*u5 - fe1*u4 - fe2*u6 + u3*x0
+        S[4, q] = fe0*u2 - fe1*u3
+        S[5, q] = fe0*u3 + fe1*u2
+        S[6, q] = -fe2*u3
+        S[7, q] = fe2*u2
+
+
+@entry
+def planar_beam_modulus(u, v, s, out, way, points, cells, n, beta):
+    count = points * cells
+    u = carray(u, (8, count))
+    h = carray(v, (8, count))
+    s = carray(s, (12, count))
+    D = carray(out, (8, 8, count))
+    T = np.empty((36, LANES))
+    for first in range(0, count, LANES):
+        for k in range(min(LANES, count - first)):
+            q = first + k
+            u2, u3, u4, u5, u6, u7, h2, h3, h4, h5, h6, h7, s0, s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = u[2, q], u[3, q], u[4, q], u[5, q], u[6, q], u[7, q], h[2, q], h[3, q], h[4, q], h[5, q], h[6, q], h[7, q], s[0, q], s[1, q], s[2, q], s[3, q], s[4, q], s[5, q], s[6, q], s[7, q], s[8, q], s[9, q], s[10, q], s[11, q]
+            x9 = s11*(beta + 1.0)
+            ke0e0 = s0*x9
+            ke1e0 = s1*x9
+            ke2e0 = s2*x9
+            pe0u2 = ke0e0*u4 + ke1e0*u5 + ke2e0*u7
+            ke1e1 = s3*x9
+            ke2e1 = s4*x9
+            x10 = ke1e0*u4
+            pe1u2 = ke1e1*u5 + ke2e1*u7 + x10
+            ke2e2 = s5*x9
+            pe2u2 = ke2e0*u4 + ke2e1*u5 + ke2e2*u7
+            x1 = -s10
+            x6 = h2 - u2
+            x7 = h3 - u3
+            ae3 = (h2 * h2) + (h3 * h3) + x1 + (-2.0*h2*x6 - 2.0*h3*x7 if way == 1 else 0.0)
+            x8 = 0.25*s6
+            fe3 = ae3*s11*x8
+            x17 = 2.0*fe3
+            ke3e3 = x8*x9
+            x18 = 4.0*ke3e3
+            x2 = (u2 * u2)
+            pe0u3 = ke0e0*u5 - ke2e0*u6 - x10
+            pe1u3 = ke1e0*u5 - ke1e1*u4 - ke2e1*u6
+            pe2u3 = ke2e0*u5 - ke2e1*u4 - ke2e2*u6
+            x3 = (u3 * u3)
+            x0 = -s7
+            x4 = h4 - u4
+            x5 = h5 - u5
+            ae0 = h2*h4 + h3*h5 + x0 + (-h2*x4 - h3*x5 - h4*x6 - h5*x7 if way == 1 else 0.0)
+            ae1 = h2*h5 - h3*h4 - s8 + (-h2*x5 + h3*x4 + h4*x7 - h5*x6 if way == 1 else 0.0)
+            ae2 = h2*h7 - h3*h6 - s9 + (-h2*(h7 - u7) + h3*(h6 - u6) + h6*x7 - h7*x6 if way == 1 else 0.0)
+            fe0 = s11*(ae0*s0 + ae1*s1 + ae2*s2)
+            fe1 = s11*(ae0*s1 + ae1*s3 + ae2*s4)
+            x11 = ke1e0*u3
+            pe0u4 = ke0e0*u2 - x11
+            x12 = ke1e0*u2
+            pe1u4 = -ke1e1*u3 + x12
+            pe0u5 = ke0e0*u3 + x12
+            pe1u5 = ke1e1*u2 + x11
+            fe2 = s11*(ae0*s2 + ae1*s4 + ae2*s5)
+            x14 = ke2e0*u2
+            x15 = -ke2e1*u3
+            pe2u4 = x14 + x15
+            x13 = ke2e0*u3
+            x16 = ke2e1*u2
+            pe2u5 = x13 + x16
+            pe2u6 = -ke2e2*u3
+            pe2u7 = ke2e2*u2
+            T[0, k] = 0.0
+            T[1, k] = 0.0
+            T[2, k] = 0.0
+            T[3, k] = 0.0
+            T[4, k] = 0.0
+            T[5, k] = pe0u2*u4 + pe1u2*u5 + pe2u2*u7 + x17 + x18*x2
+            T[6, k] = 0.0
+            T[7, k] = 0.0
+            T[8, k] = pe0u2*u5 - pe1u2*u4 - pe2u2*u6 + u2*u3*x18
+            T[9, k] = pe0u3*u5 - pe1u3*u4 - pe2u3*u6 + x17 + x18*x3
+            T[10, k] = 0.0
+            T[11, k] = 0.0
+            T[12, k] = fe0 + pe0u2*u2 - pe1u2*u3
+            T[13, k] = -fe1 + pe0u3*u2 - pe1u3*u3
+            T[14, k] = pe0u4*u2 - pe1u4*u3
+            T[15, k] = 0.0
+            T[16, k] = 0.0
+            T[17, k] = fe1 + pe0u2*u3 + pe1u2*u2
+            T[18, k] = fe0 + pe0u3*u3 + pe1u3*u2
+            T[19, k] = pe0u4*u3 + pe1u4*u2
+            T[20, k] = pe0u5*u3 + pe1u5*u2
+            T[21, k] = 0.0
+            T[22, k] = 0.0
+            T[23, k] = -pe2u2*u3
+            T[24, k] = -fe2 - pe2u3*u3
+            T[25, k] = -pe2u4*u3
+            T[26, k] = -pe2u5*u3
+            T[27, k] = -pe2u6*u3
+            T[28, k] = 0.0
+            T[29, k] = 0.0
+            T[30, k] = fe2 + pe2u2*u2
+            T[31, k] = pe2u3*u2
+            T[32, k] = pe2u4*u2
+            T[33, k] = pe2u5*u2
+            T[34, k] = pe2u6*u2
+            T[35, k] = pe2u7*u2
+        unfold(T, first, D, False)
+
+
+@entry
+def planar_beam_damped_stress(u, v, s, out, way, points, cells, n, beta):
+    count = points * cells
+    u = carray(u, (8, count))
+    v = carray(v, (8, count))
+    s = carray(s, (12, count))
+    S = carray(out, (8, count))
+    for q in range(count):
+        u2, u3, u4, u5, u6, u7, v2, v3, v4, v5, v6, v7, s0, s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = u[2, q], u[3, q], u[4, q], u[5, q], u[6, q], u[7, q], v[2, q], v[3, q], v[4, q], v[5, q], v[6, q], v[7, q], s[0, q], s[1, q], s[2, q], s[3, q], s[4, q], s[5, q], s[6, q], s[7, q], s[8, q], s[9, q], s[10, q], s[11, q]
+        d10 = u2*v7 - u3*v6 - u6*v3 + u7*v2
+        d8 = u2*v4 + u3*v5 + u4*v2 + u5*v3
+        d9 = u2*v5 - u3*v4 - u4*v3 + u5*v2
+        e0 = -s7 + u2*u4 + u3*u5
+        e1 = -s8 + u2*u5 - u3*u4
+        e2 = -s9 + u2*u7 - u3*u6
+        fe0 = s11*(beta*(d10*s2 + d8*s0 + d9*s1) + e0*s0 + e1*s1 + e2*s2)
+        fe1 = s11*(beta*(d10*s4 + d8*s1 + d9*s3) + e0*s1 + e1*s3 + e2*s4)
+        fe2 = s11*(beta*(d10*s5 + d8*s2 + d9*s4) + e0*s2 + e1*s4 + e2*s5)
+        d11 = 2.0*(u2*v2 + u3*v3)
+        e3 = -s10 + (u2 * u2) + (u3 * u3)
+        fe3 = 0.25*s11*s6*(beta*d11 + e3)
+        x0 = 2.0*fe3
+        S[0, q] = 0.0
+        S[1, q] = 0.0
+        S[2, q] = fe0*u4 + fe1*u5 + fe2*u7 + u2*x0
+        S[3, q] = fe0*u5 - fe1*u4 - fe2*u6 + u3*x0
+        S[4, q] = fe0*u2 - fe1*u3
+        S[5, q] = fe0*u3 + fe1*u2
+        S[6, q] = -fe2*u3
+        S[7, q] = fe2*u2
+
+
+@entry
+def planar_beam_dissipation(u, v, s, out, way, points, cells, n, beta):
+    count = points * cells
+    u = carray(u, (8, count))
+    v = carray(v, (8, count))
+    s = carray(s, (12, count))
+    W = carray(out, count)
+    for q in range(count):
+        u2, u3, u4, u5, u6, u7, v2, v3, v4, v5, v6, v7, s0, s1, s2, s3, s4, s5, s6, s11 = u[2, q], u[3, q], u[4, q], u[5, q], u[6, q], u[7, q], v[2, q], v[3, q], v[4, q], v[5, q], v[6, q], v[7, q], s[0, q], s[1, q], s[2, q], s[3, q], s[4, q], s[5, q], s[6, q], s[11, q]
+        d10 = u2*v7 - u3*v6 - u6*v3 + u7*v2
+        d11 = 2.0*(u2*v2 + u3*v3)
+        d8 = u2*v4 + u3*v5 + u4*v2 + u5*v3
+        d9 = u2*v5 - u3*v4 - u4*v3 + u5*v2
+        W[q] = 2.0*s11*(0.5*(d10 * d10)*s5 + d10*d8*s2 + d10*d9*s4 + 0.125*(d11 * d11)*s6 + 0.5*(d8 * d8)*s0 + d8*d9*s1 + 0.5*(d9 * d9)*s3)
+
+
+FUNCTIONS = {"quadratic_2_energy": quadratic_2_energy, "quadratic_2_stress": quadratic_2_stress, "quadratic_2_modulus": quadratic_2_modulus, "quadratic_2_damped_stress": quadratic_2_damped_stress, "quadratic_2_dissipation": quadratic_2_dissipation, "quadratic_3_energy": quadratic_3_energy, "quadratic_3_stress": quadratic_3_stress, "quadratic_3_modulus": quadratic_3_modulus, "quadratic_3_damped_stress": quadratic_3_damped_stress, "quadratic_3_dissipation": quadratic_3_dissipation, "curved_2_energy": curved_2_energy, "curved_2_stress": curved_2_stress, "curved_2_modulus": curved_2_modulus, "curved_2_damped_stress": curved_2_damped_stress, "curved_2_dissipation": curved_2_dissipation, "curved_3_energy": curved_3_energy, "curved_3_stress": curved_3_stress, "curved_3_modulus": curved_3_modulus, "curved_3_damped_stress": curved_3_damped_stress, "curved_3_dissipation": curved_3_dissipation, "membrane_energy": membrane_energy, "membrane_stress": membrane_stress, "membrane_modulus": membrane_modulus, "membrane_damped_stress": membrane_damped_stress, "membrane_dissipation": membrane_dissipation, "shell_energy": shell_energy, "shell_stress": shell_stress, "shell_modulus": shell_modulus, "shell_damped_stress": shell_damped_stress, "shell_dissipation": shell_dissipation, "planar_beam_energy": planar_beam_energy, "planar_beam_stress": planar_beam_stress, "planar_beam_modulus": planar_beam_modulus, "planar_beam_damped_stress": planar_beam_damped_stress, "planar_beam_dissipation": planar_beam_dissipation}

@@ -7,6 +7,10 @@ Per length of a line, whose equations are in `cable_law`:
 
     W = EA/2 eps^2 + EI/2 (kappa - kappa0)^2
 
+Of a planar beam with shear, a director d along it, Jd across, and C between N, V and M:
+
+    W = 1/2 sum_kl C_kl e_k e_l + E/8 (d.d - 1)^2,   e = (d.r', Jd.r', Jd.d')    less their values in the reference
+
 Per area of a surface r(s1, s2) whose reference tangents r0,1 r0,2 are orthonormal at the point,
 St. Venant-Kirchhoff in plane stress, where a membrane in its own plane has no B, and a
 Kirchhoff-Love shell bends by its exact unit normal n:
@@ -189,6 +193,27 @@ def shell_dissipation(
     return plane_stress(A, nu, rates, e[3]) + plane_stress(B, nu, rates[4:], 4 * e[3])
 
 
+def beam_strains(keep: Keep, r: Vectors, *section: Expression) -> Strains:
+    """Gamma_1 = d . r', Gamma_2 = Jd . r', kappa = Jd . d' and d . d, less those of the reference,
+    of r, d, r' and d'.
+    """
+    _, d, slope, turn = r
+    J = sympy.Matrix([-d[1], d[0]])
+    measures = (d.dot(slope), J.dot(slope), J.dot(turn), d.dot(d))
+    return keep([one - own for one, own in zip(measures, section[7:], strict=True)])
+
+
+def quadratic_form(e: Strains, *section: Expression) -> Expression:
+    """1/2 sum_kl C_kl e_k e_l + E/8 e_4^2 of three strains, and of d . d that E holds."""
+    (a, b, c, last), (C11, C12, C13, C22, C23, C33, E) = e, section[:7]
+    coupled = C12 * a * b + C13 * a * c + C23 * b * c
+    return (C11 * a**2 + C22 * b**2 + C33 * c**2) / 2 + coupled + E / 8 * last**2
+
+
+def beam_dissipation(e: Strains, rates: Strains, *section: Expression) -> Expression:
+    return quadratic_form(rates, *section)
+
+
 LINE = Law.EXACT.section[:-1]
 VECTOR = LawSymbols(2, LINE, vector_energy, strains=vector_strains, held=1)
 SPATIAL = LawSymbols(
@@ -206,6 +231,9 @@ MEMBRANE = LawSymbols(
     plane=True,
 )
 SHELL = LawSymbols(5, Law.SHELL.section[:-1], shell_energy, shell_dissipation, shell_strains, 3)
+BEAM = LawSymbols(
+    4, Law.PLANAR_BEAM.section[:-1], quadratic_form, beam_dissipation, beam_strains, 4
+)
 #: laws and numbers of components by the first words of their loops, see `laws.compiled`
 KNOWN = {
     "quadratic_2_": (QUADRATIC, 2),
@@ -214,6 +242,7 @@ KNOWN = {
     "curved_3_": (SPATIAL, 3),
     "membrane_": (MEMBRANE, 2),
     "shell_": (SHELL, 3),
+    "planar_beam_": (BEAM, 2),
 }
 
 
@@ -223,7 +252,7 @@ def text() -> str:
     for word, (law, dim) in KNOWN.items():
         parts |= symbolic.loops(law, dim, word)
     return symbolic.source(
-        "Loops of the laws of cables, membranes and shells, which `python -m fmbs_skfem.bodies.law_symbols` writes.",
+        "Loops of the laws of cables, membranes, shells and planar beams, which `python -m fmbs_skfem.bodies.law_symbols` writes.",
         parts,
         ["from fmbs_skfem.bodies.cable_law import fall"],
     )

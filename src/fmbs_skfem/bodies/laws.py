@@ -8,6 +8,7 @@ derivatives of the position.
     MEMBRANE                       r,1 r,2                    A, nu, weight                                `law_symbols`
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `law_symbols`
     BEAM                           r d_i r' d_i'              C_ij (i <= j), E, e0_k, weight               `strain_law`
+    PLANAR_BEAM                    r d r' d'                  C_ij (i <= j), E, e0_k, weight               `law_symbols`
     SOLID                          r,1 r,2 r,3                C_ij (i <= j), E, e0_k, weight               `solids.solid_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
@@ -59,6 +60,7 @@ class Law:
     PRESSURE: ClassVar[Law]
     EDGE_PRESSURE: ClassVar[Law]
     BEAM: ClassVar[Law]
+    PLANAR_BEAM: ClassVar[Law]
     SOLID: ClassVar[Law]
     LINEAR: ClassVar[Law]
 
@@ -171,6 +173,16 @@ STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a 
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
 BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
 Law.BEAM = Law("BEAM", 8, BEAM, (3,), compiled(".strain_law", "beam_"), holds=True, fields=4)
+PLANAR_BEAM = ("C11", "C12", "C13", "C22", "C23", "C33", "E", "gamma1", "gamma2", "kappa", "E1")
+Law.PLANAR_BEAM = Law(
+    "PLANAR_BEAM",
+    4,
+    (*PLANAR_BEAM, "weight"),
+    (2,),
+    compiled(".law_loops", "planar_beam_"),
+    holds=True,
+    fields=2,
+)
 SOLID = (*STIFFNESS, "E", *(f"e{k + 1}" for k in range(6)), "weight")
 Law.SOLID = Law("SOLID", 3, SOLID, (3,), compiled(".solids.solid_law", "solid_"), holds=True)
 #: small strains of a whole body by its stiffness matrix, see `systems.terms.corotated`: no points
@@ -187,6 +199,7 @@ NUMBERS = {
     8: Law.BEAM,
     9: Law.LINEAR,
     10: Law.SOLID,
+    11: Law.PLANAR_BEAM,
 }
 
 

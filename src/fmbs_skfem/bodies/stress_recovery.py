@@ -18,6 +18,7 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from . import strain_law
+from .beams import planar
 from .cable_law import curvatures as curvatures_of_lines
 from .laws import Law
 from .solids import solid_law
@@ -125,7 +126,7 @@ def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> n
     """
     if law.tangents:
         largest, smallest = principal_strains(law, u, dim)
-    elif law is Law.BEAM:
+    elif law.fields > 1:
         axial, *across = beam_strains(u, section)[:3, carrying(law, section)]
         shear = np.hypot(*across)
         largest, smallest = principal(
@@ -172,7 +173,7 @@ def fibre_strains(
         k = curvatures(law, u, section[..., None])
         faces = [principal(E + side * h * k) for side in (-1.0, 1.0)]
         return np.asarray(np.abs(faces).max(axis=(0, 1, 2)))
-    if law is Law.BEAM:
+    if law.fields > 1:
         e = beam_strains(u, section[..., None])
         stretch = np.where(carrying(law, section)[..., None], np.abs(e[0]), 0.0)
         return np.asarray(stretch.max(axis=0) + h * np.linalg.norm(e[3:], axis=0).max(axis=0))
@@ -192,8 +193,13 @@ def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
 
         Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic)
 
-    of gradients u (24, ...), less those in its `section` (i, ...).
+    of gradients u (24, ...), less those in its `section` (i, ...); in the plane of u (8, ...), where
+    only Gamma_1, Gamma_3 and kappa_2 are not zero.
     """
+    if len(u) == 8:
+        first = Law.PLANAR_BEAM.section.index("gamma1")
+        found = planar.strains(u.reshape(-1, 2, *u.shape[1:]))[:3] - section[first : first + 3]
+        return np.asarray(np.tensordot(planar.TAKEN, found, 1))
     first = strain_law.FIRST
     return np.asarray(
         strain_law.strains(u.reshape(-1, 3, *u.shape[1:]))[:6] - section[first : first + 6]
@@ -223,7 +229,7 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
             return solid_law.strains(w), np.zeros(1)
         if law in COMPONENTS:
             return strains(w, COMPONENTS[law]), curvatures(law, w, section[..., None])
-        if law is Law.BEAM:
+        if law.fields > 1:
             e = beam_strains(w, section[..., None])
             return e[:3, carrying(law, section)], e[3:]
         dim = len(w) // law.vectors

@@ -211,7 +211,11 @@ def line_rows(
     n = len(xi)
     read = [layout.spread(part, own(part, at))]
     if thick and part.dim == 2:
-        slopes = own(part, line.sample(part.space, xi, 1))
+        slopes = (
+            own(part, line.sample(part.space, xi, 1))
+            if part.directors is None
+            else csr_array(at @ director(part, 1))
+        )
         slope = layout.spread(
             part, diags_array(1.0 / np.linalg.norm(slopes @ part.reference, axis=1)) @ slopes
         )

@@ -163,7 +163,9 @@ def has_massless_directors(system: System) -> bool:
     with nodes that have none: M alone determines no accelerations.
     """
     laws = {part.gather.law for part in system.elastic}
-    return Law.BEAM in laws or (Law.LINEAR in laws and not system.mass.diagonal().all())
+    return any(law.fields > 1 for law in laws) or (
+        Law.LINEAR in laws and not system.mass.diagonal().all()
+    )
 
 
 def speed_of(v: np.ndarray) -> float:

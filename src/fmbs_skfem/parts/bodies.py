@@ -27,6 +27,7 @@ from ..bodies.body import (
     Cells,
     LinearElasticity,
     ShapePoints,
+    directors,
     extent,
     locate,
     own,
@@ -76,7 +77,9 @@ def metric(part: Body) -> csr_array:
     if part.directors is not None:
         d = part.directors
         size = lengths.spread(positions(part))
-        return csr_array(part.mass / part.total_mass + size**2 * part.dim / d.shape[0] * (d.T @ d))
+        return csr_array(
+            part.mass / part.total_mass + size**2 * directors(part) / d.shape[0] * (d.T @ d)
+        )
     W = lengths.metric([part], alike(part.mass, part.dim)) / lengths.weight([part])
     return csr_array(W[:: part.dim, :: part.dim])
 
@@ -183,7 +186,7 @@ def vectors_kept(part: Body, name: str) -> int:
     by which joints there leave out unknowns.
     """
     framed = part.linear is not None and name in part.frames
-    return part.dim if framed or part.directors is not None else 0
+    return part.dim if framed else directors(part)
 
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:

@@ -138,7 +138,7 @@ def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 def kinds_of(points: ShapePoints) -> tuple[str, ...]:
     """Names of the strains of a law."""
-    return OF_BEAMS if points.law is Law.BEAM else KINDS[points.law.tangents > 0]
+    return OF_BEAMS if points.law.fields > 1 else KINDS[points.law.tangents > 0]
 
 
 def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
@@ -162,7 +162,7 @@ def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
         return (
             extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
         )
-    if points.law is Law.BEAM:
+    if points.law.fields > 1:
         e = beam_strains(flat.reshape(-1, s, P), points.section)
         return np.stack([e[0], np.linalg.norm(e[4:], axis=0), e[3]], axis=2)
     axial = 0.5 * (np.sum(flat[:dim] ** 2, axis=0) - 1.0)

@@ -504,7 +504,9 @@ def check(body: Body) -> None:
         "others",
     )
     if body.directors is not None:
-        Reals("j b").check(body.directors, "body.directors", sizes | {"j": dim * count})
+        Reals("j b").check(
+            body.directors, "body.directors", sizes | {"j": (points.law.fields - 1) * count}
+        )
     validation.fit(body.cells, "body.cells", {"q": count * dim * points.law.fields})
     rows = 0 if body.axes is None else body.axes.shape[0]
     require(

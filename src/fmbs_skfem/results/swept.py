@@ -12,7 +12,8 @@ of the contour points y, z of the section at x places; both ends are closed. Fie
     axis_1, axis_2, axis_3              directors, unit vectors
     curvature, velocity                 of the line [1/m], and of the point [m/s]
 
-Beams whose contour is not known stay lines, with the same fields but stresses.
+Beams whose contour is not known stay lines, with the same fields but stresses; so do those in the
+plane, with the largest stresses of the contour.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ import numpy as np
 
 from ..bodies.beams.section_constants import von_mises
 from ..bodies.beams.section_shapes import distances, sides, triangulated
+from ..bodies.laws import Law
 from ..core.storage.records import dataclass
-from ..systems.measures.beam_sections import ROWS, SweptLine
+from ..systems.measures.beam_sections import SweptLine, gradients
 from ..systems.system import LineSamples
 from . import frames as frames_
 from .frames import Array, Indices, Shown
@@ -54,7 +56,9 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
     profile = swept.profile
     u, moving, before = (np.asarray(swept.rows @ part.T).T for part in (q, rate, reference))
     strains, forces = swept.sections.read(u)
-    now, change, start = (vectors(part, len(swept.places)) for part in (u, moving, before))
+    sizes = len(swept.places), len(swept.sections.known)
+    now, start = (gradients(part, *sizes)[0] for part in (u, before))
+    change = gradients(moving, *sizes, rates=True)[0]
     size = np.linalg.norm(now[1:4], axis=-1, keepdims=True)
     along = {
         "strain": strains[0],
@@ -67,12 +71,15 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
         "bending_moment": np.hypot(*forces[4:]),
         **{f"axis_{k + 1}": now[1 + k] / size[k] for k in range(3)},
     }
-    if not profile.points.size:
-        fields = along | {"velocity": change[0]}
-        return frames_.line(shown.points[:, ::every], fields, line.radius, shown.reference[::every])
     _, contour, unit = profile.at(swept.places)
-    mesh = closed(profile.points[0], profile.first, len(swept.places))
     stress = np.einsum("xkfn,fsx->ksxn", unit, forces)
+    if not profile.points.size or line.law is Law.PLANAR_BEAM:
+        fields = along | {"velocity": change[0]}
+        if profile.points.size:
+            fields["von_mises"] = von_mises(stress).max(axis=2)
+            fields["normal_stress"] = largest(stress[0])
+        return frames_.line(shown.points[:, ::every], fields, line.radius, shown.reference[::every])
+    mesh = closed(profile.points[0], profile.first, len(swept.places))
     everywhere = {
         name: np.repeat(values[:, :, None], contour.shape[1], axis=2)
         for name, values in along.items()
@@ -97,9 +104,10 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
     )
 
 
-def vectors(u: Array, places: int) -> Array:
-    """r, d_1, d_2, d_3 and their slopes (8, s, x, 3) at x places, of rows u (s, ...)."""
-    return u[:, : 3 * ROWS * places].reshape(len(u), ROWS, places, 3).transpose(1, 0, 2, 3)
+def largest(values: Array) -> Array:
+    """The value of largest size (s, x), with its sign, of those at the points (s, x, n)."""
+    low, high = values.min(axis=2), values.max(axis=2)
+    return np.asarray(np.where(-low > high, low, high))
 
 
 def placed(contour: Array, vectors: Array, size: Array) -> Array:

@@ -314,11 +314,11 @@ class Cable(OfLine):
 
 @dataclass(frozen=True, kw_only=True)
 class Beam(OfLine):
-    """A beam with torsion and shear along a line of a mesh file, in space.
+    """A beam with torsion and shear along a line of a mesh file; in the plane with shear alone.
 
-    `direction` is the y axis of its section, made normal to the line, one or several at fractions
-    of the length; by default the axis of the mesh that the line begins most across, of a helix
-    its own. In its place
+    In the plane z of the section is to the left of the line. In space `direction` is the y axis of
+    its section, made normal to the line, one or several at fractions of the length;
+    by default the axis of the mesh that the line begins most across, of a helix its own. In its place
     the axis may point `towards` a point. Both are given where the mesh is: `origin` and `rotation`
     move them with it, so that a beam that is turned has its section turned as well, as a part has.
     `twist` turns the section about the line, right-handed from its start on, evenly to that angle
@@ -347,15 +347,10 @@ class Beam(OfLine):
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from super().problems(dim)
-        if dim == 2:
-            yield (
-                "type",
-                Problem(
-                    "a cable in the plane",
-                    "a beam with torsion",
-                    "write type: cable, or dimension: 3",
-                ),
-            )
+        for key in ("direction", "towards", "twist") if dim == 2 else ():
+            if getattr(self, key):
+                got = "one in the plane, where z of the section is to the left of the line"
+                yield key, Problem("none", got, "delete it, or write dimension: 3")
         if self.cells is not None and self.cells < beams.FEWEST:
             yield "cells", Problem(f"at least {beams.FEWEST}", str(self.cells))
         if self.direction is not None and self.towards is not None:
@@ -379,13 +374,19 @@ class Beam(OfLine):
         cells = self.cells if cells is None else cells
         line = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
         direction = self.direction
-        if direction is None and self.towards is None and isinstance(self.line, DrawnLine):
+        if (
+            scene.dimension == 3
+            and direction is None
+            and self.towards is None
+            and isinstance(self.line, DrawnLine)
+        ):
             direction = self.line.axis  # any other one a helix would run along somewhere
         axes: dict[str, Any] = {
             "direction": direction,
             "towards": self.towards,
             "twist": self.twist,
             "offset": self.offset,
+            "dim": scene.dimension,
         }
         return beams.beam(self.name, line, self.section, self.material, **axes, **placed(self))
 

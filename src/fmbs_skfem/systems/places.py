@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
-from ..bodies.body import Body, Cells, locate, probe
+from ..bodies.body import Body, Cells, directors, locate, probe
 from ..core.algebra.linalg import as_csr, stacked
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.records import dataclass
@@ -255,8 +255,10 @@ def directions(part: Body, place: str | float) -> int:
     """Number of vectors at a place: c axes of a frame or rigid body, 2 tangents of a surface, 1
     slope of a line, 0 of a point.
     """
-    if place in part.frames or (part.space is None and part.frames) or part.directors is not None:
+    if place in part.frames or (part.space is None and part.frames):
         return part.dim
+    if part.directors is not None:
+        return directors(part)
     if part.space is None or isinstance(part.space, Nodes | Solid):
         return 0
     return 2 if isinstance(part.space, Surface) else 1

@@ -6,9 +6,10 @@ r"""Beams with torsion and shear: a centre line r(S) and three directors d_i(S) 
     T = 1/2 int (v, w_2, w_3) m (v, w_2, w_3)^T dS,     m = int rho (1, y, z)^T (1, y, z) dA
 
 with v and w_i the rates of r and d_i: the mass is constant, and d_1 has none unless m is given so.
-Splines are quartics that are as smooth as they can be; a cell has three Gauss points, and stretch,
-shear and section those that do not lock (`shapes.locking`). Functions of a body are r, d_1, d_2,
-d_3 of the first spline, then those of the next.
+In the plane a beam has r and d_1 alone, see `planar`. Splines are quartics that are as smooth as they
+can be; a cell has three Gauss points, and stretch, shear and section those that do not lock
+(`shapes.locking`). Functions of a body are r, d_1, d_2, d_3 (in the plane r, d_1) of the first
+spline, then those of the next.
 """
 
 from __future__ import annotations
@@ -33,12 +34,15 @@ from ..body import Body, Cells, along_curve, arc_length_table, mass_matrix, plac
 from ..laws import Law
 from ..sections import BeamSection, Material, Offset, Section
 from ..strain_law import strains
-from . import section_shapes
+from . import planar, section_shapes
 from .orientation import Everywhere, Orientation
 from .profiles import Profile, profile
 
 DEGREE = 4
-FIELDS = 4  #: r, d_1, d_2, d_3
+FIELDS = {2: planar.FIELDS, 3: 4}  #: r, d_1, d_2, d_3, in the plane r and d_1
+LAWS = {2: Law.PLANAR_BEAM, 3: Law.BEAM}
+#: compliance of directors to Gamma and kappa, over that of their stiffness
+YIELD = {2: (1.0, 0.0, 0.0), 3: (1.0, 0.5, 0.5, 0.0, 0.0, 0.0)}
 FEWEST = 3  #: cells: fewer leave motions without energy
 # tip of a 45 degree bend 53.4858 with 1, 53.4771 with 10, 53.4762 with 100 and 10 000; the third
 # frequency of a free shaft with L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's
@@ -50,7 +54,7 @@ FAR = np.radians(55.0)  #: turn in a cell that has an error of SQUARE [rad]
 # a slender helical spring is 1.7 % too stiff where axes are off by 0.13 % (60 degrees a cell), 7.8
 # % by 0.4 %, 32 % by 1.6 % (90 degrees); 0.2 % at 45 degrees
 STIFFER = 20.0  #: error of stiffnesses of what is curved, over that of d_i . d_j, at most
-UPPER = np.triu_indices(6)
+UPPER = {2: np.triu_indices(3), 3: np.triu_indices(6)}
 
 #: origin (3,) [m] and rotation (3, 3) of a mesh
 Place: TypeAlias = tuple[np.ndarray | None, np.ndarray]
@@ -69,6 +73,7 @@ def beam(
     twist: float | Mapping[float, float] = 0.0,
     origin: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
+    dim: int = 3,
 ) -> Body:
     """Beam along the polyline of a mesh file, one cell a mesh cell, or along a line, free of stress
     in the reference.
@@ -81,10 +86,11 @@ def beam(
 
         x <- origin + rotation x
 
-    The section turns with its line, and so do `direction` and the point `towards`. Where the axes
+    In the plane (`dim` 2) z of the section lies in it, to the left of the line, which passes through
+    the centres of mass. The section turns with its line, and so do `direction` and the point `towards`. Where the axes
     turn by more in a cell than splines follow, a notice says how many cells do.
     """
-    curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
+    curve, breaks, places, arcs = placed_line(name, mesh, group, dim, origin, rotation)
     if len(breaks) <= FEWEST:
         raise InputError(
             say(
@@ -100,24 +106,31 @@ def beam(
     orientation = Orientation(direction, towards, twist)
     turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
     axes = line.fit(
-        space, partial(directors, name, curve, orientation, lengths, (origin, turn))
-    ).reshape(-1, 3, 3)
+        space,
+        partial(tangents, curve)
+        if dim == 2
+        else partial(directors, name, curve, orientation, lengths, (origin, turn)),
+    ).reshape(len(centre), -1, dim)
     check_axes(name, space, axes, orientation.turns)
-    reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, 3)
+    reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, dim)
     fractions, sections, degree = along(section, material, offset)
+    masses = [one.mass for one in sections]
+    if dim == 2:
+        masses = planar.masses(name, masses)
+    fields = FIELDS[dim]
     own = profile(name, np.interp(fractions, lengths[1], lengths[0]), sections, degree)
     made = partial(beam_numbers, space, reference, own)
-    nodes = np.ascontiguousarray(line.functions(space).T * 3 * FIELDS)
-    r, *d = (kron(eye_array(space.count), np.eye(FIELDS)[[k]]) for k in range(FIELDS))
+    nodes = np.ascontiguousarray(line.functions(space).T * dim * fields)
+    r, *d = (kron(eye_array(space.count), np.eye(fields)[[k]]) for k in range(fields))
     return Body(
         name=name,
         reference=reference,
-        mass=beam_mass(space, centre, own, [one.mass for one in sections]),
-        constant=np.kron(line.fit(space, unit_field)[:, 0], np.eye(FIELDS)[0]),
+        mass=beam_mass(space, centre, own, masses),
+        constant=np.kron(line.fit(space, unit_field)[:, 0], np.eye(fields)[0]),
         places=places,
         arcs=arcs,
         space=space,
-        cells=Cells.later(Law.BEAM, nodes, 3 * FIELDS, locking.POINTS, made),
+        cells=Cells.later(LAWS[dim], nodes, dim * fields, locking.POINTS, made),
         radius=max(one.radius for one in sections),
         spread=as_csr(r),
         directors=as_csr(vstack(d)),
@@ -144,6 +157,12 @@ def along(
     return fractions, [one.of_beam(material, offset, pieces) for one in sections], degree
 
 
+def tangents(curve: Curve, xi: np.ndarray, derivative: int = 0) -> np.ndarray:
+    """d_1 of the reference at parameters xi (x,), unit tangents (x, c)."""
+    slope = curve(xi, 1)
+    return np.asarray(slope / np.linalg.norm(slope, axis=1, keepdims=True))
+
+
 def directors(
     name: str,
     curve: Curve,
@@ -160,15 +179,14 @@ def directors(
     the curve.
     """
     origin, turn = place
-    tangent = curve(xi, 1)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    tangent = tangents(curve, xi)
     points = curve(xi, 0) if origin is None else curve(xi, 0) - origin
     axes = orientation.axes(name, points @ turn, tangent @ turn, np.interp(xi, *lengths))
     return np.asarray(axes.reshape(-1, 3, 3) @ turn.T).reshape(-1, 9)
 
 
 def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -> None:
-    """A notice where the axes (n, 3, 3) over the functions of a beam are not orthonormal in its
+    """A notice where the axes (n, k, c) over the functions of a beam are not orthonormal in its
     cells, and InputError where by far.
 
     Their error falls with the fifth power of the cells, unless cells are so long that a pre-twist
@@ -176,10 +194,10 @@ def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -
     """
     d = np.asarray(
         line.sample(space, line.gauss_table(space, locking.POINTS, 0).points.ravel())
-        @ axes.reshape(-1, 9)
+        @ axes.reshape(len(axes), -1)
     )
-    d = d.reshape(-1, 3, 3)
-    error = float(np.abs(np.einsum("xic,xjc->xij", d, d) - np.eye(3)).max())
+    d = d.reshape(-1, *axes.shape[1:])
+    error = float(np.abs(np.einsum("xic,xjc->xij", d, d) - np.eye(axes.shape[1])).max())
     cells = len(line.breaks(space)) - 1
     # whole turns between points where axes are taken would be none
     unseen = turns > 2.0 * FAR * cells
@@ -196,13 +214,14 @@ def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -
 def beam_mass(
     space: line.BSpline, centre: np.ndarray, section: Profile, masses: Sequence[np.ndarray]
 ) -> csr_array:
-    """M (b, b) of all functions, of masses m, (3, 3) or (4, 4), at the stations; `centre` (n, c)
-    are the line [m].
+    """M (b, b) of all functions, of masses m, (3, 3) or (4, 4), in the plane (2, 2), at the
+    stations; `centre` (n, c) are the line [m].
     """
     found = []
+    count = FIELDS[centre.shape[1]]
     for k, mass in enumerate(masses):
-        wide = np.zeros((FIELDS, FIELDS))
-        fields = [k for k in range(FIELDS) if k != 1 or len(mass) == FIELDS]
+        wide = np.zeros((count, count))
+        fields = [k for k in range(count) if k != 1 or len(mass) == count]
         wide[np.ix_(fields, fields)] = mass
         share = lambda xi, k=k: section.shares(xi)[..., k]  # noqa: E731
         found.append(
@@ -214,36 +233,39 @@ def beam_mass(
 def beam_numbers(
     space: line.BSpline, reference: np.ndarray, section: Profile
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (2, p, b, e) and section (i, p, e) of the cells of a beam.
+    """Table (2, p, b, e) and section (i, p, e) of the cells of a beam, in space or in the plane.
 
-    Directors yield by 1/R to an axial force and by 1/(2 R) to a shear force, in series with the
-    section: its compliance is less by that, so that both together have the given one. The shares of
-    points that do not lock act on Gamma and E; where Gamma and kappa are coupled, on all of C but
+    Directors yield by 1/R to an axial force and in space by 1/(2 R) to a shear force, in series with
+    the section: its compliance is less by that, so that both together have the given one. The shares
+    of points that do not lock act on Gamma and E; where Gamma and kappa are coupled, on all of C but
     the latter of
 
         C = (A, B; B^T, D),    D - B^T A^-1 B
 
     of kappa: what both leave has no negative directions.
     """
-    fields = reference.reshape(-1, FIELDS, 3)
+    dim = reference.shape[1]
+    count = FIELDS[dim]
+    fields = reference.reshape(-1, count, dim)
     table, values, weights = arc_length_table(space, fields[:, 0], locking.POINTS)
     C = np.tensordot(section.shares(table.points), section.stiffness, 1)
     rigid = RIGID * np.linalg.eigvalsh(C[..., :3, :3])[..., -1]
-    C = np.linalg.inv(
-        np.linalg.inv(C) - np.diag([1.0, 0.5, 0.5, 0.0, 0.0, 0.0]) / rigid[..., None, None]
-    )
+    if dim == 2:
+        C = planar.TAKEN.T @ C @ planar.TAKEN
+    C = np.linalg.inv(np.linalg.inv(C) - np.diag(YIELD[dim]) / rigid[..., None, None])
     alone = np.zeros_like(C)
-    A, B, D = C[..., :3, :3], C[..., :3, 3:], C[..., 3:, 3:]
-    alone[..., 3:, 3:] = D - np.swapaxes(B, 2, 3) @ np.linalg.solve(A, B)
-    softest = np.linalg.eigvalsh(alone[..., 3:, 3:])[..., 0]
+    A, B, D = C[..., :dim, :dim], C[..., :dim, dim:], C[..., dim:, dim:]
+    alone[..., dim:, dim:] = D - np.swapaxes(B, 2, 3) @ np.linalg.solve(A, B)
+    softest = np.linalg.eigvalsh(alone[..., dim:, dim:])[..., 0]
     shares = locking.shares(
         space, table, float((C[..., 0, 0] * weights.sum(axis=1).max() ** 2 / softest).max())
     )
     u = np.einsum("epkb,ebfc->kfcep", values[:, :, :2], fields[table.nodes]).reshape(
-        2 * FIELDS, 3, *weights.shape
+        2 * count, dim, *weights.shape
     )
-    numbers = np.moveaxis((C - alone) * shares[..., None, None] + alone, (0, 1), (-2, -1))[UPPER]
-    rows = np.concatenate([numbers, (rigid * shares)[None], strains(u), weights[None]])
+    measured = (planar.strains if dim == 2 else strains)(u)
+    numbers = np.moveaxis((C - alone) * shares[..., None, None] + alone, (0, 1), (-2, -1))
+    rows = np.concatenate([numbers[UPPER[dim]], (rigid * shares)[None], measured, weights[None]])
     return np.ascontiguousarray(values[:, :, :2].transpose(2, 1, 3, 0)), np.ascontiguousarray(
         rows.transpose(0, 2, 1)
     )

@@ -13,8 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...bodies.laws import Law
-from ...bodies.strain_law import strains
+from ...bodies.stress_recovery import beam_strains
 from ...core.algebra.linalg import evenly
 from ...systems.system import System
 from ...systems.terms import elastic as terms
@@ -29,7 +28,7 @@ WANTED = np.radians(40.0)  #: turn of a cell with the cells that are named
 
 def beams(system: System) -> bool:
     """Whether a full system has such beams: reduced ones have the turns that they were trained on."""
-    return not system.components and any(one.gather.law is Law.BEAM for one in system.elastic)
+    return not system.components and any(one.gather.law.fields > 1 for one in system.elastic)
 
 
 @judges
@@ -55,11 +54,10 @@ def turns_of(system: System, x: np.ndarray) -> dict[str, np.ndarray]:
     found = {}
     for elastic in system.elastic:
         if (
-            elastic.gather.law is Law.BEAM
+            elastic.gather.law.fields > 1
             and (u := terms.position_gradients(elastic.gather, x, q)) is not None
         ):
-            vectors = u.reshape(8, 3, *u.shape[1:])
-            kappa = strains(vectors)[3:6]
+            kappa = beam_strains(u, np.zeros((elastic.gather.law.rows, 1, 1)))[3:6]
             found[elastic.name] = np.sum(
                 np.linalg.norm(kappa, axis=0) * elastic.gather.section[-1], axis=0
             )

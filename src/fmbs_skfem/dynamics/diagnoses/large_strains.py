@@ -36,6 +36,7 @@ SMALL = (
     Law.MEMBRANE,
     Law.SHELL,
     Law.BEAM,
+    Law.PLANAR_BEAM,
     Law.SOLID,
 )
 
@@ -86,13 +87,14 @@ def worst_point(
 ) -> tuple[tuple[float, ...], float | None]:
     """Where a body is strained most in a state (n,) [m], and the shear of a beam there."""
     elastic = next(one for one in system.elastic if one.name == name)
-    if elastic.gather.law is not Law.BEAM:
+    law = elastic.gather.law
+    if law.fields == 1:
         return place_of(system, x, name, shortened), None
     section = elastic.gather.section
     u = terms.position_gradients(elastic.gather, x, system.lift(x))
     assert u is not None
-    strain = extreme_strains(Law.BEAM, section, u, system.dim).reshape(2, -1)
-    used = carrying(Law.BEAM, section)
+    strain = extreme_strains(law, section, u, system.dim).reshape(2, -1)
+    used = carrying(law, section)
     point = int(strain[0].argmin() if shortened else strain[1].argmax())
     return shown(system, u[: system.dim, used][:, point]), float(
         np.hypot(*beam_strains(u, section)[1:3, used][:, point])

@@ -20,7 +20,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ...bodies.body import Body, locate
+from ...bodies.body import Body, directors, locate
 from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
@@ -375,8 +375,8 @@ def warn_of_stiffness(name: str, *lines: tuple[Body, At]) -> None:
 
 
 def on_beam(draft: Draft, name: str, at: At) -> bool:
-    """Whether a place belongs to a beam with directors."""
-    return draft.layout.body(name, at).directors is not None
+    """Whether a place belongs to a beam in space, with three directors."""
+    return directors(draft.layout.body(name, at)) == 3
 
 
 def is_line(draft: Draft, name: str, at: At) -> bool:

@@ -8,6 +8,9 @@ dW/dGamma: psi is a step of its own splines, and moving all that is beyond is on
 which the equations hold, see `cable_sections`. M has the error of the curvatures at the place, and
 none of shear strains, which are not known between the points that do not lock.
 
+Beams in the plane are read as those in space that stay there, see `bodies.beams.planar`: N, V and M
+are N, V_z and -M_y.
+
 Stresses are those of Saint-Venant at the contour of the section, linear in S = (N, V_y, V_z, T,
 M_y, M_z), see `section_constants`.
 """
@@ -21,11 +24,12 @@ from typing import Annotated
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
-from ...bodies.beams.beam import FIELDS, UPPER, beam_numbers
+from ...bodies.beams import planar
+from ...bodies.beams.beam import FIELDS, LAWS, UPPER, beam_numbers
 from ...bodies.beams.profiles import Profile
-from ...bodies.body import Body, director, locate, read_by_cells
+from ...bodies.body import Body, director, directors, locate, read_by_cells
 from ...bodies.laws import Law, number
-from ...bodies.strain_law import FIRST, strains
+from ...bodies.strain_law import strains
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
 from ...core.storage.container import storable
@@ -53,7 +57,12 @@ STRAINS = {
     "curvature_y": "1/m",
     "curvature_z": "1/m",
 }
-ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
+ROWS = {
+    dim: 2 * fields for dim, fields in FIELDS.items()
+}  #: vectors of a point: r, d_i and their slopes
+#: in the plane, of all six by their words
+PLANE = {"N": "N", "V": "N", "M": "N m"}
+PLANE_STRAINS = {"axial": "", "shear": "", "curvature": "1/m"}
 SWEPT = 101  #: places of a beam at which its section is drawn
 OFF = 0.05  #: part of the size of a contour by which a point may miss it
 
@@ -70,23 +79,37 @@ class Sections:
     known: Annotated[np.ndarray, Reals("p 6")]  #: Gamma and kappa in the reference
 
     def read(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Strains (6, s, x) and forces S (6, s, x) of rows u (s, 3 (8 x + 8 p)), see `sections`."""
+        """Strains (6, s, x) and forces S (6, s, x) of rows u (s, 3 (8 x + 8 p)), in the plane (s, 2 (4
+        x + 4 p)), see `sections`.
+        """
         count, places = len(u), len(self.stiffness)
-        vectors = u.reshape(count, -1, 3)
-        here, there = (
-            part.reshape(count, ROWS, -1, 3).transpose(1, 3, 0, 2)
-            for part in np.split(vectors, [ROWS * places], axis=1)
-        )
+        here, there = (one.transpose(0, 3, 1, 2) for one in gradients(u, places, len(self.known)))
         stress = np.einsum("pij,jsp->isp", self.coupled, strains(there)[:6] - self.known.T[:, None])
-        carried = np.einsum("isp,icsp->csp", stress, there[1:FIELDS])
+        carried = np.einsum("isp,icsp->csp", stress, there[1:4])
         push = (carried.reshape(3 * count, -1) @ self.shares.T).reshape(3, count, places)
-        axes = here[1:FIELDS] / np.linalg.norm(here[1:FIELDS], axis=1, keepdims=True)
+        axes = here[1:4] / np.linalg.norm(here[1:4], axis=1, keepdims=True)
         F = np.einsum("kcsx,csx->ksx", axes, push)
         kappa = strains(here)[3:6] - self.curvature.T[:, None]
         A, B, D = self.stiffness[:, :3, :3], self.stiffness[:, :3, 3:], self.stiffness[:, 3:, 3:]
         gamma = np.einsum("xij,jsx->isx", np.linalg.inv(A), F - np.einsum("xij,jsx->isx", B, kappa))
         M = np.einsum("xji,jsx->isx", B, gamma) + np.einsum("xij,jsx->isx", D, kappa)
         return np.concatenate([gamma, kappa]), np.concatenate([F, M])
+
+
+def gradients(
+    u: np.ndarray, places: int, points: int, rates: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """r, d_i and their slopes (8, s, ..., 3) at places and at points, of rows u (s, ...) of
+    `sections`, or their `rates`; those of beams in the plane lifted into space.
+    """
+    dim = 2 if u.shape[1] == 2 * ROWS[2] * (places + points) else 3
+    vectors = u.reshape(len(u), -1, dim)
+    parts = (
+        one.reshape(len(u), ROWS[dim], -1, dim).transpose(1, 0, 2, 3)
+        for one in np.split(vectors, [ROWS[dim] * places], axis=1)
+    )
+    here, there = (planar.lifted(one, rates) if dim == 2 else one for one in parts)
+    return here, there
 
 
 def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
@@ -100,13 +123,16 @@ def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
     there = line.tabulate(part.space, section.shape[1]).points[e, p]
     here = vectors(part, xi)
     known = section[:, p, e]
-    curvature = strains((here @ part.reference).reshape(ROWS, -1, 3).transpose(0, 2, 1))[3:6].T
+    first = len(UPPER[part.dim][0]) + 1
+    start = known[first : first + (6 if part.dim == 3 else 3)]
+    at_rest = np.asarray(here @ part.reference).reshape(1, -1)
+    curvature = strains(gradients(at_rest, len(xi), 0)[0].transpose(0, 3, 1, 2))[3:6, 0].T
     numbers = Sections(
         part.profile.at(xi)[0],
         curvature,
         shares,
         matrices(known)[:, :3],
-        known[FIRST : FIRST + 6].T,
+        start.T if part.dim == 3 else (planar.TAKEN @ start).T,
     )
     return as_csr(vstack([here, vectors(part, there)])), numbers
 
@@ -145,34 +171,37 @@ def swept_line(part: Body, spread: Callable[[csr_array], csr_array]) -> SweptLin
 
 
 def matrices(section: np.ndarray) -> np.ndarray:
-    """Section matrices of beams at sections (i, ...).
+    """Section matrices of beams at sections (i, ...) of their law.
 
         S = C e,    C (..., 6, 6)
 
-    with e = (Gamma, kappa).
+    with e = (Gamma, kappa); in the plane zero but for N, V_z and M_y.
     """
-    C = np.zeros((*section.shape[1:], 6, 6))
-    C[..., UPPER[0], UPPER[1]] = C[..., UPPER[1], UPPER[0]] = np.moveaxis(
-        section[: len(UPPER[0])], 0, -1
+    flat = len(section) == Law.PLANAR_BEAM.rows
+    upper = UPPER[2 if flat else 3]
+    size = upper[0].max() + 1
+    C = np.zeros((*section.shape[1:], size, size))
+    C[..., upper[0], upper[1]] = C[..., upper[1], upper[0]] = np.moveaxis(
+        section[: len(upper[0])], 0, -1
     )
-    return C
+    return np.asarray(planar.TAKEN @ C @ planar.TAKEN.T) if flat else C
 
 
 def vectors(part: Body, xi: np.ndarray) -> csr_array:
     """Rows (8 x, b) of r, d_1, d_2, d_3 at parameters (x,) of a beam, then of their derivatives by
-    arc length.
+    arc length; in the plane (4 x, b) of r and d_1.
     """
     assert part.spread is not None
     values, slopes = line.sample(part.space, xi), line.sample(part.space, xi, 1)
     slopes = diags_array(1.0 / np.linalg.norm(slopes @ part.shape_reference, axis=1)) @ slopes
-    fields = [part.spread, *(director(part, k) for k in (1, 2, 3))]
+    fields = [part.spread, *(director(part, k + 1) for k in range(directors(part)))]
     return as_csr(vstack([table @ own for table in (values, slopes) for own in fields]))
 
 
 # ----------------------------------------------------------------------------------------------------- one place, of outputs
 def reads_beam(parameters: tuple[float, ...]) -> bool:
     """Whether an output reads a beam: its first parameter is the number of its law."""
-    return int(parameters[0]) == number(Law.BEAM)
+    return int(parameters[0]) in [number(law) for law in LAWS.values()]
 
 
 def beam_point(
@@ -187,7 +216,7 @@ def beam_point(
     own = np.zeros((0, 6)) if functionals is None else functionals
     sparse = (found.shares.data, found.shares.indices, found.shares.indptr)
     arrays = (found.stiffness, found.curvature, found.coupled, found.known, *sparse, own)
-    return rows, (float(number(Law.BEAM)), *pack(*arrays))
+    return rows, (float(number(LAWS[part.dim])), *pack(*arrays))
 
 
 def place_of(where: str, part: Body, at: At) -> float:
@@ -227,10 +256,15 @@ def read_places(
     return strain, force, np.einsum(way, own, force)
 
 
-def rows_of(parameters: tuple[float, ...]) -> int:
+def rows_of(parameters: tuple[float, ...], dim: int) -> int:
     """How many rows the output of a beam has."""
     stiffness, _, _, known, *_ = unpack(parameters[1:])
-    return 3 * ROWS * (len(stiffness) + len(known))
+    return dim * ROWS[dim] * (len(stiffness) + len(known))
+
+
+def in_plane(values: np.ndarray) -> np.ndarray:
+    """N, V and M, or their strains (3, ...), of all six (6, ...)."""
+    return np.asarray(np.tensordot(planar.TAKEN.T, values, 1))
 
 
 # ---------------------------------------------------------------------------------------------------- stresses at the contour

@@ -77,7 +77,7 @@ class OfLine(Probe, ABC):
     def sizes(cls, output: Output, dim: int) -> Sizes:
         if beam_sections.reads_beam(output.parameters):
             columns = len(output.columns) if len(output.columns) == 3 else 4
-            return beam_sections.rows_of(output.parameters), columns, None
+            return beam_sections.rows_of(output.parameters, dim), columns, None
         if cable_sections.reads_cable(output.parameters):
             return dim * CableSections.of(output.parameters).rows, len(OF_CABLE), None
         rows, parameters = counts(output.parameters[0], dim)

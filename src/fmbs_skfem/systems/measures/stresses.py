@@ -211,8 +211,9 @@ class SectionForces(Probe):
     beyond the place, without damping. N does so on coarse meshes too, some cells away from forces
     inside the line; M has the error of the curvature. Beams with torsion have N, Vy, Vz [N] and T,
     My, Mz [N m] along and about the axes of the section at the place: x along the beam, y and z
-    across. Plates and shells have membrane forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N]
-    a length, positive where they stretch the face at t/2, with principal values N1, N2, M1, M2;
+    across; in the plane N, V, to the left of the line, and M, counter-clockwise. Plates and shells
+    have membrane forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N] a length, positive where
+    they stretch the face at t/2, with principal values N1, N2, M1, M2;
     stresses and axes are those of `stress_tensor`, lengths those of the reference.
 
     {type: section_forces, at: beam.left}
@@ -246,9 +247,8 @@ class SectionForces(Probe):
             rows, numbers = cable_sections.sections(part, xi)
             parameters = numbers.numbers
         warn_of_jump(where, draft, part, self.at)
-        names = (
-            tuple(beam_sections.FORCES) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
-        )
+        of_beam = beam_sections.FORCES if part.dim == 3 else beam_sections.PLANE
+        names = tuple(of_beam) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
         columns = tuple(f"{name}_{word}" for word in names)
         wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
@@ -256,7 +256,8 @@ class SectionForces(Probe):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         if beam_sections.reads_beam(output.parameters):
-            return list(beam_sections.read_places(output.parameters, sensed.values)[1][..., 0])
+            forces = beam_sections.read_places(output.parameters, sensed.values)[1][..., 0]
+            return list(forces if sensed.dim == 3 else beam_sections.in_plane(forces))
         if cable_sections.reads_cable(output.parameters):
             cable = cable_sections.CableSections.of(output.parameters)
             return cable_sections.cable_forces(cable, sensed.values)
@@ -271,7 +272,8 @@ class SectionForces(Probe):
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         if beam_sections.reads_beam(output.parameters):
-            return tuple(beam_sections.FORCES.values())
+            units = beam_sections.FORCES, beam_sections.PLANE
+            return tuple(units[len(output.columns) == len(units[1])].values())
         if cable_sections.reads_cable(output.parameters):
             return ("N", *("N m",) * (len(output.columns) - 1))
         return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
@@ -279,7 +281,8 @@ class SectionForces(Probe):
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
         if beam_sections.reads_beam(output.parameters):
-            return beam_sections.rows_of(output.parameters), len(beam_sections.FORCES), None
+            forces = beam_sections.FORCES if dim == 3 else beam_sections.PLANE
+            return beam_sections.rows_of(output.parameters, dim), len(forces), None
         if cable_sections.reads_cable(output.parameters):
             cable = cable_sections.CableSections.of(output.parameters)
             return dim * cable.rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), None
@@ -300,8 +303,8 @@ class OfBeam(Probe, ABC):
         """Those that it reads, (m, 6)."""
 
     @abstractmethod
-    def columns(self, name: str) -> tuple[str, ...]:
-        """Names of its columns."""
+    def columns(self, name: str, dim: int) -> tuple[str, ...]:
+        """Names of its columns in `dim` components."""
 
     def sense(self, name: str, draft: Draft) -> Output:
         where = f"output '{name}'"
@@ -310,12 +313,15 @@ class OfBeam(Probe, ABC):
         rows, parameters = beam_sections.beam_point(part, xi, self.functionals(where, part))
         warn_of_jump(where, draft, part, self.at)
         return self.output(
-            draft, self.columns(name), [draft.layout.spread(part, rows)], parameters=parameters
+            draft,
+            self.columns(name, part.dim),
+            [draft.layout.spread(part, rows)],
+            parameters=parameters,
         )
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        return beam_sections.rows_of(output.parameters), len(output.columns), None
+        return beam_sections.rows_of(output.parameters, dim), len(output.columns), None
 
 
 @dataclass(frozen=True)
@@ -338,16 +344,19 @@ class SectionStrains(OfBeam):
     def functionals(self, where: str, part: Body) -> np.ndarray:
         return np.zeros((0, 6))
 
-    def columns(self, name: str) -> tuple[str, ...]:
-        return tuple(f"{name}_{word}" for word in beam_sections.STRAINS)
+    def columns(self, name: str, dim: int) -> tuple[str, ...]:
+        words = beam_sections.STRAINS if dim == 3 else beam_sections.PLANE_STRAINS
+        return tuple(f"{name}_{word}" for word in words)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        return list(beam_sections.read_places(output.parameters, sensed.values)[0][..., 0])
+        strains = beam_sections.read_places(output.parameters, sensed.values)[0][..., 0]
+        return list(strains if sensed.dim == 3 else beam_sections.in_plane(strains))
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
-        return tuple(beam_sections.STRAINS.values())
+        units = beam_sections.STRAINS, beam_sections.PLANE_STRAINS
+        return tuple(units[len(output.columns) == len(units[1])].values())
 
 
 @dataclass(frozen=True)
@@ -377,7 +386,7 @@ class StrainGauge(OfBeam):
         one = sigma * (c * c - nu * s * s) + 2.0 * (1.0 + nu) * tau * s * c
         return np.asarray(one[None] / profile.young_modulus)
 
-    def columns(self, name: str) -> tuple[str, ...]:
+    def columns(self, name: str, dim: int) -> tuple[str, ...]:
         return (name,)
 
     @staticmethod
