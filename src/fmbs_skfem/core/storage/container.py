@@ -336,6 +336,8 @@ def array(group: h5py.Group, name: str) -> np.ndarray:
 
 # --------------------------------------------------------------------------------------------------------------------- structs
 TYPES: dict[str, Any] = {}  #: dataclasses that a file may hold, by name
+#: their fields that files of earlier releases have, which nothing reads any more
+GONE = {"LineSamples": {"EA", "EI"}}
 ENUMS: dict[str, Callable[[Any], Any]] = {}  #: name of an enumeration -> its member of a value
 
 
@@ -529,6 +531,7 @@ def struct(name: str, values: Tree, where: str) -> Any:
             remedy,
         )
     kind = TYPES[name]
+    values = {key: value for key, value in values.items() if key not in GONE.get(name, ())}
     expected = {part.name for part in fields(kind)}
     later = {part.name for part in fields(kind) if has_default(part)}
     got = set(values)
