@@ -15,6 +15,7 @@ from fmbs_skfem.bodies.strain_law import strains
 def test_contract(seed: int) -> None:
     check_law(Law.BEAM, 3, seed=seed)
     check_law(Law.PLANAR_BEAM, 2, seed=seed)
+    check_law(Law.WARPED_BEAM, 3, seed=seed)
 
 
 def test_strains_are_those_of_directors() -> None:

@@ -140,8 +140,8 @@ def test_parameters_of_a_sweep() -> None:
         ),
         (
             "type: cable",
-            "type: beam",
-            "type: expected a cable in the plane, got a beam with torsion; write type: cable, or dimension: 3",
+            "type: beam\n    twist: 1",
+            "twist: expected none, got one in the plane, where z of the section is to the left of the line; delete it, or write dimension: 3",
         ),
         (
             "    type: cable\n",

@@ -161,7 +161,8 @@ def beam_samples(random: Generator, law: Law, dim: int) -> tuple[np.ndarray, np.
     """
     reference = random.normal(size=(law.vectors * dim, POINTS, CELLS))
     section = random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS))
-    stiffness = stiffnesses(random, 6 if dim == 3 else 3)
+    counts = {Law.BEAM: 6, Law.WARPED_BEAM: 8, Law.PLANAR_BEAM: 3}
+    stiffness = stiffnesses(random, counts[law])
     section[: len(stiffness)] = stiffness
     measure = strain_law.strains if dim == 3 else planar.strains
     start = measure(reference.reshape(law.vectors, dim, POINTS, CELLS))

@@ -8,6 +8,7 @@ derivatives of the position.
     MEMBRANE                       r,1 r,2                    A, nu, weight                                `law_symbols`
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `law_symbols`
     BEAM                           r d_i r' d_i'              C_ij (i <= j), E, e0_k, weight               `strain_law`
+    WARPED_BEAM                    r d_i r' d_i' r'' d_i''    C_ij (i <= j), E, e0_k, weight               `strain_law`
     PLANAR_BEAM                    r d r' d'                  C_ij (i <= j), E, e0_k, weight               `law_symbols`
     SOLID                          r,1 r,2 r,3                C_ij (i <= j), E, e0_k, weight               `solids.solid_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
@@ -60,6 +61,7 @@ class Law:
     PRESSURE: ClassVar[Law]
     EDGE_PRESSURE: ClassVar[Law]
     BEAM: ClassVar[Law]
+    WARPED_BEAM: ClassVar[Law]
     PLANAR_BEAM: ClassVar[Law]
     SOLID: ClassVar[Law]
     LINEAR: ClassVar[Law]
@@ -173,6 +175,24 @@ STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a 
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
 BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
 Law.BEAM = Law("BEAM", 8, BEAM, (3,), compiled(".strain_law", "beam_"), holds=True, fields=4)
+WARPED = ("warping", "trapeze")  #: strains behind those of a beam that warps
+WARPED_BEAM = (
+    *(f"C{i + 1}{j + 1}" for i in range(8) for j in range(i, 8)),
+    "E",
+    *STRAINS,
+    *WARPED,
+    *(f"E{k + 1}" for k in range(6)),
+    "weight",
+)
+Law.WARPED_BEAM = Law(
+    "WARPED_BEAM",
+    12,
+    WARPED_BEAM,
+    (3,),
+    compiled(".strain_law", "warped_beam_"),
+    holds=True,
+    fields=4,
+)
 PLANAR_BEAM = ("C11", "C12", "C13", "C22", "C23", "C33", "E", "gamma1", "gamma2", "kappa", "E1")
 Law.PLANAR_BEAM = Law(
     "PLANAR_BEAM",
@@ -200,6 +220,7 @@ NUMBERS = {
     9: Law.LINEAR,
     10: Law.SOLID,
     11: Law.PLANAR_BEAM,
+    12: Law.WARPED_BEAM,
 }
 
 

@@ -52,17 +52,19 @@ class BeamSection:
     beam, y and z across.
     """
 
-    stiffness: np.ndarray  #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
+    #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2], or (8, 8) with B and W
+    stiffness: np.ndarray
     #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
     mass: np.ndarray
     radius: float = 0.01  #: of the round beam that it is to others, see `section_shapes` [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
-    #: (3, 6, n) at all its points, see `profiles`
+    #: (3, 6, n), or (3, 8, n), at all its points, see `profiles`
     unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))
     material: Material | None = None  #: of a section with a contour
 
     def __post_init__(self) -> None:
-        if not (_symmetric(self.stiffness, 6) and _least(self.stiffness) > DEFINITE):
+        known = any(_symmetric(self.stiffness, size) for size in (6, 8))
+        if not (known and _least(self.stiffness) > DEFINITE):
             raise InputError(
                 say(
                     "section.stiffness",
@@ -146,7 +148,11 @@ class Section(Declared, ABC):
         return None
 
     def of_beam(
-        self, material: Material | None, offset: Offset = None, pieces: Pieces = ()
+        self,
+        material: Material | None,
+        offset: Offset = None,
+        pieces: Pieces = (),
+        warping: bool = False,
     ) -> BeamSection:
         """All that a beam with torsion and shear needs, its line at the centroid or elsewhere;
         InputError where it is not known.
@@ -175,10 +181,14 @@ class Section(Declared, ABC):
         if offset == "shear_centre":
             drawn = section_constants.constants(outline, material.poisson_ratio, (0.0, 0.0))
             found = section_constants.constants(outline, material.poisson_ratio, drawn.shear_centre)
-        stiffness = section_constants.stiffness(found, material.young_modulus)
-        mass = section_constants.mass(found, material.density)
+        stiff = section_constants.warped if warping else section_constants.stiffness
         return BeamSection(
-            stiffness, mass, outline.round_as, found.outline, found.unit_stresses, material
+            stiff(found, material.young_modulus),
+            section_constants.mass(found, material.density),
+            outline.round_as,
+            found.outline,
+            found.warped_stresses if warping else found.unit_stresses,
+            material,
         )
 
 

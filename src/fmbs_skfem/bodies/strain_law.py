@@ -16,7 +16,13 @@ A beam has the centre line r and the directors d_1 along it, d_2 and d_3 in its 
     Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic),    E_ij = d_i . d_j
 
 each less its value in the reference: axial and shear strains, torsion and curvatures about d_2 and
-d_3; E holds the section rigid. The modulus takes the strains of sum_k s_k A_k from gradients of its
+d_3; E holds the section rigid. Where a section warps with its torsion, and its fibres lengthen by it,
+there are two more, quadratic as these, since (d_3 . d_2' - d_2 . d_3')' has no products of slopes,
+and |d_i'|^2 = kappa_j^2 + kappa_k^2:
+
+    kappa_1' = 1/2 (d_3 . d_2'' - d_2 . d_3''),    kappa_1^2 = 1/2 (|d_2'|^2 + |d_3'|^2 - |d_1'|^2)
+
+E holds the section rigid. The modulus takes the strains of sum_k s_k A_k from gradients of its
 own, see `laws.call_modulus`.
 
 Arrays: gradients `u` (3 n, p, e), stresses `S` the same, moduli `D` (3 n, 3 n, p, e); `section` (i,
@@ -347,7 +353,8 @@ def functions(
 
 
 CROSS = ((1, 2), (2, 0), (0, 1))  #: j and k beside i = 0, 1, 2
-DIRECTOR, SLOPE, TURN = 1, 4, 5  #: numbers of d_1, r' and d_1' among the vectors of a beam
+#: numbers of d_1, r', d_1' and d_1'' among the vectors of a beam
+DIRECTOR, SLOPE, TURN, BEND = 1, 4, 5, 9
 STRETCHES = tuple(((SLOPE, DIRECTOR + i, 1.0),) for i in range(3))
 CURVATURES = tuple(
     ((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5)) for j, k in CROSS
@@ -355,21 +362,29 @@ CURVATURES = tuple(
 HELD = tuple((((DIRECTOR + i, DIRECTOR + i, 1.0),), 0.25) for i in range(3))
 HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for j, k in CROSS)
 FREE = (*STRETCHES, *CURVATURES)
-#: row of the section with the first strain of the reference
-FIRST = len(FREE) * (len(FREE) + 1) // 2 + 1
-FUNCTIONS = functions("beam", 8, FREE, HELD)
+WARPING = ((BEND + 1, DIRECTOR + 2, 0.5), (BEND + 2, DIRECTOR + 1, -0.5))
+TRAPEZE = tuple((TURN + i, TURN + i, -0.5 if i == 0 else 0.5) for i in range(3))
+WARPED = (*FREE, WARPING, TRAPEZE)
+FUNCTIONS = functions("beam", 8, FREE, HELD) | functions("warped_beam", 12, WARPED, HELD)
 
 
 def strains(u: np.ndarray) -> np.ndarray:
-    """Strains (12, ...) of a beam, without those of the reference.
+    """Strains of a beam (12, ...), without those of the reference; of one that warps (14, ...).
 
         Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic),    E_ij = d_i . d_j
 
-    of gradients u (8, 3, ...).
+    of gradients u (8, 3, ...); with those of the second order, (12, 3, ...), kappa_1' and kappa_1^2
+    stand before E.
     """
+    free = FREE if len(u) == 8 else WARPED
     return np.stack(
         [
             sum(f * (u[i] * u[j]).sum(axis=0) for i, j, f in terms)
-            for terms in (*FREE, *(terms for terms, _ in HELD))
+            for terms in (*free, *(terms for terms, _ in HELD))
         ]
     )
+
+
+def first_strain(section: np.ndarray) -> int:
+    """The row of the first strain of the reference in a section (i, ...) of a beam in space."""
+    return len(section) - 1 - len(HELD) - (len(FREE) if len(section) < 40 else len(WARPED))

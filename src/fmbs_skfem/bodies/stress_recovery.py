@@ -200,7 +200,7 @@ def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
         first = Law.PLANAR_BEAM.section.index("gamma1")
         found = planar.strains(u.reshape(-1, 2, *u.shape[1:]))[:3] - section[first : first + 3]
         return np.asarray(np.tensordot(planar.TAKEN, found, 1))
-    first = strain_law.FIRST
+    first = strain_law.first_strain(section)
     return np.asarray(
         strain_law.strains(u.reshape(-1, 3, *u.shape[1:]))[:6] - section[first : first + 6]
     )

@@ -73,10 +73,14 @@ class Tapered(Section):
         return self.at(0.5).of_cable(material)
 
     def of_beam(
-        self, material: Material | None, offset: Offset = None, pieces: Pieces = ()
+        self,
+        material: Material | None,
+        offset: Offset = None,
+        pieces: Pieces = (),
+        warping: bool = False,
     ) -> BeamSection:
         """That of its middle."""
-        return self.at(0.5).of_beam(material, offset, pieces)
+        return self.at(0.5).of_beam(material, offset, pieces, warping)
 
 
 def blend(one: Any, two: Any, share: float) -> Any:

@@ -56,9 +56,8 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
     profile = swept.profile
     u, moving, before = (np.asarray(swept.rows @ part.T).T for part in (q, rate, reference))
     strains, forces = swept.sections.read(u)
-    sizes = len(swept.places), len(swept.sections.known)
-    now, start = (gradients(part, *sizes)[0] for part in (u, before))
-    change = gradients(moving, *sizes, rates=True)[0]
+    now, start = (gradients(swept.sections, part)[0] for part in (u, before))
+    change = gradients(swept.sections, moving, rates=True)[0]
     size = np.linalg.norm(now[1:4], axis=-1, keepdims=True)
     along = {
         "strain": strains[0],
@@ -67,8 +66,8 @@ def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Arra
         "shear_strain": np.hypot(*strains[1:3]),
         "axial_force": forces[0],
         "shear_force": np.hypot(*forces[1:3]),
-        "torque": forces[3],
-        "bending_moment": np.hypot(*forces[4:]),
+        "torque": forces[3] + swept.sections.torques(u, forces),
+        "bending_moment": np.hypot(*forces[4:6]),
         **{f"axis_{k + 1}": now[1 + k] / size[k] for k in range(3)},
     }
     _, contour, unit = profile.at(swept.places)

@@ -322,7 +322,8 @@ class Beam(OfLine):
     the axis may point `towards` a point. Both are given where the mesh is: `origin` and `rotation`
     move them with it, so that a beam that is turned has its section turned as well, as a part has.
     `twist` turns the section about the line, right-handed from its start on, evenly to that angle
-    at its end or as it is given at fractions. `offset` says where the line passes through the
+    at its end or as it is given at fractions. With `warping` open sections warp with the torsion, held
+    by clamps, and tension stiffens that. `offset` says where the line passes through the
     section: its centroid by default, the shear centre, or a point [y, z] of its drawing; of
     matrices a point in their axes, by default [0, 0].
 
@@ -343,11 +344,14 @@ class Beam(OfLine):
     offset: Annotated[
         Literal["centroid", "shear_centre"] | tuple[float, float] | None, fields.OFFSET
     ] = None
+    warping: Annotated[
+        bool, "torsion with bimoments (Vlasov), and stiffer under tension (the trapeze effect)"
+    ] = False
     without_material: ClassVar[str] = "or give matrices of stiffness and mass (shape: matrices)"
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from super().problems(dim)
-        for key in ("direction", "towards", "twist") if dim == 2 else ():
+        for key in ("direction", "towards", "twist", "warping") if dim == 2 else ():
             if getattr(self, key):
                 got = "one in the plane, where z of the section is to the left of the line"
                 yield key, Problem("none", got, "delete it, or write dimension: 3")
@@ -387,6 +391,7 @@ class Beam(OfLine):
             "twist": self.twist,
             "offset": self.offset,
             "dim": scene.dimension,
+            "warping": self.warping,
         }
         return beams.beam(self.name, line, self.section, self.material, **axes, **placed(self))
 

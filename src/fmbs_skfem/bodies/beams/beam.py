@@ -41,8 +41,8 @@ from .profiles import Profile, profile
 DEGREE = 4
 FIELDS = {2: planar.FIELDS, 3: 4}  #: r, d_1, d_2, d_3, in the plane r and d_1
 LAWS = {2: Law.PLANAR_BEAM, 3: Law.BEAM}
-#: compliance of directors to Gamma and kappa, over that of their stiffness
-YIELD = {2: (1.0, 0.0, 0.0), 3: (1.0, 0.5, 0.5, 0.0, 0.0, 0.0)}
+#: compliance of directors to Gamma, over that of their stiffness
+YIELD = {2: (1.0, 0.0), 3: (1.0, 0.5, 0.5)}
 FEWEST = 3  #: cells: fewer leave motions without energy
 # tip of a 45 degree bend 53.4858 with 1, 53.4771 with 10, 53.4762 with 100 and 10 000; the third
 # frequency of a free shaft with L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's
@@ -54,7 +54,6 @@ FAR = np.radians(55.0)  #: turn in a cell that has an error of SQUARE [rad]
 # a slender helical spring is 1.7 % too stiff where axes are off by 0.13 % (60 degrees a cell), 7.8
 # % by 0.4 %, 32 % by 1.6 % (90 degrees); 0.2 % at 45 degrees
 STIFFER = 20.0  #: error of stiffnesses of what is curved, over that of d_i . d_j, at most
-UPPER = {2: np.triu_indices(3), 3: np.triu_indices(6)}
 
 #: origin (3,) [m] and rotation (3, 3) of a mesh
 Place: TypeAlias = tuple[np.ndarray | None, np.ndarray]
@@ -74,6 +73,7 @@ def beam(
     origin: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
     dim: int = 3,
+    warping: bool = False,
 ) -> Body:
     """Beam along the polyline of a mesh file, one cell a mesh cell, or along a line, free of stress
     in the reference.
@@ -86,9 +86,11 @@ def beam(
 
         x <- origin + rotation x
 
-    In the plane (`dim` 2) z of the section lies in it, to the left of the line, which passes through
-    the centres of mass. The section turns with its line, and so do `direction` and the point `towards`. Where the axes
-    turn by more in a cell than splines follow, a notice says how many cells do.
+    With `warping` the section warps with the torsion, which ends may hold, and tension stiffens that;
+    its fibres know it, see `section_constants`. In the plane (`dim` 2) z of the section lies in it, to
+    the left of the line, which passes through the centres of mass. The section turns with its line,
+    and so do `direction` and the point `towards`. Where the axes turn by more in a cell than splines
+    follow, a notice says how many cells do.
     """
     curve, breaks, places, arcs = placed_line(name, mesh, group, dim, origin, rotation)
     if len(breaks) <= FEWEST:
@@ -113,7 +115,7 @@ def beam(
     ).reshape(len(centre), -1, dim)
     check_axes(name, space, axes, orientation.turns)
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, dim)
-    fractions, sections, degree = along(section, material, offset)
+    fractions, sections, degree = along(section, material, offset, warping)
     masses = [one.mass for one in sections]
     if dim == 2:
         masses = planar.masses(name, masses)
@@ -130,7 +132,9 @@ def beam(
         places=places,
         arcs=arcs,
         space=space,
-        cells=Cells.later(LAWS[dim], nodes, dim * fields, locking.POINTS, made),
+        cells=Cells.later(
+            Law.WARPED_BEAM if warping else LAWS[dim], nodes, dim * fields, locking.POINTS, made
+        ),
         radius=max(one.radius for one in sections),
         spread=as_csr(r),
         directors=as_csr(vstack(d)),
@@ -139,7 +143,7 @@ def beam(
 
 
 def along(
-    section: BeamSection | Section, material: Material | None, offset: Offset
+    section: BeamSection | Section, material: Material | None, offset: Offset, warping: bool
 ) -> tuple[np.ndarray, Sequence[BeamSection], int]:
     """Fractions (k,) of the length, what the beam has there, and the degree in between, see
     `stations`.
@@ -150,11 +154,11 @@ def along(
     pieces = section_shapes.alike([section.at(x).outline() for x in section.stations])
 
     def numbers(one: Section) -> np.ndarray:
-        made = one.of_beam(material, offset, pieces)
+        made = one.of_beam(material, offset, pieces, warping)
         return np.asarray(block_diag(made.stiffness, made.mass))
 
     fractions, sections, degree = stations.choose(section, numbers)
-    return fractions, [one.of_beam(material, offset, pieces) for one in sections], degree
+    return fractions, [one.of_beam(material, offset, pieces, warping) for one in sections], degree
 
 
 def tangents(curve: Curve, xi: np.ndarray, derivative: int = 0) -> np.ndarray:
@@ -233,7 +237,7 @@ def beam_mass(
 def beam_numbers(
     space: line.BSpline, reference: np.ndarray, section: Profile
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (2, p, b, e) and section (i, p, e) of the cells of a beam, in space or in the plane.
+    """Table (k, p, b, e) and section (i, p, e) of the cells of a beam, in space or in the plane.
 
     Directors yield by 1/R to an axial force and in space by 1/(2 R) to a shear force, in series with
     the section: its compliance is less by that, so that both together have the given one. The shares
@@ -252,20 +256,24 @@ def beam_numbers(
     rigid = RIGID * np.linalg.eigvalsh(C[..., :3, :3])[..., -1]
     if dim == 2:
         C = planar.TAKEN.T @ C @ planar.TAKEN
-    C = np.linalg.inv(np.linalg.inv(C) - np.diag(YIELD[dim]) / rigid[..., None, None])
+    orders = 3 if C.shape[-1] > 6 else 2  # a beam that warps reads second derivatives
+    yields = np.zeros(C.shape[-1])
+    yields[:dim] = YIELD[dim]
+    C = np.linalg.inv(np.linalg.inv(C) - np.diag(yields) / rigid[..., None, None])
     alone = np.zeros_like(C)
     A, B, D = C[..., :dim, :dim], C[..., :dim, dim:], C[..., dim:, dim:]
     alone[..., dim:, dim:] = D - np.swapaxes(B, 2, 3) @ np.linalg.solve(A, B)
-    softest = np.linalg.eigvalsh(alone[..., dim:, dim:])[..., 0]
+    softest = np.linalg.eigvalsh(alone[..., dim : 2 * dim, dim : 2 * dim])[..., 0]
     shares = locking.shares(
         space, table, float((C[..., 0, 0] * weights.sum(axis=1).max() ** 2 / softest).max())
     )
-    u = np.einsum("epkb,ebfc->kfcep", values[:, :, :2], fields[table.nodes]).reshape(
-        2 * count, dim, *weights.shape
+    u = np.einsum("epkb,ebfc->kfcep", values[:, :, :orders], fields[table.nodes]).reshape(
+        orders * count, dim, *weights.shape
     )
     measured = (planar.strains if dim == 2 else strains)(u)
     numbers = np.moveaxis((C - alone) * shares[..., None, None] + alone, (0, 1), (-2, -1))
-    rows = np.concatenate([numbers[UPPER[dim]], (rigid * shares)[None], measured, weights[None]])
-    return np.ascontiguousarray(values[:, :, :2].transpose(2, 1, 3, 0)), np.ascontiguousarray(
+    upper = np.triu_indices(len(numbers))
+    rows = np.concatenate([numbers[upper], (rigid * shares)[None], measured, weights[None]])
+    return np.ascontiguousarray(values[:, :, :orders].transpose(2, 1, 3, 0)), np.ascontiguousarray(
         rows.transpose(0, 2, 1)
     )

@@ -128,9 +128,16 @@ class Matrices(Section):
         )
 
     def of_beam(
-        self, material: Material | None, offset: Offset = None, pieces: Pieces = ()
+        self,
+        material: Material | None,
+        offset: Offset = None,
+        pieces: Pieces = (),
+        warping: bool = False,
     ) -> BeamSection:
         """Its matrices, about a point (y, z) of their axes [m] where that is given."""
+        if warping:
+            remedy = "give it a shape and a material"
+            raise InputError(say("section", "a contour, for `warping`", "matrices alone", remedy))
         C, mass = square("stiffness", self.stiffness), square("mass", self.mass)
         P = mass if len(mass) == 3 else moments(mass)
         if isinstance(offset, str):

@@ -37,13 +37,13 @@ class Profile:
     """
 
     stations: Annotated[Floats, Reals("k")]  #: parameters xi of the line, ascending
-    #: of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
-    stiffness: Annotated[Floats, Reals("k 6 6")]
+    #: of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]; of beams that warp B and W behind
+    stiffness: Annotated[Floats, Reals("k f f")]
     #: of all loops in a row, the outer one first, with the material on the left [m]
     points: Annotated[Floats, Reals("k n 2")]
     first: Annotated[Ints, Indices("l")]  #: first points of the loops
     #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
-    unit_stresses: Annotated[Floats, Reals("k 3 6 n")]
+    unit_stresses: Annotated[Floats, Reals("k 3 f n")]
     young_modulus: float  #: [Pa], 0 without a contour
     poisson_ratio: float
     radius: Annotated[Floats, Reals("k")]  #: of the round line that it is to others [m]
@@ -64,7 +64,7 @@ class Profile:
         return np.asarray(self.shares(xi) @ self.radius)
 
     def at(self, xi: Floats) -> tuple[Floats, Floats, Floats]:
-        """Stiffness (x, 6, 6), points (x, n, 2) and unit stresses (x, 3, 6, n) at parameters xi
+        """Stiffness (x, f, f), points (x, n, 2) and unit stresses (x, 3, f, n) at parameters xi
         (x,).
 
         Beyond the stations those of the nearest.

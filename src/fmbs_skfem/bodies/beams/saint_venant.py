@@ -51,6 +51,9 @@ class Integrals:
     torque: Floats  #: (2, a) int rho x grad f_a and int rho x (grad g_a - h_a) [m5]
     energy: Floats  #: (a, b) int grad f_a . grad f_b [m6]
     bulge: Floats  #: (a, b) int grad f_a . (h_b - mean h_b) [m6]
+    #: (5, 5) int f f^T dA of f = (1, y, z, omega, s^2/2): warping about the shear centre, which bends
+    #: and stretches nothing, and the distance s from it
+    fibres: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,7 @@ class Solution:
     loops: tuple[Floats, ...]
     twisted: Floats  #: (2, n) grad w + (-z, y) at all points of the outline [m]
     flexed: Floats  #: (2, a, 2, n) grad f_a and grad g_a - h_a there [m2]
+    warped: Floats  #: (2, n) omega and s^2/2 there [m2]
     error: float  #: the last change of the integrals, relative
 
 
@@ -72,6 +76,8 @@ class Fields:
     over: Integrals
     basis: Any  #: scikit-fem's `CellBasis`
     coefficients: Floats  #: (n, 5)
+    centre: Floats  #: (2,) shear centre, from the centroid [m]
+    plane: Floats  #: (3,) part of w that is linear, a + b y + c z
 
 
 @lru_cache(maxsize=512)  # beams of a scene share their sections, and tapered ones have many
@@ -85,7 +91,14 @@ def solve(outline: Outline) -> Solution:
         found.over.energy,
         found.over.bulge,
     )
-    for array in (*shared, found.twisted, found.flexed, *found.loops):
+    for array in (
+        *shared,
+        found.over.fibres,
+        found.twisted,
+        found.flexed,
+        found.warped,
+        *found.loops,
+    ):
         array.setflags(write=False)
     return found
 
@@ -128,7 +141,9 @@ def _(ring: Ring) -> Solution:
         np.zeros((2, 2)),
         energy * one,
         (border - energy) * one,
+        np.diag([area, second, second, 0.0, math.pi / 12.0 * (outer**6 - inner**6)]),
     )
+    over.fibres[0, 4] = over.fibres[4, 0] = second
     loops = [outer * section_shapes.unit_circle()] + (
         [inner * section_shapes.unit_circle()[::-1]] if inner else []
     )
@@ -143,7 +158,12 @@ def _(ring: Ring) -> Solution:
     f = gradients(3 / 4 * (m + n / s2) - s2 / 4, 3 / 4 * (m - n / s2) - 3 / 4 * s2)
     g = gradients((s2 - m - n / s2) / 4, (3 * s2 - m + n / s2) / 4)
     return Solution(
-        over, tuple(loops), np.stack([-z, y]), np.stack([f, g - anticlastic(y, z)]), 0.0
+        over,
+        tuple(loops),
+        np.stack([-z, y]),
+        np.stack([f, g - anticlastic(y, z)]),
+        np.stack([0.0 * s2, 0.5 * s2]),
+        0.0,
     )
 
 
@@ -203,6 +223,17 @@ def fields(points: Floats, quads: Ints, degree: int) -> Fields:
         """Integrals (i, j) of the products of vector fields (i, 2, e, p) and (j, 2, e, p)."""
         return np.asarray((one * dx).reshape(len(one), -1) @ two.reshape(len(two), -1).T)
 
+    values = np.stack([np.broadcast_to(one[0], dx.shape) for one in basis.basis])
+    w = np.einsum("bep,eb->ep", values, coefficients[basis.element_dofs.T][..., 0])
+    linear = np.stack([np.ones_like(y), y, z])
+    plane = np.linalg.solve(
+        np.einsum("iep,jep,ep->ij", linear, linear, dx), np.einsum("iep,ep,ep->i", linear, w, dx)
+    )
+    # w of a pole c is w - c_y z + c_z y but for a constant, and that of the shear centre bends nothing
+    centre = np.array([plane[2], -plane[1]])
+    omega = w - np.tensordot(plane, linear, 1)
+    square = 0.5 * ((rho - centre[:, None, None]) ** 2).sum(axis=0)
+    own = np.stack([*linear, omega, square])
     torque = np.concatenate([product(arm[None], f), product(arm[None], g)])
     bulge = product(f, h - np.einsum("acep,ep->ac", h, dx)[..., None, None] / area)
     over = Integrals(
@@ -213,8 +244,9 @@ def fields(points: Floats, quads: Ints, degree: int) -> Fields:
         torque,
         product(f, f),
         bulge,
+        np.einsum("iep,jep,ep->ij", own, own, dx),
     )
-    return Fields(over, basis, coefficients)
+    return Fields(over, basis, coefficients, centre, plane)
 
 
 def _potentials(basis: Any, gradients: Floats, sources: Floats, fluxes: Floats) -> Floats:
@@ -266,8 +298,10 @@ def _with_outline(found: Fields, shape: Polygon, error: float) -> Solution:
     many = map(np.array, shape.pieces) if shape.pieces else map(section_shapes.pieces, shape.loops)
     traced, corners = zip(*map(section_shapes.drawn, shape.loops, many), strict=True)
     points = np.concatenate(traced)
-    y, z = (points - found.over.centroid).T
-    flows = _gradients_at(found, points)
+    y, z = rho = (points - found.over.centroid).T
+    flows, w = _fields_at(found, points)
+    omega = w - np.tensordot(found.plane, np.stack([np.ones_like(y), y, z]), 1)
+    square = 0.5 * ((rho - found.centre[:, None]) ** 2).sum(axis=0)
     flows[0] += np.stack([-z, y])
     flows[3:] -= anticlastic(y, z)
     for part, at in zip(
@@ -276,11 +310,14 @@ def _with_outline(found: Fields, shape: Polygon, error: float) -> Solution:
         strict=True,
     ):
         part[..., at] = 0.5 * (np.roll(part, 1, axis=-1) + np.roll(part, -1, axis=-1))[..., at]
-    return Solution(found.over, traced, flows[0], flows[1:].reshape(2, 2, 2, -1), error)
+    warped = np.stack([omega, square])
+    return Solution(found.over, traced, flows[0], flows[1:].reshape(2, 2, 2, -1), warped, error)
 
 
-def _gradients_at(found: Fields, points: Floats) -> Floats:
-    """Gradients (5, 2, n) of the fields at points (n, 2) of the outline, from the cell beside each."""
+def _fields_at(found: Fields, points: Floats) -> tuple[Floats, Floats]:
+    """Gradients (5, 2, n) of the fields at points (n, 2) of the outline, from the cell beside each,
+    and the warping w (n,) there.
+    """
     grid, element = found.basis.mesh, found.basis.elem
     facets = grid.boundary_facets()
     ends = grid.facets[:, facets]
@@ -294,16 +331,13 @@ def _gradients_at(found: Fields, points: Floats) -> Floats:
         for k in (0, 1)
     )
     xi = (first + part.clip(0.0, 1.0)[:, None] * (second - first)).T[..., None]
-    gradients = np.stack(
-        [
-            element.gbasis(found.basis.mapping, xi, b, tind=cells)[0].grad
-            for b in range(found.basis.Nbfun)
-        ]
-    )
-    return np.asarray(
-        np.einsum(
-            "bcn,nbf->fcn",
-            gradients[..., 0],
-            found.coefficients[found.basis.element_dofs[:, cells].T],
-        )
+    own = found.coefficients[found.basis.element_dofs[:, cells].T]
+    functions = [
+        element.gbasis(found.basis.mapping, xi, b, tind=cells)[0] for b in range(found.basis.Nbfun)
+    ]
+    gradients = np.stack([one.grad for one in functions])
+    values = np.stack([np.broadcast_to(one.value, gradients.shape[2:]) for one in functions])
+    return (
+        np.asarray(np.einsum("bcn,nbf->fcn", gradients[..., 0], own)),
+        np.asarray(np.einsum("bn,nb->n", values[..., 0], own[..., 0])),
     )

@@ -23,6 +23,16 @@ Forces S = (N, V_y, V_z, T, M_y, M_z) at the origin, where the beam's line passe
 (gamma_x, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) with the axial strain gamma_x + z kappa_y - y
 kappa_z at a point and gamma_y - z kappa_x, gamma_z + y kappa_x.
 
+Of a beam that warps (B, W) stand behind S, and the change of torsion and its square, less those of
+the reference, behind the strains: the axial strain at a point is
+
+    gamma_x + z kappa_y - y kappa_z + omega kappa_x' + s^2/2 kappa_x^2
+
+with the warping omega and the distance s from the shear centre: B is the bimoment, W what tension adds
+to torsion (N I_p / A: the trapeze effect). V. Z. Vlasov, Thin-Walled Elastic Beams, 2nd ed., Israel
+Program for Scientific Translations 1961 (B); D. H. Hodges, Nonlinear Composite Beam Theory, AIAA 2006,
+doi:10.2514/4.866821, ch. 4 (W).
+
 G. R. Cowper, J. Appl. Mech. 33 (1966) 335-340, doi:10.1115/1.3625046; E. Trefftz, Z. angew. Math.
 Mech. 15 (1935) 220-225, doi:10.1002/zamm.19350150405; F. Gruttmann, W. Wagner, Comput. Mech. 27
 (2001) 199-207, doi:10.1007/s004660100239 (the energy, with its part of nu).
@@ -43,6 +53,8 @@ from .section_shapes import Outline, Shear
 
 SYMMETRIC = 1e-3  #: relative asymmetry of Cowper's matrix that is an error of the mesh
 AXIAL = [0, 4, 5]  #: places of N, M_y, M_z in S
+WARPED = [*AXIAL, 6, 7]  #: of these, B and W
+ROUND = 1e-9  #: int omega^2 dA over J A of a section that does not warp
 SHEAR = [1, 2, 3]  #: of V_y, V_z, T
 
 
@@ -62,6 +74,8 @@ class SectionConstants:
     #: (n, 2) loops, the outer one first, with the material on the left [m]
     outline: tuple[Floats, ...]
     unit_stresses: Floats  #: (3, 6, n) sigma_x, tau_xy, tau_xz of each of S = 1 at all points of the outline [1/m2, 1/m3]
+    fibres: Floats  #: (5, 5) int g g^T dA of g = (1, z, -y, omega, s^2/2) [m2 to m6]
+    warped_stresses: Floats  #: (3, 8, n) unit_stresses of a beam that warps
     error: float  #: estimated relative error of J, the shear centre and the shear area
 
     @property
@@ -113,6 +127,9 @@ def constants(
         raise InputError(say("section.origin", "a point (y, z) of finite numbers", origin))
     u, v = np.linalg.solve(over.inertia, over.torque[0]) / 2.0
     centroid = over.centroid - about
+    turn = np.eye(5)
+    turn[1:3, :3] = [[centroid[1], 0.0, 1.0], [-centroid[0], -1.0, 0.0]]
+    unit = _unit_stresses(solved, nu, centroid)
     return SectionConstants(
         nu,
         over.area,
@@ -122,7 +139,9 @@ def constants(
         centroid + np.array([v, -u]),
         np.asarray(np.linalg.inv(_flexibility(over, nu, outline.shear))),
         tuple(loop - about for loop in solved.loops),
-        _unit_stresses(solved, nu, centroid),
+        unit,
+        turn @ over.fibres @ turn.T,
+        _warped_stresses(solved, unit, turn),
         solved.error,
     )
 
@@ -147,6 +166,20 @@ def stiffness(section: SectionConstants, young_modulus: float) -> Floats:
     found[np.ix_(SHEAR, SHEAR)] = (
         young_modulus / (2.0 * (1.0 + section.poisson_ratio)) * at_centre.T @ own @ at_centre
     )
+    return found
+
+
+def warped(section: SectionConstants, young_modulus: float) -> Floats:
+    """The matrix (8, 8) of a beam that warps, that of `stiffness` with B and W behind it.
+
+    InputError of sections that do not warp.
+    """
+    if section.fibres[3, 3] <= ROUND * section.torsion * section.area:
+        remedy = "delete `warping`"
+        raise InputError(say("section", "one that warps, for `warping`", "a round one", remedy))
+    found = np.zeros((8, 8))
+    found[:6, :6] = stiffness(section, young_modulus)
+    found[np.ix_(WARPED, WARPED)] = young_modulus * section.fibres
     return found
 
 
@@ -223,6 +256,17 @@ def _flexibility(over: Integrals, nu: float, choice: Shear) -> Floats:
         got = f"{1.0 / (least * over.area):.3g} of a section whose walls bulge more than they shear"
         raise InputError(say("section.shear", "positive shear coefficients by Cowper", got, remedy))
     return cowper
+
+
+def _warped_stresses(solved: Solution, unit: Floats, turn: Floats) -> Floats:
+    """`unit` stresses (3, 6, n) with those of B and W behind them, (3, 8, n); `turn` (5, 5) is that
+    from the functions of `Integrals.fibres` to g.
+    """
+    found = np.concatenate([unit, np.zeros((3, 2, unit.shape[2]))], axis=1)
+    rho = np.concatenate(solved.loops).T - solved.over.centroid[:, None]
+    functions = turn @ np.stack([np.ones(rho.shape[1]), *rho, *solved.warped])
+    found[0, WARPED] = np.linalg.pinv(turn @ solved.over.fibres @ turn.T) @ functions
+    return found
 
 
 def _unit_stresses(solved: Solution, nu: float, centroid: Floats) -> Floats:

@@ -134,7 +134,7 @@ def _(motion: Trajectory) -> Iterator[str]:
             )
     if told:
         text = "warping is free, also where thin open sections are clamped under torsion; a support that holds it leaves"
-        yield f"{text}: {'; '.join(told)}; take a closed section, or plates, where supports do so"
+        yield f"{text}: {'; '.join(told)}; write `warping: true` in the beam where supports do so"
 
 
 def gradients(beam: Elastic, base: System, q: np.ndarray) -> np.ndarray:

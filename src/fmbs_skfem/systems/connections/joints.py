@@ -56,6 +56,7 @@ from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .screws import RackAndPinion, Screw
 from .sliding import DrivenSlide, Sliding
 from .ties import Tie
+from .warping import Warping, restrain_warping
 
 # slopes that are tied have one stretch: with EA of 1 and 4 the axial forces beside a weld are 0.4
 # and 1.6 times the load; at a tenth they are 5 % off
@@ -120,10 +121,12 @@ class Clamp(Joint):
 
     name: str
     at: fields.Place
+    warping: Warping = "held"
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "clamp", self.at)
         if on_beam(draft, where(self), self.at):
+            restrain_warping(self, draft, self.at, None)
             return tied(self, draft, self.at, None)
         fixed(self, draft, self.at, draft.layout.reference(where(self), self.at))
         slope = draft.layout.reference(where(self), self.at, 1)
@@ -150,7 +153,8 @@ class Weld(Joint):
 
     Slopes of two lines that are parallel in the reference are tied as vectors, which lines of one
     axial stiffness want; others only by their angle, and only in the plane (in space that needs
-    torsion). Frames are held in all directions, slopes against frames in theirs.
+    torsion). Frames are held in all directions, slopes against frames in theirs. Beams that warp pass
+    it on where they go straight on, and are held else.
 
     {type: weld, at: hub.frame, to: blade.left}
     """
@@ -158,9 +162,11 @@ class Weld(Joint):
     name: str
     at: fields.Place
     to: fields.Carrier = None
+    warping: Warping = "held"
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "weld", self.at)
+        restrain_warping(self, draft, self.at, self.to)
         layout = draft.layout
         name = where(self)
         ends = [end for end in (self.at, self.to) if end is not None]

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
 from ...bodies.beams import planar
-from ...bodies.beams.beam import FIELDS, LAWS, UPPER, beam_numbers
+from ...bodies.beams.beam import FIELDS, LAWS, beam_numbers
 from ...bodies.beams.profiles import Profile
 from ...bodies.body import Body, director, directors, locate, read_by_cells
 from ...bodies.laws import Law, number
@@ -48,6 +48,7 @@ FORCES = {
     "T": "N m",
     "My": "N m",
     "Mz": "N m",
+    "B": "N m^2",
 }
 STRAINS = {
     "axial": "",
@@ -57,9 +58,9 @@ STRAINS = {
     "curvature_y": "1/m",
     "curvature_z": "1/m",
 }
-ROWS = {
-    dim: 2 * fields for dim, fields in FIELDS.items()
-}  #: vectors of a point: r, d_i and their slopes
+OF_BEAMS = (*LAWS.values(), Law.WARPED_BEAM)
+#: strains of a beam by the rows of its section
+SIZES = {Law.PLANAR_BEAM.rows: 3, Law.BEAM.rows: 6, Law.WARPED_BEAM.rows: 8}
 #: in the plane, of all six by their words
 PLANE = {"N": "N", "V": "N", "M": "N m"}
 PLANE_STRAINS = {"axial": "", "shear": "", "curvature": "1/m"}
@@ -72,41 +73,66 @@ OFF = 0.05  #: part of the size of a contour by which a point may miss it
 class Sections:
     """Numbers of x places of a beam and of the p points whose stresses carry their forces."""
 
-    stiffness: Annotated[np.ndarray, Reals("x 6 6")]  #: C
-    curvature: Annotated[np.ndarray, Reals("x 3")]  #: kappa in the reference [1/m]
+    stiffness: Annotated[np.ndarray, Reals("x f f")]  #: C
+    curvature: Annotated[np.ndarray, Reals("x *")]  #: kappa in the reference [1/m]
     shares: Annotated[csr_array, Reals("x p")]  #: weight times psi' [-]
-    coupled: Annotated[np.ndarray, Reals("p 3 6")]  #: A and B
-    known: Annotated[np.ndarray, Reals("p 6")]  #: Gamma and kappa in the reference
+    coupled: Annotated[np.ndarray, Reals("p 3 f")]  #: A and B
+    known: Annotated[np.ndarray, Reals("p f")]  #: Gamma and kappa in the reference
+
+    @property
+    def orders(self) -> tuple[int, int]:
+        """Derivatives of r and d_i that it reads at places and at points."""
+        return (4, 3) if self.stiffness.shape[-1] > 6 else (2, 2)
 
     def read(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Strains (6, s, x) and forces S (6, s, x) of rows u (s, 3 (8 x + 8 p)), in the plane (s, 2 (4
-        x + 4 p)), see `sections`.
+        """Strains (f, s, x) and forces S (f, s, x) of rows u (s, 3 (8 x + 8 p)), in the plane (s, 2 (4
+        x + 4 p)), see `sections`; f = 6, or 8 of beams that warp, whose T is that of Saint-Venant.
         """
         count, places = len(u), len(self.stiffness)
-        here, there = (one.transpose(0, 3, 1, 2) for one in gradients(u, places, len(self.known)))
-        stress = np.einsum("pij,jsp->isp", self.coupled, strains(there)[:6] - self.known.T[:, None])
+        many = self.stiffness.shape[-1]
+        here, there = (one.transpose(0, 3, 1, 2) for one in gradients(self, u))
+        change = strains(there)[:many] - self.known.T[:, None]
+        stress = np.einsum("pij,jsp->isp", self.coupled, change)
         carried = np.einsum("isp,icsp->csp", stress, there[1:4])
         push = (carried.reshape(3 * count, -1) @ self.shares.T).reshape(3, count, places)
         axes = here[1:4] / np.linalg.norm(here[1:4], axis=1, keepdims=True)
         F = np.einsum("kcsx,csx->ksx", axes, push)
-        kappa = strains(here)[3:6] - self.curvature.T[:, None]
+        kappa = strains(here[: 4 * self.orders[1]])[3:many] - self.curvature.T[:, None]
         A, B, D = self.stiffness[:, :3, :3], self.stiffness[:, :3, 3:], self.stiffness[:, 3:, 3:]
         gamma = np.einsum("xij,jsx->isx", np.linalg.inv(A), F - np.einsum("xij,jsx->isx", B, kappa))
         M = np.einsum("xji,jsx->isx", B, gamma) + np.einsum("xij,jsx->isx", D, kappa)
         return np.concatenate([gamma, kappa]), np.concatenate([F, M])
 
+    def torques(self, u: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """What B and W of forces (f, s, x) add to Saint-Venant's torque at the places (s, x).
 
-def gradients(
-    u: np.ndarray, places: int, points: int, rates: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
-    """r, d_i and their slopes (8, s, ..., 3) at places and at points, of rows u (s, ...) of
+            2 kappa_1 W - dB/dS
+
+        where products of slopes stand in the second derivative of kappa_1.
+        """
+        if len(forces) == 6:
+            return np.zeros(forces.shape[1:])
+        here = gradients(self, u)[0]
+        _, _, b, c, _, _, b1, c1, _, _, b2, c2, _, _, b3, c3 = here
+        dot = lambda one, other: np.einsum("sxc,sxc->sx", one, other)  # noqa: E731
+        twist, rate = 0.5 * (dot(c, b1) - dot(b, c1)), 0.5 * (dot(c, b2) - dot(b, c2))
+        change = 0.5 * (dot(c, b3) - dot(b, c3) + dot(c1, b2) - dot(b1, c2))
+        slope = self.stiffness[:, 6, 6] * change + 2.0 * self.stiffness[:, 6, 7] * twist * rate
+        return np.asarray(2.0 * twist * forces[7] - slope)
+
+
+def gradients(found: Sections, u: np.ndarray, rates: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """r, d_i and their derivatives (4 k, s, ..., 3) at places and at points, of rows u (s, ...) of
     `sections`, or their `rates`; those of beams in the plane lifted into space.
     """
-    dim = 2 if u.shape[1] == 2 * ROWS[2] * (places + points) else 3
+    sizes = len(found.stiffness), len(found.known)
+    space = 12 * sum(order * size for order, size in zip(found.orders, sizes, strict=True))
+    dim = 3 if u.shape[1] == space else 2
     vectors = u.reshape(len(u), -1, dim)
+    rows = [FIELDS[dim] * order for order in found.orders]
     parts = (
-        one.reshape(len(u), ROWS[dim], -1, dim).transpose(1, 0, 2, 3)
-        for one in np.split(vectors, [ROWS[dim] * places], axis=1)
+        one.reshape(len(u), count, -1, dim).transpose(1, 0, 2, 3)
+        for count, one in zip(rows, np.split(vectors, [rows[0] * sizes[0]], axis=1), strict=True)
     )
     here, there = (planar.lifted(one, rates) if dim == 2 else one for one in parts)
     return here, there
@@ -121,20 +147,21 @@ def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
     section = part.cells.section
     (shares,), (e, p) = step_shares(part, xi, (1,), 1)
     there = line.tabulate(part.space, section.shape[1]).points[e, p]
-    here = vectors(part, xi)
+    stiffness = part.profile.at(xi)[0]
+    many = stiffness.shape[-1]
     known = section[:, p, e]
-    first = len(UPPER[part.dim][0]) + 1
-    start = known[first : first + (6 if part.dim == 3 else 3)]
-    at_rest = np.asarray(here @ part.reference).reshape(1, -1)
-    curvature = strains(gradients(at_rest, len(xi), 0)[0].transpose(0, 3, 1, 2))[3:6, 0].T
-    numbers = Sections(
-        part.profile.at(xi)[0],
-        curvature,
-        shares,
-        matrices(known)[:, :3],
-        start.T if part.dim == 3 else (planar.TAKEN @ start).T,
-    )
-    return as_csr(vstack([here, vectors(part, there)])), numbers
+    C = matrices(known)
+    first = C.shape[-1] * (C.shape[-1] + 1) // 2 + 1
+    start = known[first : first + C.shape[-1]]
+    if part.dim == 2:
+        C, start = planar.TAKEN @ C @ planar.TAKEN.T, planar.TAKEN @ start
+    numbers = Sections(stiffness, np.zeros((len(xi), many - 3)), shares, C[:, :3], start.T)
+    orders = numbers.orders
+    here, far = vectors(part, xi, orders[0]), vectors(part, there, orders[1])
+    rows = as_csr(vstack([here, far]))
+    rest, _ = gradients(numbers, np.asarray(rows @ part.reference).reshape(1, -1))
+    curvature = strains(rest[: 4 * orders[1]].transpose(0, 3, 1, 2))[3:many, 0].T
+    return rows, replace(numbers, curvature=curvature)
 
 
 def with_all_points(part: Body) -> Body:
@@ -171,37 +198,36 @@ def swept_line(part: Body, spread: Callable[[csr_array], csr_array]) -> SweptLin
 
 
 def matrices(section: np.ndarray) -> np.ndarray:
-    """Section matrices of beams at sections (i, ...) of their law.
+    """Section matrices (..., f, f) of beams at sections (i, ...) of their law.
 
-        S = C e,    C (..., 6, 6)
+        S = C e
 
-    with e = (Gamma, kappa); in the plane zero but for N, V_z and M_y.
+    with e = (Gamma, kappa), in the plane (Gamma_1, Gamma_2, kappa).
     """
-    flat = len(section) == Law.PLANAR_BEAM.rows
-    upper = UPPER[2 if flat else 3]
-    size = upper[0].max() + 1
+    size = SIZES[len(section)]
+    upper = np.triu_indices(size)
     C = np.zeros((*section.shape[1:], size, size))
     C[..., upper[0], upper[1]] = C[..., upper[1], upper[0]] = np.moveaxis(
         section[: len(upper[0])], 0, -1
     )
-    return np.asarray(planar.TAKEN @ C @ planar.TAKEN.T) if flat else C
+    return C
 
 
-def vectors(part: Body, xi: np.ndarray) -> csr_array:
-    """Rows (8 x, b) of r, d_1, d_2, d_3 at parameters (x,) of a beam, then of their derivatives by
-    arc length; in the plane (4 x, b) of r and d_1.
+def vectors(part: Body, xi: np.ndarray, orders: int = 2) -> csr_array:
+    """Rows (4 k x, b) of r, d_1, d_2, d_3 at parameters (x,) of a beam, then of their derivatives by
+    arc length, k = `orders` in all; in the plane (2 k x, b) of r and d_1.
     """
     assert part.spread is not None
-    values, slopes = line.sample(part.space, xi), line.sample(part.space, xi, 1)
-    slopes = diags_array(1.0 / np.linalg.norm(slopes @ part.shape_reference, axis=1)) @ slopes
+    size = 1.0 / np.linalg.norm(line.sample(part.space, xi, 1) @ part.shape_reference, axis=1)
+    tables = [diags_array(size**k) @ line.sample(part.space, xi, k) for k in range(orders)]
     fields = [part.spread, *(director(part, k + 1) for k in range(directors(part)))]
-    return as_csr(vstack([table @ own for table in (values, slopes) for own in fields]))
+    return as_csr(vstack([table @ own for table in tables for own in fields]))
 
 
 # ----------------------------------------------------------------------------------------------------- one place, of outputs
 def reads_beam(parameters: tuple[float, ...]) -> bool:
     """Whether an output reads a beam: its first parameter is the number of its law."""
-    return int(parameters[0]) in [number(law) for law in LAWS.values()]
+    return int(parameters[0]) in [number(law) for law in OF_BEAMS]
 
 
 def beam_point(
@@ -213,10 +239,11 @@ def beam_point(
     Those of a part are read from its shape functions at the points of its full body.
     """
     rows, found = sections(part if part.shapes is None else with_all_points(part), xi)
-    own = np.zeros((0, 6)) if functionals is None else functionals
+    own = np.zeros((0, found.stiffness.shape[-1])) if functionals is None else functionals
     sparse = (found.shares.data, found.shares.indices, found.shares.indptr)
     arrays = (found.stiffness, found.curvature, found.coupled, found.known, *sparse, own)
-    return rows, (float(number(LAWS[part.dim])), *pack(*arrays))
+    assert part.cells is not None
+    return rows, (float(number(part.cells.law)), *pack(*arrays))
 
 
 def place_of(where: str, part: Body, at: At) -> float:
@@ -245,21 +272,33 @@ def place_of(where: str, part: Body, at: At) -> float:
 def read_places(
     parameters: tuple[float, ...], u: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Strains (6, s, x), S (6, s, x) [N, N m] and functionals of S (m, s, x) of rows u (s, 3 (8 x +
-    8 p)) that `beam_point` gives.
+    """Strains (f, s, x), S (f, s, x) [N, N m] and functionals of S (m, s, x) of rows u (s, ...) that
+    `beam_point` gives.
     """
     stiffness, curvature, coupled, known, data, indices, indptr, own = unpack(parameters[1:])
     sparse = (data, indices.astype(np.int64), indptr.astype(np.int64))
     shares = csr_array(sparse, shape=(len(stiffness), len(known)))
-    strain, force = Sections(stiffness, curvature, shares, coupled, known).read(u)
+    found = Sections(stiffness, curvature, shares, coupled, known)
+    strain, force = found.read(u)
     way = "mf,fsx->msx" if own.ndim == 2 else "xmf,fsx->msx"
-    return strain, force, np.einsum(way, own, force)
+    functionals = np.einsum(way, own, force)
+    force[3] += found.torques(u, force)
+    return strain, force, functionals
 
 
 def rows_of(parameters: tuple[float, ...], dim: int) -> int:
     """How many rows the output of a beam has."""
     stiffness, _, _, known, *_ = unpack(parameters[1:])
-    return dim * ROWS[dim] * (len(stiffness) + len(known))
+    here, there = (4, 3) if stiffness.shape[-1] > 6 else (2, 2)
+    return dim * FIELDS[dim] * (here * len(stiffness) + there * len(known))
+
+
+def forces_of(parameters: tuple[float, ...], dim: int) -> dict[str, str]:
+    """Words of the section forces of a beam with their units, in `dim` components."""
+    if dim == 2:
+        return PLANE
+    warps = int(parameters[0]) == number(Law.WARPED_BEAM)
+    return {one: unit for one, unit in FORCES.items() if one != "B" or warps}
 
 
 def in_plane(values: np.ndarray) -> np.ndarray:

@@ -44,7 +44,7 @@ def with_fibres(
     if part.directors is not None:
         profile = beam_sections.contour(where, part)
         unit = profile.at(xi if profile.degree else xi[:1])[2]
-        functionals = unit.transpose(0, 1, 3, 2).reshape(len(unit), -1, 6)
+        functionals = unit.transpose(0, 1, 3, 2).reshape(len(unit), -1, unit.shape[2])
         own = functionals if profile.degree else functionals[0]
         return *beam_sections.beam_point(part, xi, own), OF_BEAM
     rows, numbers = cable_sections.sections(part, xi)

@@ -211,10 +211,11 @@ class SectionForces(Probe):
     beyond the place, without damping. N does so on coarse meshes too, some cells away from forces
     inside the line; M has the error of the curvature. Beams with torsion have N, Vy, Vz [N] and T,
     My, Mz [N m] along and about the axes of the section at the place: x along the beam, y and z
-    across; in the plane N, V, to the left of the line, and M, counter-clockwise. Plates and shells
-    have membrane forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N] a length, positive where
-    they stretch the face at t/2, with principal values N1, N2, M1, M2;
-    stresses and axes are those of `stress_tensor`, lengths those of the reference.
+    across; of those that warp the bimoment B = -E I_w kappa_x' of Vlasov [N m^2], too; in the plane N,
+    V, to the left of the line, and M, counter-clockwise. Plates and shells have membrane forces N11,
+    N22, N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at
+    t/2, with principal values N1, N2, M1, M2; stresses and axes are those of `stress_tensor`, lengths
+    those of the reference.
 
     {type: section_forces, at: beam.left}
     """
@@ -247,8 +248,8 @@ class SectionForces(Probe):
             rows, numbers = cable_sections.sections(part, xi)
             parameters = numbers.numbers
         warn_of_jump(where, draft, part, self.at)
-        of_beam = beam_sections.FORCES if part.dim == 3 else beam_sections.PLANE
-        names = tuple(of_beam) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
+        of_beam = beam_sections.forces_of(parameters, part.dim) if beam else {}
+        names = tuple(of_beam) or (CABLE_PLANE if part.dim == 2 else CABLE_SPACE)
         columns = tuple(f"{name}_{word}" for word in names)
         wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
@@ -257,7 +258,8 @@ class SectionForces(Probe):
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         if beam_sections.reads_beam(output.parameters):
             forces = beam_sections.read_places(output.parameters, sensed.values)[1][..., 0]
-            return list(forces if sensed.dim == 3 else beam_sections.in_plane(forces))
+            forces = forces if sensed.dim == 3 else beam_sections.in_plane(forces)
+            return [*forces[:6], -forces[6]] if len(output.columns) == 7 else list(forces[:6])
         if cable_sections.reads_cable(output.parameters):
             cable = cable_sections.CableSections.of(output.parameters)
             return cable_sections.cable_forces(cable, sensed.values)
@@ -272,8 +274,8 @@ class SectionForces(Probe):
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         if beam_sections.reads_beam(output.parameters):
-            units = beam_sections.FORCES, beam_sections.PLANE
-            return tuple(units[len(output.columns) == len(units[1])].values())
+            dim = 2 if len(output.columns) == len(beam_sections.PLANE) else 3
+            return tuple(beam_sections.forces_of(output.parameters, dim).values())
         if cable_sections.reads_cable(output.parameters):
             return ("N", *("N m",) * (len(output.columns) - 1))
         return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
@@ -281,8 +283,8 @@ class SectionForces(Probe):
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
         if beam_sections.reads_beam(output.parameters):
-            forces = beam_sections.FORCES if dim == 3 else beam_sections.PLANE
-            return beam_sections.rows_of(output.parameters, dim), len(forces), None
+            columns = len(beam_sections.forces_of(output.parameters, dim))
+            return beam_sections.rows_of(output.parameters, dim), columns, None
         if cable_sections.reads_cable(output.parameters):
             cable = cable_sections.CableSections.of(output.parameters)
             return dim * cable.rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), None
@@ -342,7 +344,8 @@ class SectionStrains(OfBeam):
     at: fields.Place
 
     def functionals(self, where: str, part: Body) -> np.ndarray:
-        return np.zeros((0, 6))
+        assert part.profile is not None
+        return np.zeros((0, part.profile.stiffness.shape[-1]))
 
     def columns(self, name: str, dim: int) -> tuple[str, ...]:
         words = beam_sections.STRAINS if dim == 3 else beam_sections.PLANE_STRAINS
@@ -351,7 +354,7 @@ class SectionStrains(OfBeam):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         strains = beam_sections.read_places(output.parameters, sensed.values)[0][..., 0]
-        return list(strains if sensed.dim == 3 else beam_sections.in_plane(strains))
+        return list(strains[:6] if sensed.dim == 3 else beam_sections.in_plane(strains))
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:

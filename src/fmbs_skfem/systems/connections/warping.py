@@ -1,0 +1,78 @@
+r"""Joints that hold the warping of beams, or pass it on.
+
+    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3') = kappa_1 of the reference       held: the section stays plane
+    kappa_1 of one = kappa_1 of the other                                    beams that go straight on
+
+The warping of a section is omega kappa_1: at a free end the bimoment is none.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+
+from ...bodies.body import locate
+from ...bodies.laws import Law
+from ..measures.beam_sections import vectors
+from ..places import At, Draft
+from .constraint_functions import where
+
+Warping: TypeAlias = Annotated[
+    Literal["held", "free"], "of beams with `warping`: the section stays plane there, or not"
+]
+STRAIGHT = 1e-6  #: angle between lines that go straight on [rad]
+
+
+def warps(draft: Draft, name: str, at: Any) -> bool:
+    """Whether a place belongs to a beam that warps."""
+    part = draft.layout.body(name, at) if isinstance(at, At) else None
+    return part is not None and part.cells is not None and part.cells.law is Law.WARPED_BEAM
+
+
+def restrain_warping(joint: Any, draft: Draft, at: At, to: Any) -> None:
+    """Rows that hold the warping of the beams that a joint clamps or welds, or pass it on where two
+    go straight on; none where the joint leaves it free.
+    """
+    name = where(joint)
+    ends = [end for end in (at, to) if warps(draft, name, end)]
+    if joint.warping == "free" or not ends:
+        return
+    found = [twist(draft, name, end, to is None) for end in ends]
+    if len(ends) == 2 and straight(draft, name, at, to):
+        (one, _), (other, _) = found
+        terms = [*one, *((-factor, signal, i, j) for factor, signal, i, j in other)]
+        start = found[0][1] - found[1][1]
+        draft.constraints.row(joint.name, "warping", *terms, (-start, -1, -1, -1))
+        return
+    for k, (terms, start) in enumerate(found):
+        word = "warping" if len(found) == 1 else f"warping {k + 1}"
+        draft.constraints.row(joint.name, word, *terms, (-start, -1, -1, -1))
+
+
+def twist(
+    draft: Draft, name: str, at: At, still: bool
+) -> tuple[list[tuple[float, int, int, int]], float]:
+    """Terms of kappa_1 at a place, and its value in the reference [1/m]; linear ones where the
+    directors there stand `still`.
+    """
+    part = draft.layout.body(name, at)
+    xi = np.array([float(locate(part, at.place))])  # type: ignore[arg-type]
+    rows = vectors(part, xi)
+    start = np.asarray(rows @ part.reference)
+    first = draft.probes.add(draft.layout.spread(part, rows))
+    of = lambda vector, c: first + 3 * vector + c  # noqa: E731
+    terms = []
+    value = 0.0
+    for d, slope, sign in ((3, 6, 0.5), (2, 7, -0.5)):
+        value += sign * float(start[d] @ start[slope])
+        for c in range(3):
+            linear = (sign * float(start[d, c]), -1, of(slope, c), -1)
+            terms.append(linear if still else (sign, -1, of(slope, c), of(d, c)))
+    return terms, value
+
+
+def straight(draft: Draft, name: str, at: At, to: At) -> bool:
+    """Whether the lines of two places are parallel there."""
+    a, b = (draft.layout.reference(name, end, 1) for end in (at, to))
+    return bool(np.linalg.norm(np.cross(a, b)) < STRAIGHT)
