@@ -59,13 +59,17 @@ def check(
             choices=("c", "fmu", "page"),
         ),
     ] = None,
+    tables: Annotated[
+        bool, Option("Show all tables: bodies, meshes, places, joints, solver.", name="all")
+    ] = False,
     duration: Duration = None,
     **shared: Unpack[Shared],
 ) -> "Check":
     """Read a scene and its meshes, assemble it, and say what it is.
 
     SCENE is assembled in the form in which it is solved, and its initial state is checked; nothing
-    is solved. The tables show masses, sizes, joints, degrees of freedom, solver, memory and time. A
+    is solved. Some lines say what the model is, what is doubtful and what to do next; with `tables`
+    all masses, sizes, places, joints, degrees of freedom, solver, memory and time are shown. A
     warning is shown for units, slenderness and cells that are hardly meant, for redundant joints
     and for bodies that no joint ties to the ground; joints that contradict each other, and initial
     motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with
@@ -83,7 +87,7 @@ def check(
     from . import checking
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return checking.check_scene(job, jobs.read_scene(job, plans=False), target)
+        return checking.check_scene(job, jobs.read_scene(job, plans=False), target, tables)
 
 
 @study
