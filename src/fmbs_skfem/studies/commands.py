@@ -451,6 +451,12 @@ def render(
     scale: Annotated[
         float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)
     ] = 1.0,
+    diagram: Annotated[
+        bool, Option("Draw the section forces N, Q, M, T along all cables and beams, diagram.png.")
+    ] = False,
+    at: Annotated[
+        float | None, Option("Instant or load factor of the diagram, in place of the end.", "TIME")
+    ] = None,
     html: Html = False,
     **shared: Unpack[Shared],
 ) -> "Run":
@@ -458,8 +464,8 @@ def render(
 
     `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif
     beside what `run` writes; of modes and buckling modes.png with all shapes, and mode_1.gif, ...
-    with a period of each. Without OpenGL, or for MP4 without ffmpeg, these numbers are kept (exit
-    code 7).
+    with a period of each; with `diagram` also diagram.png and diagram.csv. Without OpenGL, or for
+    MP4 without ffmpeg, these numbers are kept (exit code 7).
 
     In Python that raises MissingFeature.
     """
@@ -467,9 +473,8 @@ def render(
     from .running import runs
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return runs.render_scene(
-            job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html
-        )
+        ending = video.SUFFIX if mp4 else ".gif"
+        return runs.render_scene(job, frames if gif else 0, ending, scale, html, diagram, at)
 
 
 @study

@@ -159,12 +159,7 @@ def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list
     n = laws.NUMBERS[int(number)].option
     N, M = cable_law.section_forces(n, dim, (EA, EI), kappa0, u[:, : 2 * dim])
     if len(parameters) > HEAD:
-        EAs, EIs, kappas, first, second = np.reshape(parameters[HEAD:], (-1, EACH)).T
-        gradients = np.concatenate(
-            np.split(u[:, 2 * dim :].reshape(len(u), -1, dim), 2, axis=1), axis=2
-        )
-        S1, S2 = cable_law.stresses(n, dim, (EAs, EIs), kappas, gradients)
-        force = np.einsum("p,spc->sc", first, S1) + np.einsum("p,spc->sc", second, S2)
+        force = carried(parameters, dim, u)
         N = np.einsum("sc,sc->s", force, slope) / np.linalg.norm(slope, axis=1)
     if dim == 2:
         return [N, M]
@@ -174,3 +169,18 @@ def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list
         normal, size[:, None], out=np.zeros_like(normal), where=size[:, None] > 0.0
     )
     return [N, M, *(M[:, None] * binormal).T]
+
+
+def carried(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> np.ndarray:
+    """F (s, c) [N] of (1) that the line beyond a place carries, of rows as those of `cable_forces`;
+    NaN without points.
+    """
+    if len(parameters) == HEAD:
+        return np.full((len(u), dim), np.nan)
+    n = laws.NUMBERS[int(parameters[0])].option
+    EAs, EIs, kappas, first, second = np.reshape(parameters[HEAD:], (-1, EACH)).T
+    gradients = np.concatenate(
+        np.split(u[:, 2 * dim :].reshape(len(u), -1, dim), 2, axis=1), axis=2
+    )
+    S1, S2 = cable_law.stresses(n, dim, (EAs, EIs), kappas, gradients)
+    return np.asarray(np.einsum("p,spc->sc", first, S1) + np.einsum("p,spc->sc", second, S2))

@@ -1,0 +1,147 @@
+r"""Section forces all along the cables and beams of a state, as their diagrams show them.
+
+    cables in the plane     N = F.t,  Q = -F.n = dM/ds,  M          t along the line, n to its left
+    cables in space         N,  |F - N t|,  |M|
+    beams with torsion      N, Vy, Vz, T, My, Mz along and about the axes of the section
+
+Values are those of the output `section_forces` at every place, by its own rows and laws:
+`cable_sections` and `beam_sections`. Every value has a direction across the line in the reference,
+in which a diagram is drawn: shear forces in their own, moments to the side that they stretch, which
+is where frames are drawn by hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...bodies.body import Body, arc_lengths, own
+from ...core.storage.records import dataclass
+from ...shapes import line
+from ..places import At
+from ..system import System
+from . import beam_sections, cable_sections
+
+#: evenly along a line, beside its named places and the ends of its cells, where forces act: the
+#: top of a parabola between them errs by 6e-4 of its height
+PLACES = 41
+NEAR = 1e-9  #: of the length of a line, by which places differ
+UNITS = {"N": "N", "Q": "N", "M": "N m", **beam_sections.FORCES}
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """One section force along one line."""
+
+    values: np.ndarray  #: (x,) [N, N m]
+    directions: np.ndarray  #: (x, 3) of length 1 across the reference line, where it has one
+
+
+@dataclass(frozen=True)
+class LineForces:
+    """The section forces of a line at x places."""
+
+    arcs: np.ndarray  #: (x,) arc lengths from its start in the reference [m]
+    points: np.ndarray  #: (x, 3) places in the reference [m]
+    diagrams: Mapping[str, Diagram]  #: by their names in `UNITS`
+
+
+def along_lines(system: System, parts: Sequence[Body], x: np.ndarray) -> dict[str, LineForces]:
+    """Section forces of all cables and beams among the `parts` of a system, at unknowns x (n,)."""
+    q = system.lift(x)
+    where = {name: slice(first, last) for name, first, last in system.coordinates}
+    return {
+        part.name: forces_along(part, q[where[part.name]].reshape(-1, part.dim))
+        for part in parts
+        if isinstance(part.space, line.BSpline | line.Hermite) and part.cells is not None
+    }
+
+
+def forces_along(part: Body, q: np.ndarray) -> LineForces:
+    """Section forces of a cable or beam at coordinates q (b, c) [m]."""
+    fine, arc = arc_lengths(part)
+    named = [float(at) for at in part.places.values()]
+    known = np.interp([*line.breaks(part.space), *named], fine, arc)
+    arcs = np.unique(np.concatenate([np.linspace(0.0, arc[-1], PLACES), known]))
+    arcs = arcs[np.append(True, np.diff(arcs) > NEAR * arc[-1])]
+    xi = np.interp(arcs, arc, fine)
+    points = np.asarray(own(part, line.sample(part.space, xi)) @ part.reference)
+    found = cable(part, q, arcs) if part.directors is None else beam(part, q, xi)
+    return LineForces(arcs, spatial(points), found)
+
+
+def beam(part: Body, q: np.ndarray, xi: np.ndarray) -> dict[str, Diagram]:
+    """N, Vy, Vz, T, My, Mz of a beam at parameters xi (x,)."""
+    full = part if part.shapes is None else beam_sections.with_all_points(part)
+    rows, numbers = beam_sections.sections(full, xi)
+    _, forces = numbers.read(np.asarray(rows @ q).reshape(1, -1))
+    vectors = beam_sections.vectors(part, xi) @ part.reference
+    axes = np.asarray(vectors).reshape(beam_sections.ROWS, -1, 3)[2:4]
+    y, z = axes / np.linalg.norm(axes, axis=2, keepdims=True)
+    # My > 0 stretches z > 0, Mz > 0 stretches y < 0
+    sides = {"N": z, "Vy": y, "Vz": z, "T": z, "My": z, "Mz": -y}
+    return {
+        name: Diagram(values[0], sides[name])
+        for name, values in zip(beam_sections.FORCES, forces, strict=True)
+    }
+
+
+def cable(part: Body, q: np.ndarray, arcs: np.ndarray) -> dict[str, Diagram]:
+    """N, Q, M of a cable at arc lengths (x,); of a trained part, whose functions move nothing
+    alone, without Q.
+    """
+    read = [at_place(part, q, float(s)) for s in arcs]
+    before = np.stack([one[0] for one in read])
+    N = np.array([one[1] for one in read])
+    M = np.stack([one[2] for one in read])
+    Q = np.stack([one[3] for one in read])
+    t = before / np.linalg.norm(before, axis=1, keepdims=True)
+    up = np.array([0.0, 0.0, 1.0])
+    left = np.cross(up, t)
+    if part.dim == 2:
+        found = {"N": Diagram(N, left), "Q": Diagram(-Q[:, 0], left), "M": Diagram(M[:, 2], -left)}
+    else:
+        # across the line, away from the vertical; of a vertical one along x
+        size = np.linalg.norm(left, axis=1, keepdims=True)
+        level = np.where(size > 1e-6, left / np.maximum(size, 1e-6), [1.0, 0.0, 0.0])
+        found = {
+            "N": Diagram(N, np.cross(t, level)),
+            "Q": magnitude(Q),
+            "M": magnitude(np.cross(t, M)),
+        }
+    return found if np.isfinite(Q).all() else {name: found[name] for name in ("N", "M")}
+
+
+def at_place(
+    part: Body, q: np.ndarray, arc: float
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    """Of a cable at an arc length: slope (3,) of the reference, N [N], the vector M (3,) [N m], and
+    Q [N], its component to the left (1,) or its vector (3,) in space.
+    """
+    dim = part.dim
+    rows, parameters = cable_sections.cable_point(part.name, part, At(part.name, arc))
+    u = np.asarray(rows @ q).reshape(1, -1)
+    N, M, *vector = cable_sections.cable_forces(parameters, dim, u)
+    force, slope = cable_sections.carried(parameters, dim, u)[0], u[0, :dim]
+    t = slope / np.linalg.norm(slope)
+    before = spatial(np.asarray(rows[[0]] @ part.reference))[0]
+    if dim == 2:
+        return (
+            before,
+            float(N[0]),
+            np.array([0.0, 0.0, M[0]]),
+            np.array([t[0] * force[1] - t[1] * force[0]]),
+        )
+    return before, float(N[0]), np.concatenate(vector), force - (force @ t) * t
+
+
+def magnitude(vectors: np.ndarray) -> Diagram:
+    """Sizes of vectors (x, 3), drawn along them."""
+    size = np.linalg.norm(vectors, axis=1)
+    return Diagram(size, vectors / np.maximum(size, 1e-300)[:, None])
+
+
+def spatial(points: np.ndarray) -> np.ndarray:
+    """Points (x, c) with three components."""
+    return np.pad(points, [(0, 0), (0, 3 - points.shape[1])])
