@@ -29,7 +29,7 @@ HEIGHT = 0.16  #: of the largest force, over the size of the frame
 NOTHING = 1e-6  #: of the largest force of all, by which one is drawn as zero
 ALIKE = 1e-3  #: of the largest value, by which two are one number in a diagram
 FAINT = 0.01  #: of the largest value, below which one is not written
-APART = 0.04  #: of the size of the frame, by which the places of two numbers differ
+APART = (0.12, 0.04)  #: of the size of the frame, across and upwards, that a number takes
 FLAT = 1e-6  #: of its size, by which a frame is in a plane
 ORDINATES = 9  #: lines across a filled diagram
 WIDE = 2.0  #: times its height, from which the panels of a frame stand in fewer columns
@@ -173,7 +173,7 @@ def write(
     for at, across, value in ordered[:MOST]:
         most = abs(ordered[0][2])
         again = any(
-            np.linalg.norm(at - other) < APART * size
+            np.all(np.abs(at - other) < np.array(APART) * size)
             or (
                 abs(abs(value) - abs(number)) < ALIKE * most
                 and np.linalg.norm(at - other) < 2.0 * HEIGHT * size
