@@ -6,7 +6,7 @@ are kept as they are, for the command line, so that those of results stand in qu
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from math import inf
 from pathlib import Path
@@ -31,6 +31,7 @@ from .options import (
     ViewSource,
     examples,
     ranges,
+    statistics,
     study,
 )
 from .result import Result
@@ -389,6 +390,16 @@ def sweep(
     surfaces: Annotated[
         bool, Option("Fit response surfaces of all outputs: surfaces.json, surfaces.png.")
     ] = False,
+    statistics: Annotated[
+        Mapping[str, Sequence[str]] | None,
+        Option(
+            "A statistic of an output over the parameters, as a column of sweep.csv and in statistics.png: min, max, final, range, "
+            "mean or rms; may be given several times.",
+            "OUTPUT:STATISTIC",
+            "statistic",
+            read=statistics,
+        ),
+    ] = None,
     duration: Duration = None,
     instants: Annotated[int, Option("Stored instants of a history, at most.", least=2)] = 601,
     plots: Plots = True,
@@ -435,7 +446,11 @@ def sweep(
         if surfaces:
             response_surfaces.check_count(members.parameters, len(points))
         indices = design == sweep_sources.SALTELLI
-        return sweeping.sweep_points(job, members, points, seed, options, resume, indices, surfaces)
+        wanted = statistics or {}
+        sweeping.check_statistics(wanted)
+        return sweeping.sweep_points(
+            job, members, points, seed, options, resume, indices, surfaces, wanted
+        )
 
 
 @study
