@@ -1,7 +1,7 @@
 """What `fmbs check` says first: what the model is, what is doubtful, what to do next.
 
     four-bar (dynamic): the scene is valid
-      crank      0.03648 kg, 200 mm long, 10 cells, 44 coordinates
+      crank      0.03648 kg, 200 mm long, 10 cells
       joints     O, A, C, D, motor (driven)
       motion     1 degree of freedom of rigid bodies, 0 after drives
       solver     224 unknowns by a band of half width 7; 1500 steps, about 0.06 s, 8 MB
@@ -22,6 +22,7 @@ from ...core.values.display import DisplayUnits
 
 LISTED = 6  #: bodies and joints that are named
 MOTIONS = 2  #: free motions that are named; each takes a line of 80 columns in space
+STARTS = {"position": "m", "velocity": "m/s"}  #: what joints may change of the start
 CHANGED = 1e-9  #: [m, m/s] that joints change at the start; what is less is round-off
 
 
@@ -42,59 +43,42 @@ def rows_of(found: Mapping[str, Any], display: DisplayUnits) -> Iterator[tuple[s
     if rest := found["bodies"][LISTED:]:
         mass = quantity(sum(body["mass"] for body in rest), "kg", display)
         yield f"{len(rest)} more", f"{mass}, {sum(body['cells'] for body in rest)} cells"
+    mechanism = found["mechanism"]
     joints = [
-        f"{one['name']} (driven)" if one["driven"] else one["name"]
-        for one in found["mechanism"]["joints"]
+        f"{one['name']} (driven)" if one["driven"] else one["name"] for one in mechanism["joints"]
     ]
     yield "joints", shorten(joints, LISTED) or "none"
-    yield "motion", describe_motion(found["mechanism"])
-    if changed := list(initial_changes(found["initial"], display)):
-        yield "start", "joints change it: " + ", ".join(changed)
-    yield "solver", describe_solution(found["unknowns"], found["estimates"])
+    count, left = mechanism["degrees_of_freedom"], mechanism["left_by_drives"]
+    text = f"{counted(count, 'degree')} of freedom of rigid bodies"
+    text += f", {left} after drives" if left != count else ""
+    if excess := len(mechanism["overconstrained"]):
+        text += f", {counted(excess, 'redundant constraint')}"
+    motions = shorten(mechanism["free_motions"], MOTIONS)
+    yield "motion", f"{text}: {motions}" if motions else text
+    changed = {name: found["initial"].get(f"{name}_change") or 0.0 for name in STARTS}
+    if told := [
+        f"{name} by {quantity(value, STARTS[name], display)}"
+        for name, value in changed.items()
+        if value > CHANGED
+    ]:
+        yield "start", f"joints change it: {', '.join(told)}"
+    costs = found["estimates"]
+    memory = max(costs["solver_memory_mb"] + costs.get("memory_mb", 0.0), 1.0)
+    steps = f"{costs['steps']} steps, " if "steps" in costs else ""
+    text = f"{found['unknowns']} unknowns, {costs['solver']}; {steps}"
+    yield "solver", f"{text}about {costs['wall_s']:g} s, {memory:.0f} MB"
 
 
 def describe(body: Mapping[str, Any], display: DisplayUnits) -> str:
     """Mass, size and cells of a body."""
+    sizes = {"length": ("m", " long"), "area": ("m^2", ""), "extent": ("m", " in size")}
+    known = next((key for key in sizes if body[key]), None)
     words = [quantity(body["mass"], "kg", display)]
-    if body["length"]:
-        words.append(f"{quantity(body['length'], 'm', display)} long")
-    elif body["area"]:
-        words.append(quantity(body["area"], "m^2", display))
-    elif body["extent"]:
-        words.append(f"{quantity(body['extent'], 'm', display)} in size")
-    return ", ".join([*words, *([f"{body['cells']} cells"] if body["cells"] else ["rigid"])])
-
-
-def describe_motion(found: Mapping[str, Any]) -> str:
-    """Degrees of freedom by rank, those after drives with the motions that they are, and redundant
-    constraints.
-    """
-    count = found["degrees_of_freedom"]
-    text = f"{count} degree{'' if count == 1 else 's'} of freedom of rigid bodies"
-    if found["left_by_drives"] != count:
-        text += f", {found['left_by_drives']} after drives"
-    if excess := len(found["overconstrained"]):
-        text += f", {excess} redundant constraint{'' if excess == 1 else 's'}"
-    motions = shorten(found["free_motions"], MOTIONS)
-    return f"{text}: {motions}" if motions else text
-
-
-def initial_changes(found: Mapping[str, Any], display: DisplayUnits) -> Iterator[str]:
-    """What joints change of the given initial state."""
-    for key, unit in (("position_change", "m"), ("velocity_change", "m/s")):
-        if (value := found.get(key) or 0.0) > CHANGED:
-            name = key.removesuffix("_change")
-            yield f"{name} by {quantity(value, unit, display)}"
-    if (lost := found.get("energy_lost") or 0.0) > CHANGED:
-        yield f"{100 * lost:.2g} % of the kinetic energy is lost"
-
-
-def describe_solution(unknowns: int, found: Mapping[str, Any]) -> str:
-    """Unknowns, solver, steps, time and memory."""
-    words = [f"{found['steps']} steps"] if "steps" in found else []
-    memory = found["solver_memory_mb"] + found.get("memory_mb", 0.0)
-    words += [f"about {found['wall_s']:g} s", f"{max(memory, 1.0):.0f} MB"]
-    return f"{unknowns} unknowns, {found['solver']}; {', '.join(words)}"
+    if known:
+        unit, behind = sizes[known]
+        words.append(quantity(body[known], unit, display) + behind)
+    key, word = ("cells", "cells") if body["cells"] else ("dofs", "coordinates")
+    return ", ".join([*words, f"{body[key]} {word}"])
 
 
 def advice(
@@ -102,11 +86,15 @@ def advice(
 ) -> Iterator[tuple[str, str]]:
     """How many warnings there were, and the next command."""
     options = [word for name, value in changes.items() for word in ("--set", f"{name}={value}")]
-    run = shlex.join(["fmbs", "run", source, *options])
-    ending = "" if (count := len(found["notices"])) == 1 else "s"
-    yield "doubtful", f"{count} warning{ending}, shown before" if count else "nothing"
-    first = f"settle the warning{ending}, then {run}" if count else run
-    yield "next", f"{first}; all tables: fmbs check --all"
+    run = f"{shlex.join(['fmbs', 'run', source, *options])}; all tables: fmbs check --all"
+    count = len(found["notices"])
+    yield "doubtful", f"{counted(count, 'warning')}, shown before" if count else "nothing"
+    yield "next", f"settle what is doubtful, then {run}" if count else run
+
+
+def counted(count: int, what: str) -> str:
+    """A count with its word: 1 degree, 2 degrees."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def quantity(value: float, unit: str, display: DisplayUnits) -> str:

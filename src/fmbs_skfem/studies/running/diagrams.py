@@ -19,7 +19,9 @@ from ...core.values.units import add_unit
 from ...results import force_diagrams, frames, plots
 from ...scenes import build
 from ...scenes.analyses.analysis import States
+from ...scenes.bodies import OfLine, PlacedPart
 from ...systems.measures.section_diagrams import UNITS, LineForces, along_lines
+from ...systems.measures.stresses import tell_coarse
 from .. import job as jobs
 from ..job import Job
 
@@ -32,12 +34,16 @@ NAMES = (PICTURE, TABLE)
 
 
 def require(scene: Scene, wanted: bool, at: float | None) -> None:
-    """InputError for a diagram of modes, and for an instant without a diagram."""
+    """InputError for a diagram of modes, of a scene without lines, and for an instant without a
+    diagram.
+    """
     if at is not None and not wanted:
         raise InputError(say("--at", "the option --diagram beside it", "none", "add it"))
+    expected = "a motion or an equilibrium of cables or beams"
     if wanted and isinstance(scene.analysis, States):
-        expected = "a motion or an equilibrium"
         raise InputError(say("--diagram", expected, scene.analysis.word, "leave the option out"))
+    if wanted and not any(isinstance(one, OfLine | PlacedPart) for one in scene.bodies.values()):
+        raise InputError(say("--diagram", expected, "other bodies", "leave the option out"))
 
 
 def order(
@@ -48,9 +54,12 @@ def order(
     row = int(frames.choose(states.times, [at])[0]) if at is not None else len(states.times) - 1
     bodies = build.parts(scene, None, job.allow_outside)
     forces = along_lines(states.system, bodies, states.x[row])
+    for part in bodies:
+        if part.name in forces:
+            tell_coarse("--diagram", part)
     instant = float(states.times[row])
-    clock = f"t = {scene.display.quantity(instant, 's')}" if scene.analysis.clock else ""
-    title = ", ".join(filter(None, (jobs.title(scene), clock or f"load factor {instant:.6g}")))
+    time = f"t = {scene.display.quantity(instant, 's')}"
+    title = f"{jobs.title(scene)}, {time if scene.analysis.clock else f'load factor {instant:.6g}'}"
 
     def draw() -> Path:
         return plots.save(force_diagrams.figure(forces, title, scene.display), out / PICTURE)

@@ -26,6 +26,7 @@ from . import beam_sections, cable_sections
 #: evenly along a line, beside its named places and the ends of its cells, where forces act: the
 #: top of a parabola between them errs by 6e-4 of its height
 PLACES = 41
+UPRIGHT = 1e-6  #: sine of the angle to the vertical, up to which a line is upright
 NEAR = 1e-9  #: of the length of a line, by which places differ
 UNITS = {"N": "N", "Q": "N", "M": "N m", **beam_sections.FORCES}
 
@@ -91,49 +92,39 @@ def cable(part: Body, q: np.ndarray, arcs: np.ndarray) -> dict[str, Diagram]:
     """N, Q, M of a cable at arc lengths (x,); of a trained part, whose functions move nothing
     alone, without Q.
     """
-    read = [at_place(part, q, float(s)) for s in arcs]
-    before = np.stack([one[0] for one in read])
-    N = np.array([one[1] for one in read])
-    M = np.stack([one[2] for one in read])
-    Q = np.stack([one[3] for one in read])
-    t = before / np.linalg.norm(before, axis=1, keepdims=True)
+    N, M, F, now, before = map(np.array, zip(*(at_place(part, q, s) for s in arcs), strict=True))
     up = np.array([0.0, 0.0, 1.0])
-    left = np.cross(up, t)
+    left = np.cross(up, before)
     if part.dim == 2:
-        found = {"N": Diagram(N, left), "Q": Diagram(-Q[:, 0], left), "M": Diagram(M[:, 2], -left)}
+        Q = -np.einsum("xc,xc->x", F, np.cross(up, now))
+        found = {"N": Diagram(N, left), "Q": Diagram(Q, left), "M": Diagram(M[:, 2], -left)}
     else:
-        # across the line, away from the vertical; of a vertical one along x
+        # N is drawn upwards as far as the line lets it, at a vertical one along y
         size = np.linalg.norm(left, axis=1, keepdims=True)
-        level = np.where(size > 1e-6, left / np.maximum(size, 1e-6), [1.0, 0.0, 0.0])
+        level = np.where(size > UPRIGHT, left / np.maximum(size, UPRIGHT), [1.0, 0.0, 0.0])
+        Q = F - np.einsum("xc,xc->x", F, now)[:, None] * now
         found = {
-            "N": Diagram(N, np.cross(t, level)),
+            "N": Diagram(N, np.cross(before, level)),
             "Q": magnitude(Q),
-            "M": magnitude(np.cross(t, M)),
+            "M": magnitude(np.cross(before, M)),
         }
-    return found if np.isfinite(Q).all() else {name: found[name] for name in ("N", "M")}
+    return {name: one for name, one in found.items() if np.isfinite(one.values).all()}
 
 
 def at_place(
     part: Body, q: np.ndarray, arc: float
-) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
-    """Of a cable at an arc length: slope (3,) of the reference, N [N], the vector M (3,) [N m], and
-    Q [N], its component to the left (1,) or its vector (3,) in space.
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of a cable at an arc length N [N], the vectors (3,) M [N m] and F [N], and unit vectors along
+    it, in the state and in the reference.
     """
-    dim = part.dim
-    rows, parameters = cable_sections.cable_point(part.name, part, At(part.name, arc))
+    rows, parameters = cable_sections.cable_point(part.name, part, At(part.name, float(arc)))
     u = np.asarray(rows @ q).reshape(1, -1)
-    N, M, *vector = cable_sections.cable_forces(parameters, dim, u)
-    force, slope = cable_sections.carried(parameters, dim, u)[0], u[0, :dim]
-    t = slope / np.linalg.norm(slope)
-    before = spatial(np.asarray(rows[[0]] @ part.reference))[0]
-    if dim == 2:
-        return (
-            before,
-            float(N[0]),
-            np.array([0.0, 0.0, M[0]]),
-            np.array([t[0] * force[1] - t[1] * force[0]]),
-        )
-    return before, float(N[0]), np.concatenate(vector), force - (force @ t) * t
+    N, M, *vector = cable_sections.cable_forces(parameters, part.dim, u)
+    F = cable_sections.carried(parameters, part.dim, u)
+    slopes = spatial(np.stack([(rows[[0]] @ own)[0] for own in (q, part.reference)]))
+    now, before = slopes / np.linalg.norm(slopes, axis=1, keepdims=True)
+    moment = np.concatenate(vector) if vector else np.array([0.0, 0.0, M[0]])
+    return float(N[0]), moment, spatial(F)[0], now, before
 
 
 def magnitude(vectors: np.ndarray) -> Diagram:
