@@ -70,6 +70,23 @@ def test_stick_slip_of_a_mass_on_a_belt() -> None:
     assert found["amplitude"] == pytest.approx(0.5 * np.ptp(x), rel=1e-4)
 
 
+def test_stick_slip_on_a_belt_that_a_drive_moves() -> None:
+    """The same by the speed of the mass against that of a body that goes on evenly, which an output
+    shows, too.
+    """
+    text = OSCILLATOR.format(force="-10 N/m * x + {}", x0=0.0, end=60, step=2)
+    slip = "(belt.rate - x.rate) / (1 m/s)"
+    text = text.replace("{}", f"2 N * (1 + 1 / (1 + 20 * abs({slip}))) * tanh({slip} * 1000)")
+    second = "b: {type: point_mass, mass: 1 kg, position: [0 m, 1 m]}"
+    drive = 'joints: {go: {type: driven_position, at: b, displacement: ["0.1 m/s * t", "0 m"]}}'
+    text = text.replace("position: [0.0 m, 0]}}", f"position: [0.0 m, 0]}}, {second}}}\n{drive}")
+    text = text.replace("outputs: {", "outputs: {belt: {type: position, at: b, component: x}, ")
+    found = studies.run(scenes.loads(text))
+    cycle = found.report["limit_cycle"]
+    assert (cycle["column"], cycle["unit"]) == ("x", "m")
+    assert found.outputs["x"].max() == pytest.approx(0.4, rel=1e-2)
+
+
 SILENT = {
     "too short": (VAN_DER_POL, 0.1, 35.0),
     "driven": (f"{VAN_DER_POL} + 2 N * cos(t)", 0.1, 80.0),

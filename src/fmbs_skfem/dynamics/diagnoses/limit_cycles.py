@@ -162,8 +162,9 @@ def change(
     apart = curve(grid + period) - curve(grid)
     shift = float(np.median(apart[grid >= end - period]))
     late = times >= end
-    size = np.ptp(values[late] - shift / period * times[late])
-    return grid, np.abs(apart - shift) / max(float(size), 1e-300)
+    size = float(np.ptp(values[late] - shift / period * times[late]))
+    # what moves on evenly, as a belt, has no range of its own
+    return grid, np.abs(apart - shift) / max(size, STILL * float(np.ptp(values)))
 
 
 def keeps_itself_up(motion: Trajectory, values: np.ndarray, period: float) -> bool:
