@@ -75,9 +75,33 @@ def test_masses_are_those_of_solid_cylinders() -> None:
 
 
 def test_a_table_names_bodies_and_joints() -> None:
-    done = fmbs("check", EXAMPLES / "spin_up.yaml")
+    done = fmbs("check", EXAMPLES / "spin_up.yaml", "--all")
     assert done.code == 0
     assert all(word in done.out for word in ("beam", "hinge", "drive", "404", "mass [kg]"))
+
+
+def test_few_lines_say_what_a_scene_is(tmp_path: Path) -> None:
+    """Three bodies in ten lines at most, a scene of many in few more; a warning is shown in full,
+    counted, and the next command has the parameters that were set.
+    """
+    path = EXAMPLES / "four_bar.yaml"
+    short = fmbs("check", path, "--set", "speed=250 rpm")
+    lines = short.out.splitlines()
+    assert len(lines) <= 10
+    assert lines[0] == "four-bar (dynamic): the scene is valid"
+    assert re.search(r"^  coupler +0.0342 kg, 500 mm long, 25 cells$", short.out, re.M)
+    assert re.search(r"^  joints +O, A, C, D, motor \(driven\)$", short.out, re.M)
+    assert re.search(
+        r"^  motion +1 degree of freedom of rigid bodies, 0 after drives$", short.out, re.M
+    )
+    assert re.search(r"^  doubtful +nothing$", short.out, re.M)
+    assert f"fmbs run {path} --set 'speed=250 rpm'; all tables: fmbs check --all" in short.out
+    assert fmbs("check", path, "--json").json == fmbs("check", path, "--json", "--all").json
+    floating = fmbs("check", EXAMPLES / "engine_mounts.yaml")
+    assert "warning: " in floating.err
+    assert "no joint ties 'engine' to the ground: it moves freely" in floating.err
+    assert re.search(r"^  doubtful +1 warning, shown before$", floating.out, re.M)
+    assert len(fmbs("check", EXAMPLES / "planetary_gear.yaml").out.splitlines()) <= 12
 
 
 def test_redundant_rows_are_counted_and_named(tmp_path: Path) -> None:
@@ -316,8 +340,8 @@ def test_gruebler_and_rank_stand_side_by_side(tmp_path: Path) -> None:
         len(counted["overconstrained"]),
     ) == (0, -2, 1, 3)
     assert len(done.json["redundant"]) == 3
-    shown = fmbs("check", path)
-    assert "redundant constraints (rigid bodies)     3 (" in shown.out
+    assert "redundant constraints (rigid bodies)     3 (" in fmbs("check", path, "--all").out
+    assert "1 degree of freedom of rigid bodies, 3 redundant constraints" in fmbs("check", path).out
     assert fmbs("check", rigid_scene(tmp_path, LINKS, four_bar(2)), "--strict").code == 0
 
 
@@ -752,6 +776,6 @@ def test_check_says_where_bodies_are(tmp_path: Path) -> None:
     assert sheet["places"]["p1.corner_10"] == pytest.approx([0.006, 0, 0.002])
     assert ball["places"] == {"center": [1, 2, 3]}
     assert (ball["box"], ball["area"], ball["pieces"]) == ([[1, 2, 3], [1, 2, 3]], None, 1)
-    text = fmbs("check", path).out
+    text = fmbs("check", path, "--all").out
     assert re.search(r"sheet +\(0, 0, 2\) +\(6, 1, 2\) +2e-06 m2 +2\n", text)
     assert re.search(r"sheet\.p1\.corner_10 +\(6, 0, 2\)\n", text)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.families import response_surfaces
@@ -14,7 +15,7 @@ from fmbs_skfem.families.members import Status
 from fmbs_skfem.reduction import parameters
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, plots, sweep_plots
-from fmbs_skfem.results.sweep_files import Sweep
+from fmbs_skfem.results.sweep_files import STATISTICS, Sweep, statistics
 from fmbs_skfem.studies.sweeping import sobol_table
 
 from .test_plots import count, overprinted
@@ -54,6 +55,31 @@ def test_the_response_shows_extremes_over_each_parameter(tmp_path: Path) -> None
     assert count(path, palette.BLACK) > 200
     tinted = plots.save(sweep_plots.response(SWEEP, outputs=["speed"]), tmp_path / "one.pdf")
     assert tinted.read_bytes().startswith(b"%PDF")
+
+
+def test_statistics_of_histories_are_exact_for_straight_lines() -> None:
+    """x = a t from 0 to 2 at uneven instants, the second one cut off at 1: mean a T / 2, rms
+    a T / sqrt(3), range a T; a member without result has none, and its own picture shows them.
+    """
+    times = np.array([[0.0, 0.1, 1.0, 2.0], [0.0, 0.5, 1.0, np.nan], [np.nan] * 4])
+    a, T = np.array([-3.0, 4.0]), np.array([2.0, 1.0])
+    sweep = replace(
+        SWEEP,
+        points=SWEEP.points[:3],
+        status=(Status.OK, Status.OK, Status.FAILED),
+        times=times,
+        columns={"x": np.vstack([a[:, None] * times[:2], times[2:]])},
+    )
+    found = statistics(sweep, "x")
+    assert list(found) == list(STATISTICS)
+    assert_allclose(found["mean"][:2], a * T / 2)
+    assert_allclose(found["rms"][:2], np.abs(a) * T / np.sqrt(3.0))
+    assert_allclose(found["range"][:2], np.abs(a) * T)
+    assert all(np.isnan(values[2]) for values in found.values())
+    drawn = sweep_plots.over_parameters(sweep, {"x": ["rms", "range"]})
+    rms = drawn.axes[0].collections[0].get_offsets()
+    assert_allclose(np.asarray(rms)[:2, 1], found["rms"][:2])
+    assert [axes.get_xlabel() for axes in drawn.axes] == ["E [GPa]", "d [mm]"]
 
 
 BOXES = {

@@ -141,7 +141,7 @@ def test_parameters_of_a_sweep() -> None:
         (
             "type: cable",
             "type: beam\n    twist: 1",
-            "twist: expected none, got one in the plane, where z of the section is to the left of the line; delete it, or write dimension: 3",
+            "twist: expected none, got one in the plane, where z of the section is to the left of the line; delete it",
         ),
         (
             "    type: cable\n",

@@ -272,3 +272,31 @@ def test_a_sweep_over_a_table_that_is_named_by_a_text(tmp_path: Path) -> None:
     assert columns["mass_x max [m]"] == pytest.approx([0.04, 0.032], rel=2e-5)
     run = studies.run(scenes.loads(SWING, parameters={"k": 100.0}))
     assert columns["mass_x final [m]"][0] == run.table()["mass_x [m]"][-1]
+
+
+@pytest.mark.filterwarnings("ignore:scene.*no joint ties")
+def test_statistics_of_outputs_over_the_parameters_of_a_sweep(tmp_path: Path) -> None:
+    """x = F / k (1 - cos w t) over k, of its stored steps; what is no statistic stops before
+    anything runs, what is no output is left out with a warning.
+    """
+    wanted = {"mass_x": ["rms", "range"], "mas_x": ["mean"]}
+    with ThreadPoolExecutor(1) as pool:
+        with pytest.warns(Notice, match="'mas_x'; did you mean 'mass_x'"):
+            found = studies.sweep(
+                scenes.loads(SWING),
+                samples=2,
+                design="grid",
+                scheduler=pool,
+                statistics=wanted,
+                out=tmp_path,
+            )
+        with pytest.raises(InputError, match="one of min, max, final, range, mean, rms, got 'rsm'"):
+            studies.sweep(scenes.loads(SWING), samples=2, statistics={"mass_x": ["rsm"]})
+    columns = found.table()
+    for k, values in enumerate(found.outputs["mass_x"]):
+        times = found.times[k]
+        rms = np.sqrt(np.trapezoid(values**2, times) / times[-1])
+        assert columns["mass_x rms [m]"][k] == pytest.approx(rms, rel=1e-3)
+        assert columns["mass_x range [m]"][k] == pytest.approx(np.ptp(values), rel=1e-3)
+    assert (tmp_path / "statistics.png").stat().st_size > 5000
+    assert "mass_x rms [m]" in (tmp_path / "sweep.csv").read_text()

@@ -41,6 +41,7 @@ VERSION = 1
 KIND = FileKind("fmbs_skfem sweep record", "a record", "remove it and go on with --resume")
 RESUME = "what is there is kept; make room and go on with --resume"
 EXTREMES = ("min", "max", "final")
+STATISTICS = (*EXTREMES, "range", "mean", "rms")
 TAKEN = ("member", "status", "reason", "message")  #: headers beside those of parameters and outputs
 
 
@@ -154,6 +155,28 @@ def extremes(sweep: Sweep, output: str) -> dict[str, np.ndarray]:
         "min": np.fmin.reduce(known, axis=1),
         "max": np.fmax.reduce(known, axis=1),
         "final": final,
+    }
+
+
+def statistics(sweep: Sweep, output: str) -> dict[str, np.ndarray]:
+    r"""`extremes` (k,) of an output, its range max - min, and over its stored instants, between which
+    it is taken as linear,
+
+        mean = int x dt / T,    rms = sqrt(int x^2 dt / T)
+    """
+    found = extremes(sweep, output)
+    a, b = sweep.columns[output][:, :-1], sweep.columns[output][:, 1:]
+    dt = np.where(np.isfinite(a + b), np.abs(np.diff(sweep.times, axis=1)), 0.0)
+    T = dt.sum(axis=1)
+    none = np.full(len(T), np.nan)
+    first, second = (
+        np.divide(np.nansum(dt * values, axis=1), T, out=none.copy(), where=T > 0.0)
+        for values in ((a + b) / 2.0, (a * a + a * b + b * b) / 3.0)
+    )
+    return found | {
+        "range": found["max"] - found["min"],
+        "mean": first,
+        "rms": np.sqrt(np.maximum(second, 0.0)),
     }
 
 

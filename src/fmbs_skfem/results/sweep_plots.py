@@ -22,7 +22,7 @@ from ..families.response_surfaces import ResponseSurface
 from ..reduction.parameters import from_box
 from . import charts, palette
 from .frames import Array
-from .sweep_files import Sweep, extremes
+from .sweep_files import Sweep, statistics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +44,9 @@ KINDS = {
     "max": (palette.VERMILLION, "^"),
     "final": (palette.BLACK, "o"),
     "min": (palette.BLUE, "v"),
+    "range": (palette.GREEN, "D"),
+    "mean": (palette.PURPLE, "s"),
+    "rms": (palette.ORANGE, "P"),
 }
 
 
@@ -53,17 +56,32 @@ def response(
     """Largest, last and smallest value of outputs over every parameter: a row an output, a column a
     parameter.
     """
-    sweep = read_in(sweep, display)
     chosen = choose_outputs(sweep, outputs, MOST_ROWS)
-    width, height = 3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8
-    figure = charts.figure(width, height, headed(title, chosen, sweep.columns))
+    shown = dict.fromkeys(chosen, ("max", "final", "min"))
+    return over_parameters(sweep, shown, headed(title, chosen, sweep.columns), display)
+
+
+def over_parameters(
+    sweep: Sweep,
+    shown: Mapping[str, Sequence[str]],
+    title: str = "",
+    display: DisplayUnits = SI,
+) -> Figure:
+    """Statistics of outputs, by `sweep_files.STATISTICS`, over every parameter: a row an output, a
+    column a parameter.
+    """
+    sweep = read_in(sweep, display)
+    choose_outputs(sweep, list(shown), MOST_ROWS)
+    width, height = 3.1 * len(sweep.parameters) + 1.2, 2.2 * len(shown) + 0.8
+    figure = charts.figure(width, height, title)
     grid = figure.subplots(
-        len(chosen), len(sweep.parameters), squeeze=False, sharex="col", sharey="row"
+        len(shown), len(sweep.parameters), squeeze=False, sharex="col", sharey="row"
     )
-    for row, output in zip(grid, chosen, strict=True):
-        values = extremes(sweep, output)
+    for row, (output, kinds) in zip(grid, shown.items(), strict=True):
+        values = statistics(sweep, output)
         for axes, parameter, points in zip(row, sweep.parameters, sweep.points.T, strict=True):
-            for kind, (tint, marker) in KINDS.items():
+            for kind in kinds:
+                tint, marker = KINDS[kind]
                 axes.scatter(
                     points,
                     values[kind],
@@ -90,7 +108,7 @@ def scatter_matrix(
     display: DisplayUnits = SI,
 ) -> Figure:
     """Every parameter and output against those before it, with histograms on the diagonal; outputs
-    by one of `extremes`.
+    by one of `statistics`.
     """
     if kind not in KINDS:
         raise InputError(
@@ -104,7 +122,7 @@ def scatter_matrix(
     chosen = choose_outputs(sweep, outputs, max(1, MOST_SIDES - len(sweep.parameters)))
     sides = [(add_unit(p.name, p.unit), sweep.points[:, k]) for k, p in enumerate(sweep.parameters)]
     sides += [
-        (add_unit(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep, name)[kind])
+        (add_unit(f"{name} {kind}", sweep.units.get(name, "")), statistics(sweep, name)[kind])
         for name in chosen
     ]
     good = np.array([status is Status.OK for status in sweep.status])

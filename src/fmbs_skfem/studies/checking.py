@@ -32,7 +32,7 @@ from . import job as jobs
 from . import reports
 from .job import Job
 from .result import ReportTable, Result
-from .running import estimates, exportable
+from .running import check_summary, estimates, exportable
 
 if TYPE_CHECKING:
     from ..bodies.body import Body
@@ -57,9 +57,9 @@ class Check(Result):
     mechanism: Mechanism
 
 
-def check_scene(job: Job, scene: Scene, target: str | None = None) -> Check:
-    """The judgement of a scene; where its model is to be exported to a `target`, InputError for
-    what that cannot have.
+def check_scene(job: Job, scene: Scene, target: str | None = None, tables: bool = False) -> Check:
+    """The judgement of a scene, in few lines or in `tables`; where its model is to be exported to a
+    `target`, InputError for what that cannot have.
     """
     build.check_functions(scene)
     parts = {part.name: part for part in build.parts(scene, None, job.allow_outside)}
@@ -97,7 +97,9 @@ def check_scene(job: Job, scene: Scene, target: str | None = None) -> Check:
     reports.write_report(jobs.settle_folder(job, [NAME], report["fingerprint"], NAME), report, NAME)
     about = f"{report['scene']}: {raw.size} coordinates, {counted.mobility} degrees of freedom of rigid bodies"
     found = "what the scene leaves open of step and cells is found when it runs; the estimates count with some step and its meshes"
-    lines = [*view(report), *([f"accuracy {job.wanted}: {found}"] if job.wanted else [])]
+    short = check_summary.summarise(report, str(job.path), job.changes)
+    shown = view(report) if tables else short
+    lines = [*shown, *([f"accuracy {job.wanted}: {found}"] if job.wanted else [])]
     return Check(
         about=about, report=report, lines=lines, scene=scene, system=reduced, mechanism=counted
     )

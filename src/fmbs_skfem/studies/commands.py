@@ -6,7 +6,7 @@ are kept as they are, for the command line, so that those of results stand in qu
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from math import inf
 from pathlib import Path
@@ -31,6 +31,7 @@ from .options import (
     ViewSource,
     examples,
     ranges,
+    statistics,
     study,
 )
 from .result import Result
@@ -59,13 +60,17 @@ def check(
             choices=("c", "fmu", "page"),
         ),
     ] = None,
+    tables: Annotated[
+        bool, Option("Show all tables: bodies, meshes, places, joints, solver.", name="all")
+    ] = False,
     duration: Duration = None,
     **shared: Unpack[Shared],
 ) -> "Check":
     """Read a scene and its meshes, assemble it, and say what it is.
 
     SCENE is assembled in the form in which it is solved, and its initial state is checked; nothing
-    is solved. The tables show masses, sizes, joints, degrees of freedom, solver, memory and time. A
+    is solved. Some lines say what the model is, what is doubtful and what to do next; with `tables`
+    all masses, sizes, places, joints, degrees of freedom, solver, memory and time are shown. A
     warning is shown for units, slenderness and cells that are hardly meant, for redundant joints
     and for bodies that no joint ties to the ground; joints that contradict each other, and initial
     motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with
@@ -83,7 +88,7 @@ def check(
     from . import checking
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return checking.check_scene(job, jobs.read_scene(job, plans=False), target)
+        return checking.check_scene(job, jobs.read_scene(job, plans=False), target, tables)
 
 
 @study
@@ -385,6 +390,16 @@ def sweep(
     surfaces: Annotated[
         bool, Option("Fit response surfaces of all outputs: surfaces.json, surfaces.png.")
     ] = False,
+    statistics: Annotated[
+        Mapping[str, Sequence[str]] | None,
+        Option(
+            "A statistic of an output over the parameters, as a column of sweep.csv and in statistics.png: min, max, final, range, "
+            "mean or rms; may be given several times.",
+            "OUTPUT:STATISTIC",
+            "statistic",
+            read=statistics,
+        ),
+    ] = None,
     duration: Duration = None,
     instants: Annotated[int, Option("Stored instants of a history, at most.", least=2)] = 601,
     plots: Plots = True,
@@ -431,7 +446,11 @@ def sweep(
         if surfaces:
             response_surfaces.check_count(members.parameters, len(points))
         indices = design == sweep_sources.SALTELLI
-        return sweeping.sweep_points(job, members, points, seed, options, resume, indices, surfaces)
+        wanted = statistics or {}
+        sweeping.check_statistics(wanted)
+        return sweeping.sweep_points(
+            job, members, points, seed, options, resume, indices, surfaces, wanted
+        )
 
 
 @study
@@ -447,6 +466,12 @@ def render(
     scale: Annotated[
         float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)
     ] = 1.0,
+    diagram: Annotated[
+        bool, Option("Draw the section forces N, Q, M, T along all cables and beams, diagram.png.")
+    ] = False,
+    at: Annotated[
+        float | None, Option("Instant or load factor of the diagram, in place of the end.", "TIME")
+    ] = None,
     html: Html = False,
     **shared: Unpack[Shared],
 ) -> "Run":
@@ -454,8 +479,8 @@ def render(
 
     `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif
     beside what `run` writes; of modes and buckling modes.png with all shapes, and mode_1.gif, ...
-    with a period of each. Without OpenGL, or for MP4 without ffmpeg, these numbers are kept (exit
-    code 7).
+    with a period of each; with `diagram` also diagram.png and diagram.csv. Without OpenGL, or for
+    MP4 without ffmpeg, these numbers are kept (exit code 7).
 
     In Python that raises MissingFeature.
     """
@@ -463,9 +488,8 @@ def render(
     from .running import runs
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return runs.render_scene(
-            job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html
-        )
+        ending = video.SUFFIX if mp4 else ".gif"
+        return runs.render_scene(job, frames if gif else 0, ending, scale, html, diagram, at)
 
 
 @study

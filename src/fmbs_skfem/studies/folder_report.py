@@ -247,10 +247,10 @@ def sections(
         yield report.section(
             name, *(report.table(one.title, one.columns, one.rows) for one in tables)
         )
+    yield report.section("Pictures", *pictures(folder))
     for path in sorted(folder.glob("*.csv")):
         if path.name != OUTPUTS:
             yield beside(path, display)
-    yield report.section("Pictures", *pictures(folder))
     for name, one in origins.items():
         with reports.reading(folder / name):
             told = report.section(f"Provenance of {name}", *origin(one))

@@ -165,6 +165,16 @@ def outputs(report: Report, display: DisplayUnits) -> Iterable[View]:
     )
 
 
+@kind("limit_cycle")
+def limit_cycle(report: Report, display: DisplayUnits) -> Iterable[View]:
+    """The self-excited motion in which a run ends."""
+    found = report["limit_cycle"]
+    size = display.quantity(float(f"{found['amplitude']:.4g}"), found["unit"])
+    every, since = (f"{found[key]:.4g} s" for key in ("period", "since"))
+    text = f"{found['column']} repeats every {every} with an amplitude of {size}"
+    yield f"{text}; a limit cycle since t = {since}"
+
+
 def finite(value: float | None) -> float | None:
     """A number; none where it is not finite, for which files have null: the balance of energy of an
     equilibrium.

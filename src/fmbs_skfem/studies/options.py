@@ -180,6 +180,17 @@ def ranges(texts: tuple[str, ...]) -> Ranges:
     return found
 
 
+def statistics(texts: tuple[str, ...]) -> Mapping[str, list[str]]:
+    """OUTPUT:STATISTIC pairs as statistics by output; ValueError for another form."""
+    found: dict[str, list[str]] = {}
+    for text in texts:
+        output, _, kind = map(str.strip, text.rpartition(":"))
+        if not (output and kind):
+            raise ValueError(f"expected OUTPUT:STATISTIC, as in tip_y:rms, got '{text}'")
+        found.setdefault(output, []).append(kind)
+    return found
+
+
 def examples() -> Collection[str]:
     """Names of the example scenes that travel with the package."""
     from ..scenes.examples import names

@@ -5,7 +5,7 @@ call each a member.
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ..results.sweep_files import Sweep
     from .sweep_sources import Members
 
-PLOTS = ("response", "scatter", "histories", "surrogate", "sensitivity", "surfaces")
+PLOTS = ("response", "scatter", "statistics", "histories", "surrogate", "sensitivity", "surfaces")
 SURFACES = "surfaces.json"
 LISTED = 20  #: failed samples in the table on the screen
 
@@ -112,9 +112,10 @@ def sweep_points(
     resume: bool,
     indices: bool,
     surfaces: bool,
+    statistics: Mapping[str, Sequence[str]],
 ) -> SweepResult:
     """Members at points (k, d) of the parameters, which a design with a seed gave, with Sobol
-    indices and response surfaces.
+    indices, response surfaces and further statistics of outputs.
     """
     sweep_sources.warn_outside(members, points)
     origin = reports.provenance(
@@ -126,7 +127,8 @@ def sweep_points(
     origin["threads"]["workers"] = outcome.workers
     predicted = sweep_sources.predict_errors(members, points)
     table = sweep_files.collect(members.parameters, points, records)
-    table = replace(table, numbers=table.numbers | predicted)
+    statistics = known_statistics(table, statistics)
+    table = replace(table, numbers=table.numbers | predicted | columns_of(table, statistics))
     found = indices_of(table) if indices else {}
     fitted = surfaces_of(table) if surfaces else {}
     report = {
@@ -141,7 +143,7 @@ def sweep_points(
         **({"sobol_indices": found} if indices else {}),
         **({"response_surfaces": errors_of(fitted)} if surfaces else {}),
     }
-    figures = figures_of(job, members, table, found, fitted)
+    figures = figures_of(job, members, table, found, fitted, statistics)
 
     def write(out: Path) -> list[Path]:
         files = [
@@ -353,19 +355,60 @@ def sobol_table(found: Mapping[str, Any]) -> ReportTable:
     )
 
 
+def check_statistics(wanted: Mapping[str, Sequence[str]]) -> None:
+    """InputError for statistics that there are none of, before anything runs."""
+    known = sweep_files.STATISTICS
+    for output, kinds in wanted.items():
+        for kind in kinds:
+            if kind not in known:
+                got = f"'{kind}'{closest(kind, known)}"
+                raise InputError(say(f"statistic of {output}", f"one of {', '.join(known)}", got))
+
+
+def known_statistics(table: Sweep, wanted: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Those of outputs that the members have; the others are left out with a warning, since all that
+    was computed is kept.
+    """
+    for name in (name for name in wanted if name not in table.columns):
+        listed = ", ".join(table.columns) or "none"
+        expected = f"an output, one of {listed}"
+        remedy = "name it and go on with --resume, which runs nothing again"
+        notify(say("statistic", expected, f"'{name}'{closest(name, table.columns)}", remedy))
+    return {name: kinds for name, kinds in wanted.items() if name in table.columns}
+
+
+def columns_of(table: Sweep, statistics: Mapping[str, Sequence[str]]) -> dict[str, np.ndarray]:
+    """Columns of statistics that every table does not have, by their heads."""
+    return {
+        add_unit(f"{name} {kind}", table.units.get(name, "")): sweep_files.statistics(table, name)[
+            kind
+        ]
+        for name, kinds in statistics.items()
+        for kind in kinds
+        if kind not in sweep_files.EXTREMES
+    }
+
+
 def figures_of(
-    job: Job, members: Members, table: Sweep, found: Mapping[str, Any], fitted: Mapping[str, Any]
+    job: Job,
+    members: Members,
+    table: Sweep,
+    found: Mapping[str, Any],
+    fitted: Mapping[str, Any],
+    statistics: Mapping[str, Sequence[str]],
 ) -> Figures:
     """Response, scatter matrix and histories where a member ran, the surrogate of a model that has
     a record of its training.
 
-    And indices and surfaces that were found.
+    And indices, surfaces and statistics that were found.
     """
     rules: dict[str, Callable[[], Figure]] = {}
     shared: dict[str, Any] = {"title": members.name, "display": members.display}
     if table.columns:
         rules["response"] = partial(sweep_plots.response, table, **shared)
         rules["scatter"] = partial(sweep_plots.scatter_matrix, table, **shared)
+        if statistics:
+            rules["statistics"] = partial(sweep_plots.over_parameters, table, statistics, **shared)
         across = (
             "load factor"
             if members.scene is not None and not members.scene.analysis.clock

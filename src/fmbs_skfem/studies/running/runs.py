@@ -19,7 +19,7 @@ from ...scenes.analyses.analysis import Analysis, History, States
 from .. import job as jobs
 from .. import models, reports
 from ..job import Job
-from . import judging, near_states, pictures, webpages
+from . import diagrams, judging, near_states, pictures, webpages
 from .outcome import SERIES, Run
 from .solving import RunTask, solve
 
@@ -89,11 +89,20 @@ def require_motion(scene: Scene, remedy: str) -> None:
         raise InputError(say("--html", "a motion or an equilibrium", scene.analysis.word, remedy))
 
 
-def render_scene(job: Job, frames: int, ending: str, scale: float, html: bool = False) -> Run:
+def render_scene(
+    job: Job,
+    frames: int,
+    ending: str,
+    scale: float,
+    html: bool = False,
+    diagram: bool = False,
+    at: float | None = None,
+) -> Run:
     """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or
-    `.mp4`, and its page (`html`).
+    `.mp4`, its page (`html`) and the `diagram` of its section forces `at` an instant.
     """
     scene = jobs.read_scene(job, within=True)
+    diagrams.require(scene, diagram, at)
     draw: webpages.Draw | near_states.Draw | None
     if isinstance(scene.analysis, States):
         if html:
@@ -115,9 +124,12 @@ def render_scene(job: Job, frames: int, ending: str, scale: float, html: bool = 
             pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale
         )
         draw = webpages.together(
-            drawn, webpages.drawing(jobs.title(scene), scene.display, scene) if html else None
+            partial(diagrams.order, job, scene, at) if diagram else None,
+            drawn,
+            webpages.drawing(jobs.title(scene), scene.display, scene) if html else None,
         )
         names += [webpages.PAGE] if html else []
+        names += diagrams.NAMES if diagram else []
     with painter.at_hand(job.out is not None):
         return solve_scene(job, scene, draw, names)
 

@@ -25,7 +25,7 @@ from ...core.notices import Notice, Progress, notify
 from ...core.storage.records import dataclass
 from ...core.values.display import DisplayUnits
 from ...dynamics import GeneralizedAlpha, Trajectory
-from ...dynamics.diagnoses import large_strains
+from ...dynamics.diagnoses import large_strains, limit_cycles
 from ...parts import departures
 from ...results import stress_errors
 from ...results.segments import Recorder
@@ -120,6 +120,7 @@ def finish(
             *stress_errors.summarise(uncertain, trajectory.system),
         )
     error = error or jobs.refused(job)
+    cycle = limit_cycles.find(trajectory, outputs) if task.scheme and error is None else None
     checked: dict[str, Any] = {}
     if job.check and error is None and task.halved and task.scheme:
         half = task.halved(job.progress("half the step"))
@@ -139,6 +140,7 @@ def finish(
         **judged,
         **({"events": [asdict(one) for one in trajectory.events]} if trajectory.events else {}),
         **(path_report(trajectory) if trajectory.negative is not None else {}),
+        **({"limit_cycle": asdict(cycle)} if cycle else {}),
         **({"large_strains": [asdict(one) for one in strained]} if strained else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),

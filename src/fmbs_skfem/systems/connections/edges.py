@@ -48,7 +48,7 @@ class Edge(Joint):
     For a plate in x, y with an edge along y: clamped is slope `z`, hinged none, a plane of symmetry
     is fixed `x`, slope `yz`. Sides that meet in one line to 1e-4 rad, or to what the digits of
     their file state, are straight. Other nodes are corners, where both slopes are held;
-    `fmbs check` counts them.
+    `fmbs check --all` counts them.
 
     {type: edge, body: plate, edges: [left, right], slope: z}
     """

@@ -103,6 +103,12 @@ class Sections:
         M = np.einsum("xji,jsx->isx", B, gamma) + np.einsum("xij,jsx->isx", D, kappa)
         return np.concatenate([gamma, kappa]), np.concatenate([F, M])
 
+    def all_forces(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As `read`, with the whole torque."""
+        strain, force = self.read(u)
+        force[3] += self.torques(u, force)
+        return strain, force
+
     def torques(self, u: np.ndarray, forces: np.ndarray) -> np.ndarray:
         """What B and W of forces (f, s, x) add to Saint-Venant's torque at the places (s, x).
 

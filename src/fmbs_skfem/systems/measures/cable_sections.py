@@ -83,25 +83,37 @@ class CableSections:
         """N [N] and M [N m] (s, x), r' and r'' (s, x, c) of rows u (s, (2 x + 2 p) c), see
         `sections`.
 
-            N = F . r' / |r'|,    F = sum_p w psi' dW/dr' + w psi'' dW/dr'',    M = l^(2 - m) EI (kappa - kappa0)
+            N = F . r' / |r'|,    M = l^(2 - m) EI (kappa - kappa0)
 
         Without points N is that of the strain at the place.
         """
         places = len(self.curvature)
         vectors = u.reshape(len(u), self.rows, -1)
-        dim = vectors.shape[2]
         slope, bend = np.split(vectors[:, : 2 * places], 2, axis=1)
-        n = self.law.option
         here = np.concatenate([slope, bend], axis=2)
-        N, M = cable_law.section_forces(n, dim, tuple(self.stiffness.T), self.curvature, here)
+        N, M = cable_law.section_forces(
+            self.law.option, vectors.shape[2], tuple(self.stiffness.T), self.curvature, here
+        )
         if len(self.known):
-            there = np.concatenate(np.split(vectors[:, 2 * places :], 2, axis=1), axis=2)
-            EA, EI, kappa0 = self.known.T
-            S1, S2 = cable_law.stresses(n, dim, (EA, EI), kappa0, there)
-            stress = np.concatenate([S1, S2], axis=1).transpose(1, 0, 2)
-            F = (self.shares @ stress.reshape(len(stress), -1)).reshape(places, len(u), dim)
-            N = np.einsum("xsc,sxc->sx", F, slope) / np.linalg.norm(slope, axis=2)
+            N = np.einsum("sxc,sxc->sx", self.carried(u), slope) / np.linalg.norm(slope, axis=2)
         return N, M, slope, bend
+
+    def carried(self, u: np.ndarray) -> np.ndarray:
+        """F (s, x, c) [N] of (1), of such rows; NaN without points.
+
+        F = sum_p w psi' dW/dr' + w psi'' dW/dr''
+        """
+        places = len(self.curvature)
+        vectors = u.reshape(len(u), self.rows, -1)
+        dim = vectors.shape[2]
+        if not len(self.known):
+            return np.full((len(u), places, dim), np.nan)
+        there = np.concatenate(np.split(vectors[:, 2 * places :], 2, axis=1), axis=2)
+        EA, EI, kappa0 = self.known.T
+        S1, S2 = cable_law.stresses(self.law.option, dim, (EA, EI), kappa0, there)
+        stress = np.concatenate([S1, S2], axis=1).transpose(1, 0, 2)
+        F = (self.shares @ stress.reshape(len(stress), -1)).reshape(places, len(u), dim)
+        return np.asarray(F.transpose(1, 0, 2))
 
 
 def reads_cable(parameters: tuple[float, ...]) -> bool:
@@ -255,18 +267,16 @@ def between(centers: np.ndarray, xi: float) -> np.ndarray:
     return weights
 
 
-def cable_forces(found: CableSections, u: np.ndarray) -> list[np.ndarray]:
-    """N [N] and M [N m], (s,) each, in space with the components of M, of rows u (s, (2 + 2 p) c)
-    at one place.
+def forces(found: CableSections, u: np.ndarray) -> list[np.ndarray]:
+    """N [N] and M [N m], (s, x) each, in space with the components of M, of rows u (s, (2 x + 2 p)
+    c).
 
     In space M is about the binormal r' x r'', zero where the line is straight.
     """
-    N, M, slope, bend = (one[:, 0] for one in found.read(u))
-    if slope.shape[1] == 2:
+    N, M, slope, bend = found.read(u)
+    if slope.shape[2] == 2:
         return [N, M]
     normal = np.cross(slope, bend)
-    size = np.linalg.norm(normal, axis=1)
-    binormal = np.divide(
-        normal, size[:, None], out=np.zeros_like(normal), where=size[:, None] > 0.0
-    )
-    return [N, M, *(M[:, None] * binormal).T]
+    size = np.linalg.norm(normal, axis=2, keepdims=True)
+    binormal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0.0)
+    return [N, M, *np.moveaxis(M[..., None] * binormal, 2, 0)]

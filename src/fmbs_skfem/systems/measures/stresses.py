@@ -262,7 +262,7 @@ class SectionForces(Probe):
             return [*forces[:6], -forces[6]] if len(output.columns) == 7 else list(forces[:6])
         if cable_sections.reads_cable(output.parameters):
             cable = cable_sections.CableSections.of(output.parameters)
-            return cable_sections.cable_forces(cable, sensed.values)
+            return [one[:, 0] for one in cable_sections.forces(cable, sensed.values)]
         found = recovered(output.parameters, sensed.values)
         t = output.parameters[1]
         (below, middle, above) = found.stress
