@@ -158,7 +158,7 @@ def test_instants_are_found_to_round_off() -> None:
     assert [(number, round(place, 9)) for number, here in found.items() for place, _, _ in here] == [
         (0, 0.0), (19, 1.0), (31, 0.7), (39, 1.0), (59, 1.0), (79, 1.0)
     ]  # fmt: skip
-    for _, before, behind in (one for here in found.values() for one in here):
+    for _, before, behind, _ in (one for here in found.values() for one in here):
         assert 0.0 < behind - before < 1e-13
 
 
