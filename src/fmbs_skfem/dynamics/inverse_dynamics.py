@@ -27,14 +27,13 @@ from ..systems.system import System
 from .compiled_step import starting
 from .compiled_step.packing import UNSTORED, PackedStep
 from .equilibria import loading
-from .histories import finite_signals
+from .histories import SIDE, finite_signals
 from .initial import first_step, flags_of, jacobian_at_start, large_of, weightless
 from .scheme import GeneralizedAlpha, Newton, method_of, round_off
 from .trajectory import Statistics, Trajectory
 
 ITERATIONS = 25  #: of a position; from one instant to the next three are usual
 NO_MORE = 10.0  #: round-offs of a position, up to which a correction is the last one
-NEAR = 1e-6  #: of the time between instants, beside which drives are read at their corners
 DYNAMIC = "a motion that is not all given is found by `type: dynamic`, where the output `reaction` of a drive gives its torque as well"
 
 
@@ -163,7 +162,7 @@ def signals_at(system: System, times: np.ndarray) -> np.ndarray:
     finite_signals(system, times)
     if not system.signals:
         return np.zeros((len(times), 0))
-    near = NEAR * float(np.ptp(times)) / max(len(times) - 1, 1) or NEAR
+    near = SIDE * float(np.ptp(times)) / max(len(times) - 1, 1) or SIDE
     # at a corner what comes, as motions have it, but at the end, where a table may end
     sides = (times[:-1], near), (times[-1:], -near)
     parts = [np.stack([jet(one, *side) for one in system.signals], axis=2) for side in sides]

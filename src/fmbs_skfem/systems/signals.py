@@ -125,6 +125,14 @@ def _(signal: Cosine | Sine, t: np.ndarray, near: float) -> jets.Jet:
     return jets.chain(angle, *rule(angle[0]))
 
 
+def exact_path(signal: Any) -> Expression | Table | None:
+    """The text or table of a function of time, or of the angle in it, whose jets are exact; None of
+    functions of Python, and of what is given step by step.
+    """
+    path = signal.angle if isinstance(signal, Cosine | Sine) else signal
+    return path if isinstance(path, Expression | Table) and not read_inputs(path) else None
+
+
 @read_inputs.register
 def _(signal: Input) -> Sequence[Input]:
     return (signal,)

@@ -25,9 +25,9 @@ from ...core.values.expressions import Expression
 from ...core.values.inputs import GivenInput, Input
 from ...systems.forces import responses
 from ...systems.forces.force_laws import LawForces
-from ...systems.signals import BoundExpression, Cosine, Sine, jet, read_inputs
+from ...systems.signals import BoundExpression, exact_path, jet, read_inputs
 from ...systems.system import System, driving
-from ..histories import of_histories
+from ..histories import SIDE, of_histories
 
 #: (s, k) of k functions at times (s,) [s], one of which jumps where a load does; or, with
 #: `margins`, of what changes its sign there
@@ -45,7 +45,6 @@ SAME = 1e-9  #: of a step, within which an instant is the end of one
 MANY = 0.1
 AT_ONCE = 10_000  #: steps
 
-NEAR = 1e-6  #: of a step, by which derivatives are taken beside an instant
 RATE = 1e-3  #: of a step: what an acceleration makes in it is no jump of a rate, nor of a value
 
 
@@ -129,12 +128,12 @@ def corners(signal: Any, step: float, steps: int) -> list[tuple[float, float]]:
 
     Those of texts; nothing is known of functions of Python, and of what is given step by step.
     """
-    path = signal.angle if isinstance(signal, Cosine | Sine) else signal
-    if not isinstance(path, Expression) or read_inputs(path):
+    path = exact_path(signal)
+    if not isinstance(path, Expression):
         return []
     found = list[tuple[float, float]]()
     for before, behind in found_in(partial(path.switches, bends=True), step, steps):
-        sides = zip((before, behind), (-NEAR * step, NEAR * step), strict=True)
+        sides = zip((before, behind), (-SIDE * step, SIDE * step), strict=True)
         (y, v, a), (y1, v1, a1) = (jet(path, np.array([t]), near)[:, 0] for t, near in sides)
         size = max(abs(a), abs(a1))
         least = RATE * size * step

@@ -23,9 +23,9 @@ from ...systems.forces import on_rows as forces
 from ...systems.forces import responses
 from ...systems.forces.force_laws import ForceLaw, LawForces, evaluate
 from ...systems.measures.angles import DOUBT
-from ...systems.signals import Cosine, Sine, jet, read_inputs
+from ...systems.signals import Cosine, Sine, exact_path, jet, read_inputs
 from ...systems.system import Signal, System, driving
-from ..histories import of_histories, pushed_body, signal_names
+from ..histories import SIDE, of_histories, pushed_body, signal_names
 from ..observers import Judge, Looks, Observer, RunSetting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
@@ -47,7 +47,6 @@ AT_ONCE = 10_000  #: steps
 #: what a drive changes in a step, of its range and of the change in the steps beside, above which
 #: it jumps; its rate alike
 LEAP = 1e-3, 10.0
-SIDE = 1e-6  #: of a step, beside which derivatives are taken at corners
 #: in units of the last place of the largest value of a drive, which its differences have
 ROUND_OFF = 8.0
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
@@ -284,7 +283,7 @@ def size_by_rates(path: Signal, times: np.ndarray, order: int) -> float:
     """What derivatives of an order make of a difference between times (s,) [s] of equal steps, on
     both sides of corners; 0 where they are not known exactly.
     """
-    if not isinstance(path, Expression) or read_inputs(path):
+    if exact_path(path) is None:
         return 0.0
     h = float(times[1] - times[0])
     sides = (jet(path, times, side * SIDE * h)[order] for side in (-1.0, 1.0))

@@ -481,7 +481,7 @@ NAME_status NAME_start(NAME_memory *m)
     follow_inputs(m, 0.0);
     EACH (k, GIVEN)
         m->acting[k] = m->inputs[k];
-    read_signals(m, 0.0, 0.0, @job_signals@);
+    read_signals(m, 0.0, -AHEAD * NAME_STEP, @job_signals@); /* by what comes */
     EACH (k, SIGNALS)
         @state_signals@[k] = @job_signals@[k];
     if (CALL_START(m, 0) != 0)
