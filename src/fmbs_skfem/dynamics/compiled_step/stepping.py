@@ -996,7 +996,7 @@ def jump(table: Any, bends: Any) -> int:
     t = S.space
     w = S.work
     n = len(S.state.x)
-    if bends != 0:
+    if S.doors.settle != 0 and bends != 0:
         swap_signals(table)
     else:
         for i in range(S.job.signals.shape[1]):
@@ -1016,7 +1016,8 @@ def jump(table: Any, bends: Any) -> int:
             return SINGULAR
     # gaps of positions are none of a jump of accelerations
     kernels.clear(t.rhs[0, n:])
-    if bends != 0:
+    # no drive bends where all joints are steady
+    if S.doors.settle != 0 and bends != 0:
         find_bend(table)
     if invoke(S.doors.solve, table, 0) != 0:
         return STOPPED
