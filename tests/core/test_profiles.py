@@ -170,3 +170,19 @@ def test_what_is_wrong_says_where_and_what_to_do(message: str) -> None:
 def test_a_trapezoid_needs_a_limit_of_its_acceleration() -> None:
     with pytest.raises(Problems, match="acceleration: expected a limit of the acceleration"):
         motion("trapezoidal", [Move(1.0, 2.0)])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0, 0, 1, 1, 0.6",
+        "0 s, 0, 1 s, 1, 0",
+        "0, 0, 1, 1, 400 ms, 0.3",
+        "1, 0, 1, 1, 0.4",
+        "0, 0, 1, 1",
+    ],
+)
+def test_sides_that_do_not_fit(text: str) -> None:
+    """Sides of more than half of the time, or of none, roundings of more than half of a side."""
+    with pytest.raises(InputError, match=r"of trapezoidal|trapezoidal\(x"):
+        of_time(f"trapezoidal(t, {text})")

@@ -49,6 +49,7 @@ TABLE = "interp"
 #: what is written out when it is read: the first two between points, the last one of one motion
 PATHS = (TABLE, "minimum_jerk", "trapezoidal")
 STEPS = 20_000  #: longest program
+EDGE = 1e-9  #: part of a length that is round-off of it
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
@@ -551,6 +552,12 @@ def _motion(arguments: list[Program]) -> Program:
         raise Problem(usage, f"{len(arguments)} arguments", GRAMMAR)
     x, x0, y0, x1, y1, ramp, *r = arguments
     _require_growing(name, [x0, x1])
+    begin, end, side, *rounding = map(_number, (x0, x1, ramp, *r))
+    if not (0.0 < side <= 0.5 * (end - begin) * (1.0 + EDGE) or math.isnan(end - begin + side)):
+        raise Problem(f"a ramp of {name} from 0 to half of its length", f"{side:g}")
+    for one in rounding:
+        if not (0.0 < one <= 0.5 * side * (1.0 + EDGE) or math.isnan(side + one)):
+            raise Problem(f"a rounding of {name} from 0 to half of its ramp", f"{one:g}")
     whole: Program = (*x1, *x0, "-")
     rest: Program = (*whole, *ramp, "-")
     u: Program = (*x, *x0, "max", *x1, "min", *x0, "-")
@@ -569,9 +576,17 @@ def _motion(arguments: list[Program]) -> Program:
     return (*y0, *y1, *y0, "-", *scale, *rest, "*", "/", *found, "*", "+")
 
 
+def _number(program: Program) -> float:
+    """The value of a number, with its unit or without one; nan of anything else."""
+    step = program[0]
+    if len(program) > 1 or (isinstance(step, str) and not is_quantity(step)):
+        return math.nan
+    return measure(step).value if isinstance(step, str) else step
+
+
 def _require_growing(name: str, places: list[Program]) -> None:
     """Raises a Problem for numbers among places that do not grow."""
-    numbers = [place[0] for place in places if len(place) == 1 and not isinstance(place[0], str)]
+    numbers = [one for one in map(_number, places) if not math.isnan(one)]
     if any(b <= a for a, b in itertools.pairwise(numbers)):
         raise Problem(
             f"places x0 < x1 < ... of {name}",
