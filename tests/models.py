@@ -62,6 +62,18 @@ def spin_up(
     return system if all_multipliers else eliminate(system)
 
 
+def turned_by(angle: Any, cells: int = 4) -> System:
+    """A planar cantilever on a hinge that is driven; outputs of its tip and of the torque."""
+    beam = body.cable("beam", segment(cells), SECTION, MATERIAL, dim=2)
+    tip, root = At("beam", "right"), At("beam", "left")
+    return assemble(
+        [beam],
+        [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, angle)],
+        damping=Rayleigh(stiffness=1e-3),
+        outputs={"tip": probes.Position(tip), "drive": probes.Reaction("drive")},
+    )
+
+
 def double_pendulum(
     cells: int = 25,
     *,

@@ -172,7 +172,13 @@ def test_drives_whose_rate_jumps_are_warned_of(corner: float) -> None:
 
 @pytest.mark.parametrize(
     "history",
-    ["0.01 * t", "0.01 * t**4", "0.01 * sin(9 * t)", "0.01 * where(t < 0.5, 0, t - 0.5)**2"],
+    [
+        "0.01 * t",
+        "trapezoidal(t, 0.5995, 0, 0.9, 0.01, 0.1)",
+        "0.01 * t**4",
+        "0.01 * sin(9 * t)",
+        "0.01 * where(t < 0.5, 0, t - 0.5)**2",
+    ],
 )
 def test_drives_that_change_over_steps_are_not(history: str) -> None:
     with warnings.catch_warnings():

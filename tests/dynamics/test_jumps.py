@@ -155,10 +155,10 @@ def test_instants_are_found_to_round_off() -> None:
     found = jumps.jumps_of_loads(
         rod(pushed("where(t > 0, 1, 0) + floor(t / 0.2) + where(t < 0.317, 1, 0)")), 0.01, 80
     )
-    assert [(number, round(place, 9)) for number, here in found.items() for place, _, _ in here] == [
+    assert [(number, round(place, 9)) for number, here in found.items() for place, *_ in here] == [
         (0, 0.0), (19, 1.0), (31, 0.7), (39, 1.0), (59, 1.0), (79, 1.0)
     ]  # fmt: skip
-    for _, before, behind in (one for here in found.values() for one in here):
+    for _, before, behind, _ in (one for here in found.values() for one in here):
         assert 0.0 < behind - before < 1e-13
 
 

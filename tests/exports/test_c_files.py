@@ -22,6 +22,7 @@ from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import Expression, of_time
 from fmbs_skfem.core.values.inputs import Input
+from fmbs_skfem.core.values.profiles import Limits, Move, Word, motion
 from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
@@ -208,6 +209,15 @@ def shaft() -> System:
     return reduced(full, reduction.body_level(full.raw), 1e-8).system
 
 
+def given(profile: Word) -> System:
+    """A beam in few modes whose root is driven by a profile, with corners within steps."""
+    limits = Limits(6.0, 60.0) if profile == "trapezoidal" else Limits(speed=8.0)
+    moves = [Move(0.6, dwell=0.03), Move(0.1)]
+    raw = models.turned_by(motion(profile, moves, start=0.0213, limits=limits))
+    full = full_of(raw, STEP, 0.3)
+    return reduced(full, reduction.body_level(full.raw), 1e-8).system
+
+
 def sheet(exact: bool = False) -> System:
     """A plate in its plane that swings, in few modes, with all points or as a polynomial."""
     part = plate(
@@ -253,6 +263,8 @@ CASES = {
     "a force": lambda: arm(
         loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))
     ),
+    "a profile of the least jerk": lambda: given("minimum_jerk"),
+    "a trapezoid that drives": lambda: given("trapezoidal"),
     "a force by tables": lambda: arm(
         loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=by_tables())
     ),

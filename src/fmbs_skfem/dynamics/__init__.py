@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .equilibria.arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
     from .equilibria.statics import solve_equilibria, solve_statics
     from .integration import integrate
+    from .inverse_dynamics import solve_inverse_dynamics
     from .many import integrate_many
     from .near_state.buckling import BucklingModes, buckling
     from .near_state.campbell import CampbellDiagram, campbell
@@ -41,6 +42,7 @@ WHERE = {
     "equilibria.arclength": "ArcLength Branch at_load_factor follow_path limit_points",
     "equilibria.statics": "solve_equilibria solve_statics",
     "integration": "integrate",
+    "inverse_dynamics": "solve_inverse_dynamics",
     "many": "integrate_many",
     "near_state.buckling": "BucklingModes buckling",
     "near_state.campbell": "CampbellDiagram campbell",
@@ -62,6 +64,7 @@ __all__ = [
     "integrate_many",
     "solve_statics",
     "solve_equilibria",
+    "solve_inverse_dynamics",
     "ArcLength",
     "Branch",
     "follow_path",

@@ -15,6 +15,7 @@ from ..core.errors import Reason, SolverError
 from ..systems.compiled import repeatable, signal_table
 from ..systems.forces import on_rows as forces
 from ..systems.prepared import prepare
+from ..systems.signals import exact_path, jet
 from ..systems.system import System, driven_rows, driving
 from .names import owners
 
@@ -28,6 +29,7 @@ DRIFT, CURVATURE = (
     1e-3,
     0.25,
 )
+SIDE = 1e-6  #: of a step, beside which derivatives are taken at corners
 #: first derivative at the first instant, times 12 d
 RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
 BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
@@ -79,15 +81,22 @@ def signals_at_start(system: System, time: float, step: float) -> np.ndarray:
     """Signals (1, k), or (1, 4 k) as `leading_signals`, where a motion starts or goes on at a time
     [s] by steps [s]; SolverError where a value is not finite.
 
-    Derivatives are those of what comes: a history may bend there.
+    Derivatives are those of what comes: a history may bend there. Those of texts and tables are
+    exact, so that they know nothing of a corner within the step.
     """
     table = finite_signals(system, np.array([time]))
     if not driven_rows(system.constraints).any():
         return table
     near, far = (d * step for d in (DRIFT, CURVATURE))
     first, later = (signal_table(system, time + d * np.arange(5.0)) for d in (near, far))
-    rates = RATE @ first / (12 * near), BEND @ later / (12 * far**2), JERK @ later / (2 * far**3)
-    return np.hstack([table, *(part[None] for part in rates)])
+    rates = np.stack(
+        [RATE @ first / (12 * near), BEND @ later / (12 * far**2), JERK @ later / (2 * far**3)]
+    )
+    for k, signal in enumerate(system.signals):
+        if exact_path(signal) is not None:
+            _, v, a = jet(signal, np.array([time, time + near]), SIDE * step)
+            rates[:, k] = v[0], a[0], (a[1] - a[0]) / near
+    return np.hstack([table, *rates[:, None]])
 
 
 def signals_of_steps(

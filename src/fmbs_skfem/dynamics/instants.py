@@ -66,7 +66,7 @@ class Instants(Observer):
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
         end = float(motion.times[-1])
         times = self.times[self.times <= end - SAME * run.scheme.step]
-        cuts = [behind for parts in run.jumps.values() for _, _, behind in parts] + [
+        cuts = [one.behind for parts in run.jumps.values() for one in parts] + [
             one.time for one in run.happened
         ]
         forces = run.model.arrays.forces

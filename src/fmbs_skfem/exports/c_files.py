@@ -33,7 +33,7 @@ from ..core.printing.values import ZERO, Const, OutsideError, Scalar, Value
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import impulses, jumps, starting, stepping, touching
+from ..dynamics.compiled_step import impulses, jumps, pieces, starting, stepping, touching
 from ..dynamics.compiled_step.step import LEAST, State, Step
 from ..reduction import cases
 from ..reduction.affine import ParametricCase
@@ -241,8 +241,9 @@ def check(given: Numbers, where: str) -> None:
         raise InputError("\n".join(found))
 
 
-def jumps_of(given: Numbers, where: str) -> list[tuple[float, float]]:
-    """Instants just before and just behind each jump of loads [s] in the duration of the case.
+def jumps_of(given: Numbers, where: str) -> list[tuple[float, float, float]]:
+    """Instants just before and just behind each jump of loads [s] in the duration of the case, and
+    whether drives bend there, 1 or 0.
 
     A notice says where there are more behind it, and where parameters move them: such jumps act at
     the ends of steps.
@@ -251,16 +252,17 @@ def jumps_of(given: Numbers, where: str) -> list[tuple[float, float]]:
     step = case.scheme.step
     steps = scheme.steps_in(case.scheme, case.duration)
 
-    def instants(system: System, steps: int) -> list[tuple[float, float]]:
+    def instants(system: System, steps: int) -> list[tuple[float, float, float]]:
         found = jumps.jumps_of_loads(system, step, steps)
-        return [place[1:] for _, places in sorted(found.items()) for place in places]
+        every = (one for _, places in sorted(found.items()) for one in places)
+        return [(one.before, one.behind, float(one.bends)) for one in every]
 
     found = instants(case.system, steps)
     late = "C files take them at the ends of steps, late by up to one of them"
     if moved(given, found, lambda system: instants(system, steps)):
         notify(f"{where}: loads jump when parameters say; {late}")
         return []
-    if later := [at for at, _ in instants(case.system, 2 * steps) if at > steps * step]:
+    if later := [at for at, *_ in instants(case.system, 2 * steps) if at > steps * step]:
         end = f"the end of its duration at {steps * step:g} s"
         notify(f"{where}: loads jump behind {end}, at t = {later[0]:.6g} s; {late}")
     return found
@@ -268,8 +270,8 @@ def jumps_of(given: Numbers, where: str) -> list[tuple[float, float]]:
 
 def moved(
     given: Numbers,
-    found: Sequence[tuple[float, float]],
-    instants: Callable[[System], Sequence[tuple[float, float]]],
+    found: Sequence[tuple[float, float, float]],
+    instants: Callable[[System], Sequence[tuple[float, float, float]]],
 ) -> bool:
     """Whether jumps are at other instants with other parameters."""
     if given.model is None or not any(
@@ -336,7 +338,7 @@ def print_kernels(
         if turning:
             asked["TURN"] = starting.turned_tangents, ZERO
         if jumping:
-            asked["JUMP"] = stepping.jump, ZERO
+            asked["JUMP"] = stepping.jump, Scalar("", "whole")
         if kicked or happening:
             asked["TAKE_SPAN"] = touching.take_span, ZERO
             asked["TAKE_SERIES"] = touching.take_series, ZERO
@@ -549,7 +551,7 @@ def controls(base: PackedCase) -> dict[str, float]:
     method = base.step.method
     return {
         "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "SHARP": scheme.SHARP,
-        "HUGE_NUMBER": HUGE, "FALLING": scheme.FALLING, "LEAST": LEAST, "TINY": touching.TINY, "SAME": jumps.SAME,
+        "HUGE_NUMBER": HUGE, "FALLING": scheme.FALLING, "LEAST": LEAST, "TINY": touching.TINY, "SAME": jumps.SAME, "AHEAD": pieces.AHEAD,
         "BESIDE": stepping.BESIDE, "LATE": locating.LATE,
     }  # fmt: skip
 

@@ -184,7 +184,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
             replaced(template("rough.c"), {"NUMBER": k, "    LINES": block(inside), "VALUE": text})
         )
         rows = ", ".join(f"row + {order * count + k}" for order in range(1, ORDERS + 1))
-        calls.append("if (h > 0.0)")
+        calls.append("if (h != 0.0)")
         calls.append(f"    follow_{k}(m, t, h, {rows});")
     tables = {name: table for name, (_, table) in curves.items()}
     return Timed(tuple(calls), tuple(functions), tables, tuple(found.values()))

@@ -15,7 +15,7 @@ Node: TypeAlias = Mapping[str, Any]
 
 TAGS = ("type", "shape")  #: keys that say which of several models a mapping is
 #: the last line of a description
-EXAMPLE = re.compile(r"\n*^(\{(?:type|shape): .*\})$", re.MULTILINE)
+EXAMPLE = re.compile(r"\n*^(\{(?:type|shape|profile): .*\})$", re.MULTILINE)
 HEAD = """# Scene files: reference
 
 Every section and every type with an example and its keys, as `fmbs` checks them (`fmbs schema --page`); [scene files](scenes.md)

@@ -38,6 +38,7 @@ from .analyses.analysis import Analysis
 from .analyses.buckling import Buckling
 from .analyses.campbell import Campbell
 from .analyses.dynamic import Dynamic
+from .analyses.inverse_dynamics import InverseDynamics
 from .analyses.linearisation import Linearise
 from .analyses.static import Static
 from .analyses.vibration import Modes
@@ -62,6 +63,7 @@ __all__ = [
     "Initial",
     "Analysis",
     "Dynamic",
+    "InverseDynamics",
     "Static",
     "Modes",
     "Buckling",

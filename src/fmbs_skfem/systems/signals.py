@@ -16,12 +16,16 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
-from ..core.values import tables
+from ..core.values import jets, tables
 from ..core.values.expressions import Expression
 from ..core.values.inputs import Held, Input
 from ..core.values.tables import Table
 from . import finer_systems
 from .system import Signal, System, driving
+
+# with steps of 1 ms round-off is 2e-8 of accelerations, and falls with their square
+#: of the time that says a side, between instants of the differences of functions of Python
+FAR = 1e5
 
 
 @storable
@@ -87,6 +91,46 @@ def bound(signal: Any, told: Mapping[str, Signal]) -> Signal:
     Other inputs stay. Types of functions that read inputs register here.
     """
     return signal
+
+
+@singledispatch
+def jet(signal: Any, t: np.ndarray, near: float) -> jets.Jet:
+    """The function of time with its first two derivatives (3, s) at times (s,) [s], on the side of
+    a corner that the sign of a short time `near` [s] says.
+
+    Types that are data register; those of other functions are differences over FAR times that time.
+    """
+    d = FAR * near
+    table = np.stack([signal(t + k * d) + 0.0 * t for k in range(5)])
+    # of the fourth order for rates, of the third one for accelerations
+    rate, bend = np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [35.0, -104.0, 114.0, -56.0, 11.0]])
+    return np.stack([table[0], rate @ table / (12.0 * d), bend @ table / (12.0 * d**2)])
+
+
+@jet.register
+def _(signal: Expression, t: np.ndarray, near: float) -> jets.Jet:
+    return jets.of_expression(signal, t, near)
+
+
+@jet.register
+def _(signal: Table, t: np.ndarray, near: float) -> jets.Jet:
+    clock = np.stack([t, np.ones(len(t)), np.zeros(len(t))])
+    return jets.of_table(signal, clock, near)
+
+
+@jet.register
+def _(signal: Cosine | Sine, t: np.ndarray, near: float) -> jets.Jet:
+    angle = jet(signal.angle, t, near)
+    rule = jets.RULES["cos" if isinstance(signal, Cosine) else "sin"]
+    return jets.chain(angle, *rule(angle[0]))
+
+
+def exact_path(signal: Any) -> Expression | Table | None:
+    """The text or table of a function of time, or of the angle in it, whose jets are exact; None of
+    functions of Python, and of what is given step by step.
+    """
+    path = signal.angle if isinstance(signal, Cosine | Sine) else signal
+    return path if isinstance(path, Expression | Table) and not read_inputs(path) else None
 
 
 @read_inputs.register

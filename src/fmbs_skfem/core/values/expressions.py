@@ -46,18 +46,23 @@ FUNCTIONS = {
 REPEATED = ("min", "max")  #: functions of two or more arguments
 #: interp(x, x0, y0, x1, y1, ...): straight lines between points, constant beyond them
 TABLE = "interp"
+#: what is written out when it is read: the first two between points, the last one of one motion
+PATHS = (TABLE, "minimum_jerk", "trapezoidal")
 STEPS = 20_000  #: longest program
+EDGE = 1e-9  #: part of a length that is round-off of it
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
 COMPARISONS = ("<", "<=", ">", ">=")
 DIVISIONS = ("/", "mod")
 SWITCHES = (*COMPARISONS, "sign", "floor", "mod")  #: what jumps
-RESERVED = frozenset(FUNCTIONS) | {TABLE, "t", "pi"}
+BENDS = ("min", "max", "abs")  #: what bends
+RESERVED = frozenset(FUNCTIONS) | {*PATHS, "t", "pi"}
 OUTPUTS = "outputs are read by loads such as control_force, control_torque and actuator, by controllers and by events"
 GRAMMAR = (
     "allowed are numbers, pi, the scene's parameters, t in functions of time, + - * / **, < <= > >=, parentheses and the functions "
-    f"{', '.join(sorted(set(FUNCTIONS) - {'where'}))}, where(condition, then, else), interp(x, x0, y0, x1, y1, ...)"
+    f"{', '.join(sorted(set(FUNCTIONS) - {'where'}))}, where(condition, then, else), interp(x, x0, y0, x1, y1, ...), "
+    "minimum_jerk(x, x0, y0, x1, y1, ...), trapezoidal(x, x0, y0, x1, y1, ramp, rounding)"
 )
 
 _TOKEN = re.compile(
@@ -137,13 +142,13 @@ class Expression:
             return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs, **calls}, ARRAY)
 
     def switches(
-        self, t: npt.NDArray[np.float64], margins: bool = False
+        self, t: npt.NDArray[np.float64], margins: bool = False, bends: bool = False
     ) -> npt.NDArray[np.float64]:
         """`switches` of its program at times (s,), or `margins`."""
         sources = {one.name: one(t) for one in self.inputs} | {
             one.call: one for one in self.inputs if one.call
         }
-        return switches(self.program, {"t": t, **sources}, t, margins)
+        return switches(self.program, {"t": t, **sources}, t, margins, bends)
 
 
 @checked
@@ -227,24 +232,31 @@ def evaluate(
 
 
 def switches(
-    program: Program, names: Mapping[str, Any], t: npt.NDArray[np.float64], margins: bool = False
+    program: Program,
+    names: Mapping[str, Any],
+    t: npt.NDArray[np.float64],
+    margins: bool = False,
+    bends: bool = False,
 ) -> npt.NDArray[np.float64]:
     """Parts (s, k) of a program that jump, at times (s,): comparisons, signs and whole numbers; nan
     where they read what is nan.
 
-    With `margins` the differences of both sides of comparisons, which change their signs where
-    these jump.
+    With `bends` also which side is chosen by what bends. With `margins` the differences of both
+    sides of comparisons, which change their signs where these jump.
     """
     found: list[npt.NDArray[np.float64]] = []
-    words = COMPARISONS if margins else SWITCHES
+    words = (COMPARISONS if margins else SWITCHES) + (BENDS if bends else ())
 
     def recorded(word: str, *parts: Any) -> Any:
         value = ARRAY[word](*parts)
+        apart = parts[0] - (parts[1] if len(parts) > 1 else 0.0)
         kept = (
-            parts[0] - parts[1]
+            apart
             if margins
             else np.floor(parts[0] / parts[1])
             if word == "mod"
+            else np.sign(apart)
+            if word in BENDS
             else value
         )
         found.append(np.zeros(t.shape) + kept)
@@ -440,7 +452,7 @@ def _is_unit(tokens: deque[Token], names: Collection[str]) -> bool:
 
 
 def _known(name: str, names: Collection[str]) -> str:
-    if name in FUNCTIONS or name == TABLE:
+    if name in FUNCTIONS or name in PATHS:
         raise Problem(f"the arguments of {name} in parentheses", f"'{name}' alone", GRAMMAR)
     if name not in names and name != "pi":
         known = sorted({*names, "pi"})
@@ -460,7 +472,7 @@ def _known(name: str, names: Collection[str]) -> str:
 
 
 def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -> Program:
-    known = {*FUNCTIONS, TABLE}
+    known = {*FUNCTIONS, *PATHS}
     if (
         name not in known
         and f"{name}(t)" in names
@@ -487,8 +499,8 @@ def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -
         tokens.popleft()
         arguments.append(_comparison(tokens, names, level + 1))
     _close(tokens)
-    if name == TABLE:
-        return _table(arguments)
+    if name in PATHS:
+        return _motion(arguments) if name == PATHS[-1] else _between(name, arguments)
     count = FUNCTIONS[name]
     if len(arguments) != count and not (name in REPEATED and len(arguments) > 2):
         raise Problem(
@@ -499,48 +511,88 @@ def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -
     return (*(step for argument in arguments for step in argument), name)
 
 
-def _table(arguments: list[Program]) -> Program:
-    """y0 + sum_i (y_i+1 - y_i) min(max((x - x_i) / (x_i+1 - x_i), 0), 1)."""
+def _between(name: str, arguments: list[Program]) -> Program:
+    """y0 + sum_i (y_i+1 - y_i) S(min(max((x - x_i) / (x_i+1 - x_i), 0), 1)),    S(s) = s
+
+    of straight lines, and S = s^3 (10 - 15 s + 6 s^2) with the least jerk (T. Flash, N. Hogan,
+    J. Neurosci. 5 (1985) 1688-1703, doi 10.1523/JNEUROSCI.05-07-01688.1985).
+    """
     x, points = arguments[0], arguments[1:]
     if len(points) < 4 or len(points) % 2:
         raise Problem(
-            f"{TABLE}(x, x0, y0, x1, y1, ...) with two points at least",
+            f"{name}(x, x0, y0, x1, y1, ...) with two points at least",
             f"{len(arguments)} arguments",
             GRAMMAR,
         )
     places, found = points[::2], points[1]
-    numbers = [place[0] for place in places if len(place) == 1 and not isinstance(place[0], str)]
-    if any(b <= a for a, b in itertools.pairwise(numbers)):
-        raise Problem(
-            f"places x0 < x1 < ... of {TABLE}",
-            ", ".join(f"{number:g}" for number in numbers),
-            GRAMMAR,
-        )
+    _require_growing(name, places)
     for (a, b), (low, high) in zip(
         itertools.pairwise(places), itertools.pairwise(points[1::2]), strict=True
     ):
-        found = (
-            *found,
-            *high,
-            *low,
-            "-",
-            *x,
-            *a,
-            "-",
-            *b,
-            *a,
-            "-",
-            "/",
-            0.0,
-            "max",
-            1.0,
-            "min",
-            "*",
-            "+",
-        )
+        s: Program = (*x, *a, "-", *b, *a, "-", "/", 0.0, "max", 1.0, "min")
+        if name != TABLE:
+            s = (*s, *s, "*", *s, "*", 10.0, *s, 6.0, *s, "*", 15.0, "-", "*", "+", "*")
+        found = (*found, *high, *low, "-", *s, "*", "+")
         if len(found) > STEPS:
             raise Problem(f"an expression of at most {STEPS} steps", "a longer one", GRAMMAR)
     return found
+
+
+def _motion(arguments: list[Program]) -> Program:
+    """A motion from y0 at x0 to y1 at x1 whose rate is a trapezoid with sides of the length `ramp`,
+    or with a `rounding` r of their ends an S-curve. With T = x1 - x0, u in [0, T] and truncated
+    powers
+
+        y0 + (y1 - y0) / (2 ramp (T - ramp)) sum_k s_k <u - u_k>^2
+        y0 + (y1 - y0) / (6 r (ramp - r) (T - ramp)) sum_k s_k <u - u_k>^3
+    """
+    name = PATHS[-1]
+    if len(arguments) not in (6, 7):
+        usage = f"{name}(x, x0, y0, x1, y1, ramp, rounding), with or without the last one"
+        raise Problem(usage, f"{len(arguments)} arguments", GRAMMAR)
+    x, x0, y0, x1, y1, ramp, *r = arguments
+    _require_growing(name, [x0, x1])
+    begin, end, side, *rounding = map(_number, (x0, x1, ramp, *r))
+    if not (0.0 < side <= 0.5 * (end - begin) * (1.0 + EDGE) or math.isnan(end - begin + side)):
+        raise Problem(f"a ramp of {name} from 0 to half of its length", f"{side:g}")
+    for one in rounding:
+        if not (0.0 < one <= 0.5 * side * (1.0 + EDGE) or math.isnan(side + one)):
+            raise Problem(f"a rounding of {name} from 0 to half of its ramp", f"{one:g}")
+    whole: Program = (*x1, *x0, "-")
+    rest: Program = (*whole, *ramp, "-")
+    u: Program = (*x, *x0, "max", *x1, "min", *x0, "-")
+    knots: list[tuple[Program, str]] = [(ramp, "-"), (rest, "-")]
+    power, scale = 2.0, (2.0, *ramp, "*")
+    if r:
+        a, power = r[0], 3.0
+        scale = (6.0, *a, "*", *ramp, *a, "-", "*")
+        knots = [
+            (a, "-"), ((*ramp, *a, "-"), "-"), (ramp, "+"),
+            (rest, "-"), ((*rest, *a, "+"), "+"), ((*whole, *a, "-"), "+"),
+        ]  # fmt: skip
+    found: Program = (*u, power, "**")
+    for place, sign in knots:
+        found = (*found, *u, *place, "-", 0.0, "max", power, "**", sign)
+    return (*y0, *y1, *y0, "-", *scale, *rest, "*", "/", *found, "*", "+")
+
+
+def _number(program: Program) -> float:
+    """The value of a number, with its unit or without one; nan of anything else."""
+    step = program[0]
+    if len(program) > 1 or (isinstance(step, str) and not is_quantity(step)):
+        return math.nan
+    return measure(step).value if isinstance(step, str) else step
+
+
+def _require_growing(name: str, places: list[Program]) -> None:
+    """Raises a Problem for numbers among places that do not grow."""
+    numbers = [one for one in map(_number, places) if not math.isnan(one)]
+    if any(b <= a for a, b in itertools.pairwise(numbers)):
+        raise Problem(
+            f"places x0 < x1 < ... of {name}",
+            ", ".join(f"{number:g}" for number in numbers),
+            GRAMMAR,
+        )
 
 
 def _close(tokens: deque[Token]) -> None:

@@ -165,11 +165,15 @@ def read_names(value: object, context: Context) -> tuple[str, ...]:
 def of_time(
     value: object, context: Context, dimension: units.Dimension = units.NUMBER
 ) -> Expression:
-    """An expression of t [s] and of the scene's parameters (in SI units) of a dimension, or a
-    number.
+    """An expression of t [s] and of the scene's parameters (in SI units) of a dimension, a number,
+    or a profile.
     """
     if isinstance(value, Expression):
         return value
+    if isinstance(value, dict):
+        from . import profiles  # which is made of fields
+
+        return expressions.of_time(profiles.read(value, context, dimension))
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise Problem("an expression of t", shown(value), expressions.GRAMMAR)
     found = expressions.of_time(
@@ -327,8 +331,22 @@ _EXPRESSION: Schema = {
 _NAME: Schema = {"type": "string", "minLength": 1}
 NAMES: Schema = {"anyOf": [_NAME, array_schema(_NAME, 1)]}
 _THREE = array_schema(number_schema(NUMBER), 3, 3)
-_ANGLE = _EXPRESSION | {"description": "angle [rad], expression of t"}
-_MOTION = array_schema(_EXPRESSION, 2, 3) | {"description": "expressions of t [m]"}
+
+
+def _history(told: str, many: bool = False) -> Callable[[], Schema]:
+    """The schema of a function of time, or of one a coordinate."""
+
+    def schema() -> Schema:
+        from . import mappings, profiles
+
+        each = {"anyOf": [*_EXPRESSION["anyOf"], mappings.refer(profiles.MotionProfile)]}
+        whole = array_schema(each, 2, 3) if many else each
+        profile = (
+            "[motion_profiles](#motion_profile)" if many else "a [motion_profile](#motion_profile)"
+        )
+        return whole | {"description": f"{told}, or {profile}"}
+
+    return schema
 
 
 def read_text(value: object, context: Context) -> str:
@@ -352,12 +370,12 @@ def read_motion(value: object, context: Context) -> tuple[Expression, ...]:
 ANY = Takes(lambda value, context: quantities.read(value, context.parameters).value, _ANY)
 NAMED = Takes(read_names, NAMES | {"description": "a name or a list of names"})
 AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
-HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})
-ANGLE = Takes(angle_of_time, _ANGLE, angle=constant_angle)
-MOTION = Takes(read_motion, _MOTION)
+HISTORY = Takes(of_time, _history("expression of t"))
+ANGLE = Takes(angle_of_time, _history("angle [rad], expression of t"), angle=constant_angle)
+MOTION = Takes(read_motion, _history("expressions of t [m]", many=True))
 WAY = Takes(
     lambda value, context: of_time(value, context, units.LENGTH),
-    _EXPRESSION | {"description": "expression of t [m]"},
+    _history("expression of t [m]"),
 )
 
 Length = Annotated[float, quantity("m", "> 0")]

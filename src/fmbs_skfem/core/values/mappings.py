@@ -44,6 +44,7 @@ class Entry:
     rule: Takes
     default: Any = dataclasses.MISSING
     needed: bool = True
+    field: str = ""  #: its name in Python, `from_` of the key `from`
 
 
 @functools.cache
@@ -63,7 +64,8 @@ def entries(kind: Any) -> dict[str, Entry]:
                 else field.default
             )
             needed = default is dataclasses.MISSING and made is dataclasses.MISSING
-            found[field.name] = Entry(takes(hints[field.name]), default, needed)
+            rule = takes(hints[field.name])
+            found[field.name.removesuffix("_")] = Entry(rule, default, needed, field.name)
     return found
 
 
@@ -82,7 +84,7 @@ def rules(item: Any) -> Iterator[tuple[str, Takes, Any]]:
     """Key, rule and value of every field of a dataclass."""
     kind: Any = type(item)
     for key, entry in entries(kind).items():
-        yield key, entry.rule, getattr(item, key)
+        yield key, entry.rule, getattr(item, entry.field)
 
 
 # ------------------------------------------------------------------------------------------------------------------- takes
@@ -292,7 +294,7 @@ def make(kind: type, value: object, context: Context, tagged: Mapping[str, Any])
         found,
     )
     more = {NAME: ""} if issubclass(kind, Declared) and has_name(kind) else {}
-    return kind(**dict(zip(given, values, strict=True)), **more)
+    return kind(**{known[key].field: one for key, one in zip(given, values, strict=True)}, **more)
 
 
 def inline(kind: type) -> Takes:

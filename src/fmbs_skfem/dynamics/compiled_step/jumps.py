@@ -8,13 +8,16 @@ step is right there.
 
 A jump is in a part of an expression, a comparison or a whole number, or in any other function from
 the end of a step to the next: a change that stays as large as it is in ever shorter intervals.
+
+Drives whose acceleration alone jumps, as at the corners of a trapezoid of the rate, bend there, and
+q'' with them: a step over such a corner would pass the jump on to those behind it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial, singledispatch
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -22,9 +25,9 @@ from ...core.values.expressions import Expression
 from ...core.values.inputs import GivenInput, Input
 from ...systems.forces import responses
 from ...systems.forces.force_laws import LawForces
-from ...systems.signals import BoundExpression, read_inputs
+from ...systems.signals import BoundExpression, exact_path, jet, read_inputs
 from ...systems.system import System, driving
-from ..histories import of_histories
+from ..histories import SIDE, of_histories
 
 #: (s, k) of k functions at times (s,) [s], one of which jumps where a load does; or, with
 #: `margins`, of what changes its sign there
@@ -42,9 +45,19 @@ SAME = 1e-9  #: of a step, within which an instant is the end of one
 MANY = 0.1
 AT_ONCE = 10_000  #: steps
 
-#: by numbers of steps: places in the step, 0 to 1, the last instant before the jump and the first
-#: one behind it [s]
-Jumps: TypeAlias = dict[int, list[tuple[float, float, float]]]
+RATE = 1e-3  #: of a step: what an acceleration makes in it is no jump of a rate, nor of a value
+
+
+class Jump(NamedTuple):
+    """An instant at which loads jump, or drives bend, in a step."""
+
+    place: float  #: in the step, 0 to 1
+    before: float  #: the last instant before [s]
+    behind: float  #: the first one behind it [s]
+    bends: bool  #: whether the acceleration of a drive jumps there
+
+
+Jumps: TypeAlias = dict[int, list[Jump]]  #: by numbers of steps
 
 
 @singledispatch
@@ -68,38 +81,65 @@ def _(signal: Input | GivenInput | BoundExpression) -> Traces | None:
 
 
 def jumps_of_loads(system: System, step: float, steps: int) -> Jumps:
-    """Where the loads of a system jump in so many steps [s]; at the start alone where they do so in
-    more than MANY of them.
+    """Where the loads of a system jump, and drives bend, in so many steps [s]; at the start alone
+    where they do so in more than MANY of them.
     """
     found = of_histories(
         system, "load jumps", step, steps, lambda: jumps_of_signals(system, step, steps)
     )
-    start = [one for one in found.get(0, []) if one[0] == 0.0]
+    start = [one for one in found.get(0, []) if one.place == 0.0]
     return found if len(found) <= MANY * steps else {0: start} if start else {}
 
 
 def jumps_of_signals(system: System, step: float, steps: int) -> Jumps:
     """The same, however many there are."""
     driven = {signal for _, signal in driving(system.constraints)}
-    instants = list[tuple[float, float]]()
-    for signal in (one for k, one in enumerate(system.signals) if k not in driven):
-        if (functions := traces(signal)) is not None:
-            instants += [at for at in found_in(functions, step, steps) if is_jump(signal, at)]
+    instants = list[tuple[float, float, bool]]()
+    for k, signal in enumerate(system.signals):
+        if k in driven:
+            found_here = corners(signal, step, steps)
+        elif (functions := traces(signal)) is not None:
+            found_here = [at for at in found_in(functions, step, steps) if is_jump(signal, at)]
+        else:
+            continue
+        instants += [(*at, k in driven) for at in found_here]
     laws = [one for one in system.loads.forces if isinstance(one, LawForces)]
     instants += [
-        at
+        (*at, False)
         for law in laws
         for functions in responses.switches(law)
         for at in found_in(functions, step, steps)
     ]
     found: Jumps = {}
-    for before, behind in sorted(instants):
+    for before, behind, bends in sorted(instants):
         number = max(int(np.ceil(behind / step - SAME)) - 1, 0)
         place = min(behind / step - number, 1.0)
         place = 1.0 if place > 1.0 - SAME else place if place > SAME else 0.0
         here = found.setdefault(number, [])
-        if not here or place > here[-1][0] + SAME:
-            here.append((place, before, behind))
+        if not here or place > here[-1].place + SAME:
+            here.append(Jump(place, before, behind, bends))
+        elif bends:
+            here[-1] = here[-1]._replace(bends=True)
+    return found
+
+
+def corners(signal: Any, step: float, steps: int) -> list[tuple[float, float]]:
+    """Instants before and behind which the acceleration of a drive differs, and its rate does not.
+
+    Those of texts; nothing is known of functions of Python, and of what is given step by step.
+    """
+    path = exact_path(signal)
+    if not isinstance(path, Expression):
+        return []
+    found = list[tuple[float, float]]()
+    for before, behind in found_in(partial(path.switches, bends=True), step, steps):
+        sides = zip((before, behind), (-SIDE * step, SIDE * step), strict=True)
+        (y, v, a), (y1, v1, a1) = (jet(path, np.array([t]), near)[:, 0] for t, near in sides)
+        size = max(abs(a), abs(a1))
+        least = RATE * size * step
+        same = abs(v1 - v) <= least and abs(y1 - y) <= least * step + SMALL * abs(y)
+        if same and abs(a1 - a) > SMALL * size:
+            found.append((before, behind))
     return found
 
 

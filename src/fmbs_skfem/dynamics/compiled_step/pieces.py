@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from ..run import OpenRun
 
 EXACT = 1e-12  #: of a step, to which places in it are found
+# round-off of second derivatives is 1e-16 over the square of a third of it
+AHEAD = 0.1  #: of a step, from which derivatives of drives behind a corner are taken
 
 
 class Unreached(Exception):
@@ -46,23 +48,26 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
     h = run.scheme.step
     first = place == 0.0
     begin_steps(run.step.state)
-    for jump, before, behind in run.jumps.get(run.done, ()):
-        if place < jump <= to or (first and jump == 0.0):
-            go_on(run, begin, before - begin)
-            jump_over(run, behind)
-            place, begin = jump, behind
+    for jump in run.jumps.get(run.done, ()):
+        if place < jump.place <= to or (first and jump.place == 0.0):
+            go_on(run, begin, jump.before - begin)
+            jump_over(run, jump.behind, jump.bends)
+            place, begin = jump.place, jump.behind
     go_on(run, begin, h * (run.done + to) - begin)
 
 
-def jump_over(run: OpenRun, behind: float) -> int:
-    """Accelerations and reactions of the present state with loads as they are behind a jump [s];
-    the status of `stepping.jump`.
+def jump_over(run: OpenRun, behind: float, bends: bool = False) -> int:
+    """Accelerations and reactions of the present state with loads as they are behind a jump [s], or
+    with drives that bend there; the status of `stepping.jump`.
     """
-    signals, _ = leading_signals(run.model.system, np.array([behind]), run.scheme.step)
+    # what drives do behind a corner is known by what comes: over little of the step, as another
+    # corner may follow
+    span = (-AHEAD if bends else 1.0) * run.scheme.step
+    signals, _ = leading_signals(run.model.system, np.array([behind]), span)
     if not len(signals):
         raise Unreached(stepping.NOT_FINITE)
     run.packed.give(signals, UNSTORED)
-    if (status := run.packed.call(stepping.jump)) != stepping.DONE:
+    if (status := run.packed.call(stepping.jump, int(bends))) != stepping.DONE:
         run.model.check()
     restart(run.step.state, run.step.work)
     return status

@@ -61,8 +61,8 @@ def find_rates(table: Any, _: Any) -> int:
     S = opened(table)
     # of places and rates of probes alone: no force is evaluated
     kernels.copy(S.job.signals[0], S.space.signals)
-    place_paths(table)
-    add_drift(table, 0.0, 0.0)
+    stepping.place_paths(table)
+    stepping.add_drift(table, 0.0, 0.0)
     return 0
 
 
@@ -334,31 +334,14 @@ def find_curvature(table: Any, second: float, third: float) -> None:
     kernels.clear(t.rhs[0, n:])
     if S.doors.settle == 0:
         return
-    place_paths(table)
-    add_drift(table, second, third)
+    stepping.place_paths(table)
+    stepping.add_drift(table, second, third)
     kernels.copy(t.rhs[0, n:], whole)
     # first derivatives, which are in that sum: zero but for round-off, as v is on the joints
-    add_drift(table, 0.0, 0.0)
+    stepping.add_drift(table, 0.0, 0.0)
     for m in range(len(whole)):
         t.rhs[0, n + m] -= whole[m]
         whole[m] = 0.0
-
-
-@jit
-def place_paths(table: Any) -> None:
-    """Probe rows of the accepted state and their rates."""
-    S = opened(table)
-    s = S.state
-    A = S.arrays
-    kernels.probe_paths(A.shown, A.probes_offset, s.x, s.v, s.v, s.acceleration, S.space.paths)
-
-
-@jit
-def add_drift(table: Any, second: float, third: float) -> None:
-    """Rates of the joints on these, D1 + second D2 + third D3 behind the forces in rhs."""
-    t = opened(table).space
-    t.leads[0], t.leads[1] = second, third
-    evaluation.find_drift(table)
 
 
 @jit

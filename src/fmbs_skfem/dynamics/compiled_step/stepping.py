@@ -934,23 +934,73 @@ def retake(table: Any, status: Any) -> int:
     return int(status)
 
 
+@jit
+def place_paths(table: Any) -> None:
+    """Probe rows of the accepted state and their rates."""
+    S = opened(table)
+    s = S.state
+    A = S.arrays
+    kernels.probe_paths(A.shown, A.probes_offset, s.x, s.v, s.v, s.acceleration, S.space.paths)
+
+
+@jit
+def add_drift(table: Any, second: float, third: float) -> None:
+    """Rates of the joints on these, D1 + second D2 + third D3 behind the forces in rhs."""
+    t = opened(table).space
+    t.leads[0], t.leads[1] = second, third
+    evaluation.find_drift(table)
+
+
+@jit
+def swap_signals(table: Any) -> None:
+    """Signals of the trial state and of the first row of the job, one for the other."""
+    S = opened(table)
+    for i in range(S.job.signals.shape[1]):
+        other = S.job.signals[0, i]
+        S.job.signals[0, i] = S.space.signals[i]
+        S.space.signals[i] = other
+
+
+@jit
+def find_bend(table: Any) -> None:
+    """dD2 / bh behind the forces in rhs, from the signals in the job to those of the trial state."""
+    S = opened(table)
+    t = S.space
+    n = len(t.x)
+    place_paths(table)
+    add_drift(table, 1.0, 0.0)
+    kernels.copy(t.rhs[0, n:], t.multipliers)
+    swap_signals(table)
+    add_drift(table, 1.0, 0.0)
+    # what the job had is given to both from now on
+    for i in range(S.job.signals.shape[1]):
+        t.signals[i] = S.job.signals[0, i]
+    for k in range(len(t.multipliers)):
+        t.rhs[0, n + k] = (t.multipliers[k] - t.rhs[0, n + k]) / S.method.bh
+    kernels.copy(S.state.multipliers, t.multipliers)
+
+
 @routine
-def jump(table: Any, _: Any) -> int:
+def jump(table: Any, bends: Any) -> int:
     """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories
     that jump there; the status.
 
-        (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0
+        (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = -dD2
 
-    as loads that begin with a step, see `initial`. What predicts the next step jumps as well, so
-    that steps on both sides are of second order.
+    as loads that begin with a step, see `initial`; dD2 is 0 but for drives of which `bends` (1)
+    says that their accelerations jump. What predicts the next step jumps as well, so that steps on
+    both sides are of second order.
     """
     S = opened(table)
     s = S.state
     t = S.space
     w = S.work
     n = len(S.state.x)
-    for i in range(S.job.signals.shape[1]):
-        t.signals[i] = S.job.signals[0, i]
+    if S.doors.settle != 0 and bends != 0:
+        swap_signals(table)
+    else:
+        for i in range(S.job.signals.shape[1]):
+            t.signals[i] = S.job.signals[0, i]
     kernels.copy(s.x, t.x)
     kernels.copy(s.v, t.v)
     kernels.copy(s.acceleration, t.acceleration)
@@ -965,8 +1015,10 @@ def jump(table: Any, _: Any) -> int:
         if invoke(S.doors.factorise, table, 0) != 0:
             return SINGULAR
     # gaps of positions are none of a jump of accelerations
-    for k in range(len(s.multipliers)):
-        t.rhs[0, n + k] = 0.0
+    kernels.clear(t.rhs[0, n:])
+    # no drive bends where all joints are steady
+    if S.doors.settle != 0 and bends != 0:
+        find_bend(table)
     if invoke(S.doors.solve, table, 0) != 0:
         return STOPPED
     for i in range(n):

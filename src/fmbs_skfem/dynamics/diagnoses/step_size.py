@@ -23,9 +23,9 @@ from ...systems.forces import on_rows as forces
 from ...systems.forces import responses
 from ...systems.forces.force_laws import ForceLaw, LawForces, evaluate
 from ...systems.measures.angles import DOUBT
-from ...systems.signals import Cosine, Sine, read_inputs
+from ...systems.signals import Cosine, Sine, exact_path, jet, read_inputs
 from ...systems.system import Signal, System, driving
-from ..histories import of_histories, pushed_body, signal_names
+from ..histories import SIDE, of_histories, pushed_body, signal_names
 from ..observers import Judge, Looks, Observer, RunSetting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
@@ -259,19 +259,35 @@ def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[
     jumps = dict[int, tuple[str, float]]()
     for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
         signal = plain.signals[k]
-        values = (signal.angle if isinstance(signal, Cosine | Sine) else signal)(times) + np.zeros(
-            len(times)
-        )
+        path = signal.angle if isinstance(signal, Cosine | Sine) else signal
+        values = path(times) + np.zeros(len(times))
         noise = ROUND_OFF * np.finfo(float).eps * np.abs(values).max()
         changes, bends = np.abs(np.diff(values)), np.abs(np.diff(values, 2))
-        for what, found, size, apart in (
-            (" that", changes, np.ptp(values), 1),
-            (" whose rate", bends, changes.max(), 2),
+        for order, (what, found, size, apart) in enumerate(
+            (
+                (" that", changes, np.ptp(values), 1),
+                (" whose rate", bends, changes.max(), 2),
+            ),
+            1,
         ):
             limit = np.maximum(LEAP[0] * size, LEAP[1] * beside(found, apart))
-            for at in np.flatnonzero(found > limit + noise)[:1]:
-                jumps.setdefault(k, (what, times[at + 1]))
+            for at in np.flatnonzero(found > limit + noise):
+                # a motion that begins in the last step of a run is none
+                if found[at] > size_by_rates(path, times[at : at + order + 1], order):
+                    jumps.setdefault(k, (what, times[at + 1]))
+                    break
     return jumps
+
+
+def size_by_rates(path: Signal, times: np.ndarray, order: int) -> float:
+    """What derivatives of an order make of a difference between times (s,) [s] of equal steps, on
+    both sides of corners; 0 where they are not known exactly.
+    """
+    if exact_path(path) is None:
+        return 0.0
+    h = float(times[1] - times[0])
+    sides = (jet(path, times, side * SIDE * h)[order] for side in (-1.0, 1.0))
+    return float(h**order * np.abs(list(sides)).max() * (1.0 + SIDE))
 
 
 def beside(found: np.ndarray, apart: int) -> np.ndarray:

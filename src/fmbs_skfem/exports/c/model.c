@@ -66,11 +66,11 @@ static void change_step(NAME_memory *m, double h)
 }
 
 #if JUMPING
-/* Accelerations and reactions of the present state jump onto what is given at a time t [s]. */
-static void jump(NAME_memory *m, double t)
+/* Accelerations and reactions of the present state jump onto what is given at a time t [s], where drives may bend. */
+static void jump(NAME_memory *m, double t, int bends)
 {
-    read_at(m, t, m->method_h[0]);
-    if (CALL_JUMP(m, 0) != DONE) /* the step finds its own way */
+    read_at(m, t, (bends ? -AHEAD : 1.0) * m->method_h[0]);
+    if (CALL_JUMP(m, 0, bends) != DONE) /* the step finds its own way */
         @work_kind@[0] = 0;
 }
 #endif
@@ -137,7 +137,7 @@ static long long take_piece(NAME_memory *m, double t)
 /* The next load that jumps does so up to a time t [s]. */
 static int jumps_before(const NAME_memory *m, double t)
 {
-    return m->jump < JUMPS && JUMP[2 * m->jump + 1] <= t + SAME * m->method_h[0];
+    return m->jump < JUMPS && JUMP[3 * m->jump + 1] <= t + SAME * m->method_h[0];
 }
 #endif
 
@@ -147,10 +147,10 @@ static long long take_between_jumps(NAME_memory *m, double t)
     long long found = DONE;
 #if JUMPS > 0
     while (found == DONE && jumps_before(m, t)) {
-        const double *at = JUMP + 2 * m->jump;
+        const double *at = JUMP + 3 * m->jump;
         found = take_piece(m, at[0]);
         if (found == DONE) {
-            jump(m, at[1]);
+            jump(m, at[1], at[2] > 0.0);
             forget(m);
             m->time = at[1];
             m->jump++;
@@ -263,9 +263,9 @@ static NAME_status go_on(NAME_memory *m, double span, int changed)
     if (changed) {
         @work_kind@[0] = @work_kind@[1] = 0; /* factors of another state, and turned tangents, miss a part of it */
 #if JUMPS > 0 /* behind loads that jump at this instant */
-        jump(m, m->jump > 0 ? most(m->time, JUMP[2 * m->jump - 1]) : m->time);
+        jump(m, m->jump > 0 ? most(m->time, JUMP[3 * m->jump - 2]) : m->time, 0);
 #else
-        jump(m, m->time);
+        jump(m, m->time, 0);
 #endif
     }
 #else
@@ -481,7 +481,7 @@ NAME_status NAME_start(NAME_memory *m)
     follow_inputs(m, 0.0);
     EACH (k, GIVEN)
         m->acting[k] = m->inputs[k];
-    read_signals(m, 0.0, 0.0, @job_signals@);
+    read_signals(m, 0.0, -AHEAD * NAME_STEP, @job_signals@); /* by what comes */
     EACH (k, SIGNALS)
         @state_signals@[k] = @job_signals@[k];
     if (CALL_START(m, 0) != 0)

@@ -209,4 +209,5 @@ def scene_task(job: Job, scene: Scene) -> RunTask:
         if analysis.moves
         else None,
         analysis.label,
+        "time [s]" if analysis.clock else "load factor",
     )

@@ -62,6 +62,7 @@ class RunTask:
     #: the same motion in half the steps, with its outputs alone; None of equilibria
     halved: Callable[[Progress], Trajectory] | None = None
     label: str = "integrating"
+    across: str = "time [s]"  #: what its states are at
     remarks: Sequence[ReportTable | str] = ()  #: sentences and tables on the result
 
     @property
@@ -158,7 +159,6 @@ def finish(
         "notices": job.notices,
         **failure,
     }
-    across = "time [s]" if task.scheme else "load factor"
     marks = [(one.time, one.name) for one in trajectory.events]
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
@@ -169,7 +169,7 @@ def finish(
         trajectory.times,
         outputs,
         task.title,
-        across,
+        task.across,
         marks,
         silent,
         errors,

@@ -730,7 +730,8 @@ class Reaction(Probe):
 
     Axes are given in the reference: those of a joint between two bodies, along which sliders push
     as well, turn with `to`; that of a universal joint stays normal to both of its own. The moment
-    of a driven angle, in the column `NAME_torque`, is the torque of the drive. Of a held edge it is
+    of a driven angle, in the column `NAME_torque`, is the torque of the drive, in `inverse_dynamics`
+    and in any motion. Of a held edge it is
     the resultant: the force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge in
     the reference, about the axes of the scene. Moments on the slope of a line are those on one of
     length 1: where the line is stretched there, by 1 % say, they are 1 % too small, and the moments
