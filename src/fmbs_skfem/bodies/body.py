@@ -266,6 +266,7 @@ class Body:
     recovery: dict[str, Any] = field(default_factory=dict)
     #: the same body with more functions behind its own, against which it is held
     spare: Body | None = None
+    yield_strength: float = 0.0  #: of its material [Pa], 0 where it is not known
 
     @property
     def dim(self) -> int:

@@ -71,6 +71,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "'strain_gauge' or 'strain_tensor'": "strain e le gauge",
         "'stress' or 'stress_tensor'": "von_mises mises s",
         "'load'": "spring_force spring load_force actuator_force",
+        "'utilisation'": "utilization safety safety_factor yield unity_check strength",
         "'slide'": "displacement_along sliding joint_coordinate",
         "'velocity'": "speed v",
     },

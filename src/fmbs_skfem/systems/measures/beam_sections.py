@@ -232,16 +232,15 @@ def place_of(where: str, part: Body, at: At) -> float:
                 "take section_forces there",
             )
         )
-    if part.shapes is not None:
-        raise InputError(
-            say(
-                where,
-                "a place of a beam in full",
-                f"{at} of a trained part",
-                "read it in the full model",
-            )
-        )
+    require_full(where, part, str(at))
     return float(locate(part, at.place))  # type: ignore[arg-type]
+
+
+def require_full(where: str, part: Body, what: str) -> None:
+    """InputError, after `where`, where a beam is a trained part."""
+    if part.shapes is not None:
+        got = f"{what} of a trained part"
+        raise InputError(say(where, "a place of a beam in full", got, "read it in the full model"))
 
 
 def read_place(
