@@ -213,6 +213,26 @@ def l_shape(
     return Polygon(rounded(corners, (0.0, 0.0, toe, fillet, toe, 0.0)))
 
 
+def t_shape(width: float, height: float, web: float, flange: float) -> Polygon:
+    """A web along z, `web` thick, its foot at the origin, and a flange of a width along y, `flange`
+    thick, on its top [m]; the height is that of both.
+    """
+    _check_walls(width, height, web, flange, 1)
+    y, t, s = width / 2, web / 2, height - flange
+    right = (t, 0.0), (t, s), (y, s), (y, height)
+    return Polygon((*right, *((-a, b) for a, b in reversed(right))))
+
+
+def z_shape(width: float, height: float, web: float, flange: float) -> Polygon:
+    """A web along z, `web` thick, with a flange along y at its top and one along -y at its bottom,
+    `flange` thick, each of a width that counts the web [m]; the origin is the centre.
+    """
+    _check_walls(width, height, web, flange, 2)
+    z, t = height / 2, web / 2
+    right = (t, -z), (t, z - flange), (width - t, z - flange), (width - t, z)
+    return Polygon((*right, *((-a, -b) for a, b in right)))
+
+
 def rounded(points: Sequence[Point], radii: Sequence[float]) -> Loop:
     """The loop of points with an arc of a radius [m] in place of each, 0 for a corner.
 

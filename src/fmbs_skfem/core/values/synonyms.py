@@ -84,13 +84,17 @@ WORDS: Mapping[str, Mapping[str, str]] = {
     },
     "Section": {
         "'circular'": "circle circ round",
-        "'tube'": "pipe hollow ring annulus hollow_circular",
+        "'tube'": "pipe ring annulus hollow_circular",
+        "'box', or 'hollow' with radii": "rectangular_hollow hollow_rectangular box_girder square_tube",
+        "'hollow', or 'rolled' by its name": "rhs shs rectangular_tube",
+        "'t_section'": "t tee",
+        "'z_section'": "z zed",
         "'rectangular'": "rect rectangle box_solid square",
         "'i_section', or 'rolled' by its name": "i h ipe hea heb i_beam h_section",
         "'c_section', or 'rolled' by its name": "c u channel u_section upn",
         "'l_section', or 'rolled' by its name": "l angle l_profile",
         "'given' for cables, 'matrices' for beams": "general generalized stiffness beam_general_section meshed",
-        "'polygon'": "arbitrary box points profile outline",
+        "'polygon'": "arbitrary points profile outline",
     },
 }
 
