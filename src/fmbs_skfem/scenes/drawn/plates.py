@@ -167,15 +167,19 @@ def around(inner: float, outer: float, cells: int) -> int:
 
 
 def ring(inner: Floats, outer: Floats, cells: int) -> Floats:
-    """Points (i, j, 2) between two closed lines (n, 2), whose distances grow as circles do."""
+    """Points (n + 1, i, 2) between two closed lines (n, 2), whose distances grow as circles do."""
     growth = np.linalg.norm(outer, axis=1).min() / np.linalg.norm(inner, axis=1).max()
     shares = (growth ** np.linspace(0.0, 1.0, cells + 1) - 1.0) / (growth - 1.0)
     return closed(inner + shares[:, None, None] * (outer - inner))
 
 
 def closed(points: Floats) -> Floats:
-    """Lines (i, n, 2) with their first points once more at the end."""
-    return np.concatenate([points, points[:, :1]], axis=1)
+    """Points (n + 1, i, 2) around, the first ones once more at the end, of lines (i, n, 2).
+
+    Cells then follow one another around, and arrows of loads, at cells with numbers that are evenly
+    spread, stand all around.
+    """
+    return np.concatenate([points, points[:, :1]], axis=1).swapaxes(0, 1)
 
 
 def named(
