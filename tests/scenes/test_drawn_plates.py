@@ -75,9 +75,14 @@ def test_a_clamped_square(more: str) -> None:
 
 @pytest.mark.parametrize(("slope", "factor"), [("z", 1.0), ("", 5.3 / 1.3)])
 def test_a_disc(slope: str, factor: float) -> None:
-    """w = q R^4 / 64 D clamped, (5 + nu) / (1 + nu) of that hinged; in other units as well."""
-    found = solved(scene("disc: {radius: 1 m}", held("outer", slope)))
+    """w = q R^4 / 64 D clamped, (5 + nu) / (1 + nu) of that hinged; the largest moment is q R^2 / 8 at
+    the clamped edge, (3 + nu) q R^2 / 16 in all directions in the middle of the hinged one.
+    """
+    outputs = f"{CENTER}\n  u: {{type: utilisation, of: p}}"
+    found = solved(scene("disc: {radius: 1 m}", held("outer", slope), outputs=outputs))
     assert found["w"] == pytest.approx(-factor * 1e-4 / 64.0 / D, rel=3e-3)
+    moment = 1e-4 * (np.sqrt(1.0 - 0.3 + 0.09) / 8.0 if slope else 3.3 / 16.0)
+    assert found["u"] == pytest.approx(6e6 * moment / 235e6, rel=0.02)
 
 
 def annulus(hole: float) -> float:
@@ -142,7 +147,7 @@ def test_a_hole_in_a_strip_concentrates_stress() -> None:
         ("rectangle: {width: 1 mm, height: 1 mm, cells: 1}", "bottom left right top", "right_top", 1),
         ("rectangle: {width: 1 km, height: 1 m, cells: 1}", "bottom left right top", "right_top", 12),
         ("rectangle: {width: 1 m, height: 2 m, hole_radius: 0.499 m}", "bottom inner left right top", "left_top", None),
-        ("disc: {radius: 1 mm, cells: 1}", "outer", "bottom center left right top", 12),
+        ("disc: {radius: 1 mm, cells: 1}", "outer", "bottom center left right top", 20),
         ("disc: {radius: 1 km, hole_radius: 999 m, cells: 1}", "inner outer", "bottom left right top", 32),
     ],
 )  # fmt: skip

@@ -127,11 +127,12 @@ class Disc:
             count = around(r, R, self.cells)
             blocks = [ring(circle(r, count), circle(R, count), self.cells)]
         else:
-            half = max(1, round(0.45 * self.cells))
+            # long radially: moments at a clamped edge err by the angle of a cell
+            half, across = max(1, round(0.75 * self.cells)), max(2, round(0.3 * self.cells))
             core = grid(*2 * [np.linspace(-1.0, 1.0, 2 * half + 1)])
             core = CORE * R * core * (1.0 + BULGE * (1.0 - core[..., ::-1] ** 2))
             square = np.concatenate([core[:-1, 0], core[-1, :-1], core[:0:-1, -1], core[0, :0:-1]])
-            outside = np.linspace(0.0, 1.0, max(1, self.cells - half) + 1)[:, None, None]
+            outside = np.linspace(0.0, 1.0, across + 1)[:, None, None]
             blocks = [core, closed(square + outside * (circle(R, 8 * half) - square))]
         edges = {
             "inner": lambda p: np.hypot(*p) < 0.5 * (r + R),
