@@ -724,17 +724,21 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
     assert "| `diameter` | a length [m] > 0 | |" in page
     assert "| `interpolation` | `ancf` or `fvs` or `bfs` or `argyris` | (none) |" in page
     sections = [
+        "box",
         "c_section",
         "circular",
         "given",
+        "hollow",
         "i_section",
         "l_section",
         "matrices",
         "polygon",
         "rectangular",
         "rolled",
+        "t_section",
         "tapered",
         "tube",
+        "z_section",
     ]
     assert f"| `section` | {' or '.join(f'[{one}](#{one})' for one in sections)} | |" in page
 

@@ -20,8 +20,9 @@ from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
 from fmbs_skfem.systems.forces.line_loads import LineLoad
 from fmbs_skfem.systems.measures.line_stresses import HighestStress, Stress
 from fmbs_skfem.systems.measures.probes import Probe, kind_of
+from fmbs_skfem.systems.measures.utilisation import Utilisation
 
-STEEL = Material(210e9, 7850.0, 0.3)
+STEEL = Material(210e9, 7850.0, 0.3, yield_strength=235e6)
 FLAT = Rectangular(0.02, 0.01)
 AREA, MODULUS = 0.02 * 0.01, 0.02 * 0.01**2 / 6.0  #: of the section, M / MODULUS is its stress
 
@@ -52,7 +53,9 @@ def test_a_cantilever_that_is_pulled_and_bent(turn: float) -> None:
         loads.PointForce("F", At("b", "right"), force),
         here=Stress(At("b", 0.3)),
         all=HighestStress("b"),
+        used=Utilisation(of="b"),
     )
+    assert_allclose(found["used"], found["all_von_mises"] / 235e6, rtol=1e-12)
     for name, arm in (("here", 0.7), ("all", 1.0)):
         # the pull straightens it by 3 %: the arm is that of the tension's cantilever
         k = np.sqrt(pull / (210e9 * MODULUS * 0.005))

@@ -233,7 +233,7 @@ def test_functions_of_python_are_read_again() -> None:
     rate[0] = 2.0
     after = integrate(system, SCHEME, DURATION)
     assert np.abs(after.x - before.x).max() > 1e-3
-    assert same_bits(after, integrate(driven(REST, of_time("2 * t**2")), SCHEME, DURATION))
+    assert same_bits(after, integrate(driven(REST, lambda t: 2.0 * t**2), SCHEME, DURATION))
 
 
 def test_memory_does_not_grow_with_calls(family: ParametricCase) -> None:

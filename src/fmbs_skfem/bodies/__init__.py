@@ -4,7 +4,17 @@ mass points; stress fields.
 
 from . import own_laws, plate, rigid
 from . import stress_recovery as fields
-from .beams.drawn_sections import CSection, ISection, LSection, PolygonSection, Tube
+from .beams.drawn_sections import (
+    Box,
+    CSection,
+    Hollow,
+    ISection,
+    LSection,
+    PolygonSection,
+    TSection,
+    Tube,
+    ZSection,
+)
 from .beams.matrices import Matrices
 from .beams.rolled_sections import RolledSection
 from .body import Body, Cells, cable, point_mass
@@ -24,6 +34,10 @@ __all__ = [
     "ISection",
     "CSection",
     "LSection",
+    "TSection",
+    "ZSection",
+    "Box",
+    "Hollow",
     "PolygonSection",
     "RolledSection",
     "Matrices",

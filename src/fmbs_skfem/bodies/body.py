@@ -269,6 +269,7 @@ class Body:
     recovery: dict[str, Any] = field(default_factory=dict)
     #: the same body with more functions behind its own, against which it is held
     spare: Body | None = None
+    yield_strength: float = 0.0  #: of its material [Pa], 0 where it is not known
 
     @property
     def dim(self) -> int:
@@ -390,6 +391,7 @@ def cable(
         cells=cells,
         radius=max(one.radius for one in given),
         profile=profiles.of_cable(places_of, degree, given) if degree else None,
+        yield_strength=0.0 if material is None else material.yield_strength or 0.0,
         fibre_modulus=0.0
         if material is None or not all(one.has_fibres(dim) for one in sections)
         else material.young_modulus,

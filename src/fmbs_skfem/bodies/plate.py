@@ -132,6 +132,7 @@ def plate(
         spread=None if is_identity(spread) else spread,
         stiffness=None if springs is None else csr_array(spread.T @ springs @ spread),
         values=of_plate(material, thickness),
+        yield_strength=material.yield_strength or 0.0,
     )
 
 

@@ -37,9 +37,14 @@ class Material:
     young_modulus: Annotated[float, quantity("Pa", "> 0")]
     density: Density
     poisson_ratio: Annotated[float, quantity("", "> -1", "< 0.5")] = 0.3  #: of plates and shells
+    yield_strength: Annotated[
+        float | None, quantity("Pa", "> 0"), "for outputs of the type `utilisation`"
+    ] = None
 
     def __post_init__(self) -> None:
         require_positive("material", young_modulus=self.young_modulus, density=self.density)
+        if self.yield_strength is not None:
+            require_positive("material", yield_strength=self.yield_strength)
         if not -1.0 < self.poisson_ratio <= 0.5:
             raise InputError(
                 say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio)

@@ -49,7 +49,8 @@ from ..shapes.surface import Surface
 from ..systems.places import At
 from . import field_kinds as fields
 from . import figures, surfaces
-from .drawn_lines import LINE, DrawnLine
+from .drawn.lines import LINE, DrawnLine
+from .drawn.plates import Disc, Rectangle, check_hole
 from .field_kinds import MeshFile
 
 if TYPE_CHECKING:
@@ -548,11 +549,13 @@ class ThinBody(SceneBody, ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Plate(ThinBody):
-    """A thin plate over a mesh file, in the plane a membrane.
+    """A thin plate over a mesh file, or one that its scene draws, a `rectangle` or a `disc`; in the
+    plane a membrane.
 
-    Without an `interpolation` it is `ancf` in the plane and on even grids of quads, where that
-    converges (four cells at every inner node, lines that turn alike from node to node), else `fvs`,
-    which converges on any quads or triangles. `arcs` are edges that are circular arcs, for these
+    Without an `interpolation` it is `bfs` on a rectangle that is drawn without a hole in space,
+    `ancf` in the plane and on even grids of quads, where that converges (four cells at every inner
+    node, lines that turn alike from node to node), else `fvs`, which converges on any quads or
+    triangles. `arcs` are edges that are circular arcs, for these
     two; `rims` makes rigid frames of named edges, with centres in the frame of the scene; in space
     the plate is clamped to those with `slopes: true`, and hinged to others. `order` is the number
     of Gauss points a direction, `refine` (2, 4, 8, ..) cuts every side of the cells into that many,
@@ -562,7 +565,9 @@ class Plate(ThinBody):
     """
 
     name: str
-    mesh: MeshFile
+    mesh: MeshFile | None = None
+    rectangle: Rectangle | None = None
+    disc: Disc | None = None
     unit: FileUnit = 1.0
     face: Annotated[str | None, "a named group of cells; without it the whole mesh"] = None
     interpolation: Annotated[str | None, word(surfaces.INTERPOLATIONS)] = None
@@ -580,8 +585,20 @@ class Plate(ThinBody):
     def finer(self, times: int) -> Self:
         return replace(self, refine=times * self.refine)
 
+    def idle(self) -> Iterator[tuple[str, str]]:
+        for key, default in (("unit", 1.0), ("face", None)):
+            if self.mesh is None and getattr(self, key) != default:
+                yield key, "does nothing beside a plate that is drawn"
+
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from planar_slopes(self.rims, dim)
+        given = {key: one for key in ("mesh", "rectangle", "disc") if (one := getattr(self, key))}
+        if len(given) != 1:
+            got = ", ".join(given) or "none of them"
+            yield "mesh", Problem("a mesh file, a rectangle or a disc", got)
+        for key, one in given.items():
+            if isinstance(one, Rectangle | Disc):
+                yield from (((key, field), problem) for field, problem in check_hole(one))
         if self.refine.bit_count() > 1:
             yield "refine", Problem("1, 2, 4, 8 or another power of two", str(self.refine))
         if (
@@ -600,8 +617,12 @@ class Plate(ThinBody):
             if self.interpolation
             else ((4,) if dim == 2 else (3, 4))
         )
-        path = meshes.path(self.mesh, folder, allow_outside)
-        mesh = plate_meshes.read(path, True, self.face, repair, self.unit, corners[0])
+        drawn = self.rectangle or self.disc
+        if drawn is None:
+            path = meshes.path(self.mesh or "", folder, allow_outside)
+            mesh = plate_meshes.read(path, True, self.face, repair, self.unit, corners[0])
+        else:
+            mesh = drawn.mesh()
         height = float(np.abs(mesh.points[:, 2]).max())
         if height > surfaces.FLAT * float(np.ptp(mesh.points, axis=0).max()):
             raise InputError(
@@ -612,14 +633,16 @@ class Plate(ThinBody):
                     "place it with 'origin'",
                 )
             )
-        chosen = self.interpolation or surfaces.choose(mesh, dim)
+        chosen = self.interpolation or (drawn and drawn.interpolation(dim))
+        chosen = chosen or surfaces.choose(mesh, dim)
         if mesh.cells.shape[1] not in surfaces.INTERPOLATIONS[chosen].corners:
             wanted, got = (
                 ("quads", "triangles") if mesh.cells.shape[1] == 3 else ("triangles", "quads")
             )
             other = "argyris" if mesh.cells.shape[1] == 3 else "ancf or bfs"
             remedy = f"take the interpolation fvs or {other}, or mesh it again"
-            raise InputError(say(f"mesh {mesh.path}", f"{wanted} for {chosen}", got, remedy))
+            where = f"mesh {mesh.path or 'that is drawn'}"
+            raise InputError(say(where, f"{wanted} for {chosen}", got, remedy))
         mesh = surfaces.refined(
             mesh, self.refine, self.arcs if surfaces.INTERPOLATIONS[chosen].arcs else []
         )

@@ -298,7 +298,7 @@ def _reference(scene: Scene, key: Keys, kind: str, value: Any) -> Iterator[Found
     if kind == "surfaces":
         known = [name for name, body in bodies.items() if body.has_surface]
         yield from _surface(scene, key, value, known, "plates and shells")
-    if kind == "stressed":
+    if kind == "stressed" and value is not None:
         known = [name for name, body in bodies.items() if "von_mises" in body.shows]
         yield from _surface(scene, key, value, known, "plates, shells, beams and cables")
 

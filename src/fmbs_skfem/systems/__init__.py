@@ -7,7 +7,16 @@ from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
 from .connections import joints
 from .forces import along_lines, bushing, controls, gauges, line_loads, loads, springs
-from .measures import line_places, line_stresses, orientations, probes, recovered, sensors, stresses
+from .measures import (
+    line_places,
+    line_stresses,
+    orientations,
+    probes,
+    recovered,
+    sensors,
+    stresses,
+    utilisation,
+)
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
 from .prepared import Prepared, alike, prepare
@@ -31,6 +40,7 @@ __all__ = [
     "gauges",
     "stresses",
     "recovered",
+    "utilisation",
     "Rayleigh",
     "Motion",
     "System",

@@ -139,6 +139,7 @@ def beam(
         spread=as_csr(r),
         directors=as_csr(vstack(d)),
         profile=own,
+        yield_strength=0.0 if material is None else material.yield_strength or 0.0,
     )
 
 

@@ -8,14 +8,23 @@ z^2 dA about the centroid.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ...core.storage.records import dataclass
 from ...core.values import units
 from ...core.values.arguments import checked
-from ...core.values.fields import Context, Length, Takes, array_schema, number_schema, read_quantity
+from ...core.values.fields import (
+    Context,
+    Length,
+    Takes,
+    array_schema,
+    number_schema,
+    quantity,
+    read_quantity,
+)
 from ...core.values.mappings import list_of
 from ...core.values.problems import Problem, shown
 from ..sections import Given, Material, Section, solid
@@ -84,57 +93,108 @@ class Tube(Drawn):
 
 
 @dataclass(frozen=True)
+class Walled(Drawn, ABC):
+    """A section of walls along y and z."""
+
+    width: Length
+    height: Length
+    web: Annotated[Length, "thickness of what stands along z"]
+    flange: Annotated[Length, "thickness of what lies along y"]
+    #: its outline of width, height, web and flange
+    draw: ClassVar[Callable[[float, float, float, float], Outline]]
+
+    def outline(self) -> Outline:
+        return type(self).draw(self.width, self.height, self.web, self.flange)
+
+
+@dataclass(frozen=True)
 @checked
-class ISection(Drawn, word="i_section"):
+class ISection(Walled, word="i_section"):
     """An I (H, i_beam, double tee, IPE, HEA, W): two flanges of a `width` along y at the ends of a
     web along z, centred.
 
     {shape: i_section, width: 100 mm, height: 200 mm, web: 6 mm, flange: 9 mm}
     """
 
-    width: Length
-    height: Length
-    web: Annotated[Length, "thickness of the web"]
-    flange: Annotated[Length, "thickness of a flange"]
-
-    def outline(self) -> Outline:
-        return section_shapes.i_shape(self.width, self.height, self.web, self.flange)
+    draw = section_shapes.i_shape
 
 
 @dataclass(frozen=True)
 @checked
-class CSection(Drawn, word="c_section"):
+class CSection(Walled, word="c_section"):
     """A C (channel, U, UPN): a web along z with its back at y = 0, two flanges of a `width` along
     y, z = 0 midway.
 
     {shape: c_section, width: 50 mm, height: 100 mm, web: 5 mm, flange: 8 mm}
     """
 
-    width: Length
-    height: Length
-    web: Annotated[Length, "thickness of the web"]
-    flange: Annotated[Length, "thickness of a flange"]
-
-    def outline(self) -> Outline:
-        return section_shapes.c_shape(self.width, self.height, self.web, self.flange)
+    draw = section_shapes.c_shape
 
 
 @dataclass(frozen=True)
 @checked
-class LSection(Drawn, word="l_section"):
+class LSection(Walled, word="l_section"):
     """An L (angle): a leg of a `width` along y, `flange` thick, and one of a `height` along z,
     `web` thick, from the origin.
 
     {shape: l_section, width: 40 mm, height: 60 mm, web: 5 mm, flange: 5 mm}
     """
 
+    draw = section_shapes.l_shape
+
+
+@dataclass(frozen=True)
+@checked
+class TSection(Walled, word="t_section"):
+    """A T (tee): a flange of a `width` along y on top of a web along z, whose foot is the origin.
+
+    {shape: t_section, width: 60 mm, height: 80 mm, web: 6 mm, flange: 8 mm}
+    """
+
+    draw = section_shapes.t_shape
+
+
+@dataclass(frozen=True)
+@checked
+class ZSection(Walled, word="z_section"):
+    """A Z (zed): a web along z with a flange along y at its top and one along -y at its bottom, each
+    of a `width` from the outer face of the web, centred.
+
+    {shape: z_section, width: 60 mm, height: 120 mm, web: 5 mm, flange: 5 mm}
+    """
+
+    draw = section_shapes.z_shape
+
+
+@dataclass(frozen=True)
+@checked
+class Box(Walled):
+    """A box (rectangular hollow, box girder): two webs along z and two flanges along y, centred.
+
+    {shape: box, width: 60 mm, height: 100 mm, web: 4 mm, flange: 6 mm}
+    """
+
+    draw = section_shapes.hollow
+
+
+@dataclass(frozen=True)
+@checked
+class Hollow(Drawn):
+    """A rectangular tube (hollow section, RHS, SHS) of a `width` along y and a `height` along z,
+    centred; its corners have a `radius` outside, less the wall inside.
+
+    {shape: hollow, width: 60 mm, height: 40 mm, wall: 3 mm, radius: 6 mm}
+    """
+
     width: Length
     height: Length
-    web: Annotated[Length, "thickness of the leg along z"]
-    flange: Annotated[Length, "thickness of the leg along y"]
+    wall: Length
+    radius: Annotated[float, quantity("m", ">= 0"), "of the corners outside"] = 0.0
 
     def outline(self) -> Outline:
-        return section_shapes.l_shape(self.width, self.height, self.web, self.flange)
+        inner = max(self.radius - self.wall, 0.0)
+        sizes = self.width, self.height, self.wall, self.wall
+        return section_shapes.hollow(*sizes, self.radius, inner)
 
 
 @dataclass(frozen=True)

@@ -164,39 +164,119 @@ def rectangle(width: float, height: float) -> Polygon:
     return Polygon(((-y, -z), (y, -z), (y, z), (-y, z)), shear=Shear.COWPER)
 
 
-def i_shape(width: float, height: float, web: float, flange: float) -> Polygon:
-    """Two flanges of a width along y, `flange` thick, at the ends of a web along z, `web` thick
-    [m]; the origin is the centre.
+def i_shape(width: float, height: float, web: float, flange: float, fillet: float = 0.0) -> Polygon:
+    """Two flanges of a width along y, `flange` thick, at the ends of a web along z, `web` thick, with
+    a radius between them [m]; the origin is the centre.
     """
     _check_walls(width, height, web, flange, 2)
     y = width / 2
     z = height / 2
     t = web / 2
     s = height / 2 - flange
-    right = ((y, -z), (y, -s), (t, -s), (t, s), (y, s), (y, z))
+    right = rounded(
+        ((y, -z), (y, -s), (t, -s), (t, s), (y, s), (y, z)), (0.0, 0.0, fillet, fillet, 0.0, 0.0)
+    )
     return Polygon(right + tuple((-a, b) for a, b in reversed(right)))
 
 
-def c_shape(width: float, height: float, web: float, flange: float) -> Polygon:
-    """A web along z, `web` thick, its back on y = 0, and two flanges of a width along y, `flange`
-    thick [m]; z = 0 is midway.
+def c_shape(
+    width: float,
+    height: float,
+    web: float,
+    flange: float,
+    taper: float = 0.0,
+    fillet: float = 0.0,
+    toe: float = 0.0,
+) -> Polygon:
+    """A web along z, `web` thick, its back on y = 0, and two flanges of a width along y [m]; z = 0 is
+    midway.
+
+    `flange` is their thickness in the middle of the width, from where it falls by `taper` times y to
+    the toes; `fillet` and `toe` are radii.
     """
     _check_walls(width, height, web, flange, 2)
     z = height / 2
-    s = height / 2 - flange
-    return Polygon(
-        ((0.0, -z), (width, -z), (width, -s), (web, -s), (web, s), (width, s), (width, z), (0.0, z))
-    )
+    root, end = (z - flange - taper * (width / 2 - y) for y in (web, width))
+    inner = ((width, -end), (web, -root), (web, root), (width, end))
+    corners = ((0.0, -z), (width, -z), *inner, (width, z), (0.0, z))
+    return Polygon(rounded(corners, (0.0, 0.0, toe, fillet, fillet, toe, 0.0, 0.0)))
 
 
-def l_shape(width: float, height: float, web: float, flange: float) -> Polygon:
-    """A leg of a width along y, `flange` thick, and one of a height along z, `web` thick [m], from
-    the origin, their corner.
+def l_shape(
+    width: float, height: float, web: float, flange: float, fillet: float = 0.0, toe: float = 0.0
+) -> Polygon:
+    """A leg of a width along y, `flange` thick, and one of a height along z, `web` thick, from the
+    origin, their corner, with radii of the corner inside and of both toes [m].
     """
     _check_walls(width, height, web, flange, 1)
-    return Polygon(
-        ((0.0, 0.0), (width, 0.0), (width, flange), (web, flange), (web, height), (0.0, height))
-    )
+    corners = (0.0, 0.0), (width, 0.0), (width, flange), (web, flange), (web, height), (0.0, height)
+    return Polygon(rounded(corners, (0.0, 0.0, toe, fillet, toe, 0.0)))
+
+
+def t_shape(width: float, height: float, web: float, flange: float) -> Polygon:
+    """A web along z, `web` thick, its foot at the origin, and a flange of a width along y, `flange`
+    thick, on its top [m]; the height is that of both.
+    """
+    _check_walls(width, height, web, flange, 1)
+    y, t, s = width / 2, web / 2, height - flange
+    right = (t, 0.0), (t, s), (y, s), (y, height)
+    return Polygon((*right, *((-a, b) for a, b in reversed(right))))
+
+
+def z_shape(width: float, height: float, web: float, flange: float) -> Polygon:
+    """A web along z, `web` thick, with a flange along y at its top and one along -y at its bottom,
+    `flange` thick, each of a width that counts the web [m]; the origin is the centre.
+    """
+    _check_walls(width, height, web, flange, 2)
+    z, t = height / 2, web / 2
+    right = (t, -z), (t, z - flange), (width - t, z - flange), (width - t, z)
+    return Polygon((*right, *((-a, -b) for a, b in right)))
+
+
+def rounded(points: Sequence[Point], radii: Sequence[float]) -> Loop:
+    """The loop of points with an arc of a radius [m] in place of each, 0 for a corner.
+
+    At a corner v with unit directions u and w along its sides, and the angle 2 b between them, it
+    leads from v + r/tan(b) u to v + r/tan(b) w about v + r/sin(b) (u + w)/|u + w|.
+    """
+    found: list[Point] = []
+    corners = np.array(points, dtype=float)
+    sides = zip(np.roll(corners, 1, axis=0), corners, np.roll(corners, -1, axis=0), strict=True)
+    for (before, v, after), r in zip(sides, radii, strict=True):
+        if not r:
+            found.append(tuple(v.tolist()))
+            continue
+        u, w = ((one - v) / np.linalg.norm(one - v) for one in (before, after))
+        b = 0.5 * math.acos(u @ w)
+        turn = math.pi - 2.0 * b
+        middle = r / math.sin(b) * (u + w) / np.linalg.norm(u + w)
+        s = np.linspace(0.0, 1.0, math.ceil(turn / SMOOTH) + 1)[:, None]
+        ends = (
+            np.sin(one * turn) * (r / math.tan(b) * side - middle)
+            for one, side in ((1.0 - s, u), (s, w))
+        )
+        found += map(tuple, (v + middle + sum(ends) / math.sin(turn)).tolist())
+    return tuple(found)
+
+
+def hollow(
+    width: float, height: float, web: float, flange: float, outer: float = 0.0, inner: float = 0.0
+) -> Polygon:
+    """A box of a width along y and a height along z; its walls along z are `web` thick, those along y
+    `flange`, and its corners have radii outside and inside [m]; the origin is the centre.
+    """
+    _check_walls(width, height, web, flange, 2, 2)
+    loops = []
+    for y, z, r in (
+        (width / 2, height / 2, outer),
+        (width / 2 - web, height / 2 - flange, inner),
+    ):
+        if not 0.0 <= r < min(y, z):
+            expected = f"radii of corners below {min(y, z):g} m, half of the side that they round"
+            remedy = "take a smaller radius, or a thinner wall"
+            raise InputError(say("section.radius", expected, f"{r:g} m", remedy))
+        loops.append(rounded(((-y, -z), (y, -z), (y, z), (-y, z)), [r] * 4))
+    return Polygon(loops[0], (loops[1],))
 
 
 def polygon(points: ArrayLike, *holes: ArrayLike) -> Polygon:
@@ -230,20 +310,18 @@ def moments(outline: Outline) -> tuple[float, Floats, Floats]:
     return area, middle + centroid, second - area * np.outer(centroid, centroid)
 
 
-def _check_walls(width: float, height: float, web: float, flange: float, flanges: int) -> None:
+def _check_walls(
+    width: float, height: float, web: float, flange: float, flanges: int, webs: int = 1
+) -> None:
     require_positive("section", width=width, height=height, web=web, flange=flange)
-    if web >= width:
-        raise InputError(
-            say("section.web", f"a wall thinner than the width, {width:g} m", f"{web:g} m")
-        )
-    if flanges * flange >= height:
-        raise InputError(
-            say(
-                "section.flange",
-                f"{flanges} of it less than the height, {height:g} m",
-                f"{flange:g} m",
-            )
-        )
+    for name, count, wall, size, whole in (
+        ("web", webs, web, "width", width),
+        ("flange", flanges, flange, "height", height),
+    ):
+        if count * wall >= whole:
+            most = f"less than {'half ' * (count - 1)}the {size}, {whole / count:g} m"
+            remedy = f"take thinner walls, or a larger {size}"
+            raise InputError(say(f"section.{name}", most, f"{wall:g} m", remedy))
 
 
 # ------------------------------------------------------------------------------------------------------------------ sides

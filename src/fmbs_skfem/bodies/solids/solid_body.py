@@ -84,6 +84,7 @@ def solid_body(
         spread=spread if found else None,
         values=values_of(material, law),
         fits={key: mean_axes(one, nodes, unit) for key, one in found.items() if not one.rigid},
+        yield_strength=(isinstance(material, Material) and material.yield_strength) or 0.0,
     )
 
 

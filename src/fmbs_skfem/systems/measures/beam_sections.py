@@ -264,14 +264,8 @@ def place_of(where: str, part: Body, at: At) -> float:
             )
         )
     if part.shapes is not None:
-        raise InputError(
-            say(
-                where,
-                "a place of a beam in full",
-                f"{at} of a trained part",
-                "read it in the full model",
-            )
-        )
+        got = f"{at} of a trained part"
+        raise InputError(say(where, "a place of a beam in full", got, "read it in the full model"))
     return float(locate(part, at.place))  # type: ignore[arg-type]
 
 

@@ -33,6 +33,7 @@ OF_BEAM = ("max", "min", "shear", "von_mises")
 OF_CABLE = ("max", "min", "von_mises")
 OF_POINT = ("normal", "shear", "von_mises")
 PLACES = 101  #: of a line among which the highest stress is sought, at most
+STATES = 100  #: whose stresses are found at a time
 
 
 def with_fibres(
@@ -55,16 +56,36 @@ def with_fibres(
     return rows, numbers.numbers, OF_CABLE
 
 
-def extremes(output: Output, sensed: Sensed) -> list[np.ndarray]:
-    """Stresses (s, x) of a line by the words of `with_fibres`."""
-    if beam_sections.reads_beam(output.parameters):
-        functionals = beam_sections.read_places(output.parameters, sensed.values)[2]
-        normal, along, across = stress = functionals.reshape(3, -1, *functionals.shape[1:])
-        shear = np.hypot(along, across).max(axis=0)
-        return [normal.max(axis=0), normal.min(axis=0), shear, von_mises(stress).max(axis=0)]
-    found = CableSections.of(output.parameters)
-    mean, bent = found.stresses(*found.read(sensed.values)[:2])
+def along(where: str, part: Body) -> np.ndarray:
+    """Parameters (x,) of the ends and middles of the cells of a line, `PLACES` at most; InputError
+    where it knows no stresses there.
+    """
+    at = beam_sections if part.directors is not None else cable_sections
+    at.place_of(where, part, At(part.name, 0.0))
+    breaks = line.breaks(part.space)
+    many = min(2 * len(breaks) - 1, PLACES)
+    return np.interp(np.linspace(0, len(breaks) - 1, many), np.arange(len(breaks)), breaks)
+
+
+def extremes(numbers: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
+    """Stresses (s, x) of a line by the words of `with_fibres`, of its numbers and rows u (s, r)."""
+    if beam_sections.reads_beam(numbers):
+        # stresses of all contours at all instants may be many
+        blocks = [u[k : k + STATES] for k in range(0, len(u), STATES)]
+        found = [of_contours(beam_sections.read_places(numbers, one)[2]) for one in blocks]
+        return [np.concatenate(parts) for parts in zip(*found, strict=True)]
+    cable = CableSections.of(numbers)
+    mean, bent = cable.stresses(*cable.read(u)[:2])
     return [mean + bent, mean - bent, np.abs(mean) + bent]
+
+
+def of_contours(functionals: np.ndarray) -> list[np.ndarray]:
+    """Highest and lowest normal stress, largest shear and von Mises stress (s, x), of all points of
+    contours (3 n, s, x).
+    """
+    normal, along, across = stress = functionals.reshape(3, -1, *functionals.shape[1:])
+    shear = np.hypot(along, across).max(axis=0)
+    return [normal.max(axis=0), normal.min(axis=0), shear, von_mises(stress).max(axis=0)]
 
 
 class OfLine(Probe, ABC):
@@ -140,7 +161,7 @@ class Stress(OfLine):
         if beam and len(output.columns) == len(OF_POINT):
             stress = beam_sections.read_places(output.parameters, sensed.values)[2][..., 0]
             return [*stress[:2], von_mises(stress)]
-        return [one[:, 0] for one in extremes(output, sensed)]
+        return [one[:, 0] for one in extremes(output.parameters, sensed.values)]
 
 
 @dataclass(frozen=True)
@@ -163,16 +184,12 @@ class HighestStress(OfLine):
             raise InputError(
                 say(f"{where}.of", expected, f"'{self.of}'", "take `stress` at a place of it")
             )
-        at = beam_sections if part.directors is not None else cable_sections
-        at.place_of(where, part, At(self.of, 0.0))
-        breaks = line.breaks(part.space)
-        many = min(2 * len(breaks) - 1, PLACES)
-        xi = np.interp(np.linspace(0, len(breaks) - 1, many), np.arange(len(breaks)), breaks)
+        xi = along(where, part)
         rows, parameters, words = with_fibres(where, part, xi)
         columns = tuple(f"{name}_{word}" for word in words)
         return self.output(draft, columns, [draft.layout.spread(part, rows)], parameters=parameters)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        highest, lowest, *rest = extremes(output, sensed)
+        highest, lowest, *rest = extremes(output.parameters, sensed.values)
         return [highest.max(axis=1), lowest.min(axis=1), *(one.max(axis=1) for one in rest)]

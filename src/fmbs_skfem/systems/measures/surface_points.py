@@ -52,32 +52,52 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     if not isinstance(place, tuple) or part.cells is None:
         raise InputError(say(where, "a named point of a plate", at))
     cell = int(place[0])
-    values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
-    reference = part.shape_reference[shape.nodes[[cell]]]
-    local, _, curved = local_table(values, np.ones((1, 1)), reference)
-    vectors = part.cells.law.vectors
-    dim = part.dim
-    indptr = np.arange(vectors + 1) * values.shape[3]
-    size = (vectors, shape.count)
-    gradients = csr_array(
-        (local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size
-    )
-    warn_of_rim(where, part, csr_array(own(part, gradients)[:2]))
-    rows = draft.layout.spread(part, own(part, gradients))
-    section = part.cells.section[:, 0, cell].copy()
-    if dim == 3:
-        section[3:6] = curved[0, 0]
-    thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
-    warn_of_jump(where, shape, part.thickness, cell, values[0, 0, 0])
-    parameters = (
-        float(laws.number(part.cells.law)),
-        float(thickness),
-        *(float(value) for value in section),
-    )
-    axes, _ = surface.local_axes(np.einsum("kb,bc->kc", values[0, 0, 1:3], reference[0]))
+    found = vectors_at(where, part, shape, np.array([cell]), np.array([place[1:]]))
+    warn_of_rim(where, part, csr_array(found.rows[:2]))
+    rows = draft.layout.spread(part, found.rows)
+    values, reference = found.values[0], part.shape_reference[shape.nodes[cell]]
+    warn_of_jump(where, shape, part.thickness, cell, values[0])
+    axes, _ = surface.local_axes(values[1:3] @ reference)
     return SurfacePoint(
-        rows, parameters, axes, tuple(float(one) for one in values[0, 0, 0] @ reference[0])
+        rows,
+        tuple(found.parameters[0].tolist()),
+        axes,
+        tuple(float(one) for one in values[0] @ reference),
     )
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """Vectors of the law of a surface at x points, one after the other."""
+
+    rows: csr_array  #: (x k, b) on the functions of the body
+    parameters: np.ndarray  #: (x, 2 + i) number of the law, thickness [m], rows of the section
+    values: np.ndarray  #: (x, 6, b) of the functions of the cells, and derivatives in the parent
+
+
+def vectors_at(
+    where: str, part: Body, shape: surface.Surface, cells: np.ndarray, xi: np.ndarray
+) -> Vectors:
+    """What is read of a plate or shell at parent points xi (x, 2) of cells (x,); InputError, after
+    `where`, for a body that does not know its cells.
+    """
+    if part.cells is None:
+        raise InputError(say(where, "a plate or shell that knows its cells", f"'{part.name}'"))
+    law = part.cells.law
+    values = surface.basis(shape.space, cells, xi)
+    reference = part.shape_reference[shape.nodes[cells]]
+    local, _, curved = local_table(values[:, None], np.ones((len(cells), 1)), reference)
+    nodes = np.repeat(shape.nodes[cells], law.vectors, axis=0)
+    indptr = np.arange(len(nodes) + 1) * nodes.shape[1]
+    data = local[:, 0, : law.vectors].ravel()
+    gradients = csr_array((data, nodes.ravel(), indptr), shape=(len(nodes), shape.count))
+    section = part.cells.section[:, 0, cells].copy()
+    if part.dim == 3:
+        section[3:6] = curved[:, 0].T
+    thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cells]
+    law_number = np.full(len(cells), float(laws.number(law)))
+    parameters = np.vstack([law_number, thickness, section]).T
+    return Vectors(own(part, gradients), parameters, values)
 
 
 def warn_of_rim(where: str, part: Body, slopes: csr_array) -> None:

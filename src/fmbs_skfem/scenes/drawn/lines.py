@@ -14,15 +14,15 @@ from typing import Annotated
 
 import numpy as np
 
-from ..core.errors import InputError, say
-from ..core.storage.records import dataclass
-from ..core.values.fields import Position, Takes, quantity, read_text, vector
-from ..core.values.mappings import list_of, names, takes
-from ..core.values.problems import Problem
-from ..shapes import curves
-from ..shapes.curves import Line
-from ..shapes.table import Curve
-from .field_kinds import parts_or
+from ...core.errors import InputError, say
+from ...core.storage.records import dataclass
+from ...core.values.fields import Position, Takes, quantity, read_text, vector
+from ...core.values.mappings import list_of, names, takes
+from ...core.values.problems import Problem
+from ...shapes import curves
+from ...shapes.curves import Line
+from ...shapes.table import Curve
+from ..field_kinds import parts_or
 
 FINE = 16  #: places a radian of an arc, between which it counts as straight
 CELLS = 20  #: of a line for which no number is given

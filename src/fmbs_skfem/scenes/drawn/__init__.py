@@ -1,0 +1,1 @@
+"""Lines and plates that a scene draws, without a mesh file."""
