@@ -15,7 +15,6 @@ from dataclasses import replace
 from typing import Annotated, TypeAlias
 
 import numpy as np
-from skfem import MeshQuad
 
 from ...core.storage.records import dataclass
 from ...core.values.fields import Length, quantity, whole
@@ -189,6 +188,8 @@ def named(
     """The mesh of blocks of points (i, j, 2), joined where these are the same to `SAME` of a size [m],
     with names of those edges and places that it has.
     """
+    from skfem import MeshQuad  # slow to import, and most scenes draw no plate
+
     corners = np.concatenate(
         [
             np.stack([p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]], axis=2).reshape(-1, 2)

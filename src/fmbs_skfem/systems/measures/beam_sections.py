@@ -48,8 +48,8 @@ FORCES = {
     "T": "N m",
     "My": "N m",
     "Mz": "N m",
-    "B": "N m^2",
 }
+BIMOMENT = {"B": "N m^2"}  #: of beams that warp
 STRAINS = {
     "axial": "",
     "shear_y": "",
@@ -298,7 +298,7 @@ def forces_of(parameters: tuple[float, ...], dim: int) -> dict[str, str]:
     if dim == 2:
         return PLANE
     warps = int(parameters[0]) == number(Law.WARPED_BEAM)
-    return {one: unit for one, unit in FORCES.items() if one != "B" or warps}
+    return FORCES | BIMOMENT if warps else FORCES
 
 
 def in_plane(values: np.ndarray) -> np.ndarray:
