@@ -33,7 +33,7 @@ OF_BEAM = ("max", "min", "shear", "von_mises")
 OF_CABLE = ("max", "min", "von_mises")
 OF_POINT = ("normal", "shear", "von_mises")
 PLACES = 101  #: of a line among which the highest stress is sought, at most
-STATES = 100  #: whose stresses are found at a time
+STATES = 500  #: whose stresses are found at a time
 
 
 def with_fibres(
@@ -69,20 +69,24 @@ def along(where: str, part: Body) -> np.ndarray:
 
 def extremes(numbers: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
     """Stresses (s, x) of a line by the words of `with_fibres`, of its numbers and rows u (s, r)."""
-    if beam_sections.reads_beam(numbers):
-        # stresses of all contours at all instants may be many
-        blocks = [u[k : k + STATES] for k in range(0, len(u), STATES)]
-        found = [of_contours(beam_sections.read_places(numbers, one)[2]) for one in blocks]
-        return [np.concatenate(parts) for parts in zip(*found, strict=True)]
-    cable = CableSections.of(numbers)
-    mean, bent = cable.stresses(*cable.read(u)[:2])
+    of = of_contours if beam_sections.reads_beam(numbers) else of_fibres
+    # those of all points at all instants may be many
+    blocks = [of(numbers, u[k : k + STATES]) for k in range(0, len(u), STATES)]
+    return [np.concatenate(parts) for parts in zip(*blocks, strict=True)]
+
+
+def of_fibres(numbers: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
+    """Highest, lowest and von Mises stress (s, x) of a cable."""
+    found = CableSections.of(numbers)
+    mean, bent = found.stresses(*found.read(u)[:2])
     return [mean + bent, mean - bent, np.abs(mean) + bent]
 
 
-def of_contours(functionals: np.ndarray) -> list[np.ndarray]:
-    """Highest and lowest normal stress, largest shear and von Mises stress (s, x), of all points of
-    contours (3 n, s, x).
+def of_contours(numbers: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
+    """Highest and lowest normal stress, largest shear and von Mises stress (s, x), at the contours
+    of a beam.
     """
+    functionals = beam_sections.read_places(numbers, u)[2]
     normal, along, across = stress = functionals.reshape(3, -1, *functionals.shape[1:])
     shear = np.hypot(along, across).max(axis=0)
     return [normal.max(axis=0), normal.min(axis=0), shear, von_mises(stress).max(axis=0)]
