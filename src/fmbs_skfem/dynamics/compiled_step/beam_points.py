@@ -30,7 +30,7 @@ from ...systems.system import System
 from .rotated import FIRST
 from .step import Rotations
 
-LINES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.BEAM)
+LINES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.BEAM, Law.WARPED_BEAM)
 # factors of a double pendulum with one take 1.1 times as long, those of a chain of nine beams twice
 # as long
 SHARED = 8  #: positions that several beams share, at most: each costs solutions with every factor
