@@ -12,18 +12,20 @@ from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.bodies import Body, Circular, Material, Rectangular, Section
 from fmbs_skfem.bodies.beams import saint_venant, section_shapes
 from fmbs_skfem.bodies.beams.beam import beam
-from fmbs_skfem.bodies.beams.drawn_sections import ISection
+from fmbs_skfem.bodies.beams.drawn_sections import ISection, PolygonSection
 from fmbs_skfem.bodies.beams.matrices import Matrices
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics.near_state.buckling import buckling
 from fmbs_skfem.shapes.meshes import segment
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
+from fmbs_skfem.systems import At, assemble, check_system, eliminate, joints, loads
 from fmbs_skfem.systems.measures import line_stresses, probes, stresses
 
 STEEL = Material(210e9, 7850.0, 0.3)
 PROFILE = ISection(0.1, 0.2, 0.0056, 0.0085)
 STRIP = Rectangular(0.05, 0.001)
 X = (1.0, 0.0, 0.0)
+HOLE = ((0.003, 0.003), (0.057, 0.003), (0.057, 0.037), (0.003, 0.037))
 LEFT, RIGHT = At("b", "left"), At("b", "right")
 
 
@@ -116,6 +118,36 @@ def test_straight_welds_pass_warping_on() -> None:
         )["a"]
     assert_allclose(turns["held"], whole["a"], rtol=1e-4)
     assert turns["free"] > 1.0001 * whole["a"]
+
+
+def test_what_a_weld_or_a_cell_cannot_pass_on() -> None:
+    """A section that is turned, or another one, holds both; a tube's warping dies away in a cell."""
+    turned = beam(
+        "c", segment(4, (1, 0, 0), (2, 0, 0)), PROFILE, STEEL, direction=(0, 0, 1.0), warping=True
+    )
+    weld = joints.Weld("w", RIGHT, At("c", "left"))
+    with pytest.warns(Notice, match="in line, but not of one section"):
+        assemble([bar(PROFILE, 1.0), turned], [weld])
+    with pytest.warns(
+        Notice, match="dies away within .* delete .warping. where a section is closed"
+    ):
+        bar(
+            PolygonSection(
+                ((0, 0), (0.06, 0), (0.06, 0.04), (0, 0.04)),
+                (HOLE,),
+            ),
+            1.0,
+        )
+
+
+def test_a_clamp_in_a_band_and_its_reaction() -> None:
+    """Two coordinates of a cell that are one unknown by the clamp: both their entries count."""
+    sensed: dict[str, probes.Probe] = {"r": probes.Reaction("c")}
+    torque = loads.Moment("T", RIGHT, (50.0, 0.0, 0.0))
+    check_system(eliminate(assemble([bar(PROFILE, 3.0, 20)], [joints.Clamp("c", LEFT)])))
+    found = static([bar(PROFILE, 3.0, 20)], [joints.Clamp("c", LEFT)], torque, **sensed)
+    assert_allclose(found["r_mx"], -50.0, rtol=1e-9)
+    assert abs(found["r_x"]) < 1e-6
 
 
 def test_lateral_buckling_of_a_beam_in_forks() -> None:

@@ -47,6 +47,7 @@ from ..shapes.surface import Surface
 from ..shapes.table import BasisTable, Curve, Nodes
 from . import stations
 from .beams import profiles
+from .beams.planar import tell_of_plane
 from .beams.profiles import Profile
 from .cable_law import curvatures
 from .cable_points import degree_of, points_of
@@ -354,6 +355,8 @@ def cable(
         )
     if dim == 3 and not section.bends_alike:
         raise InputError(say(f"body '{name}'", BENDS_ALIKE, section, BENDS_ALIKE_REMEDY))
+    if dim == 2 and any(section.at(x).is_skew for x in section.stations or (0.0,)):
+        tell_of_plane(name)
     curve, breaks, places, arcs = placed_line(name, mesh, group, dim, origin, rotation)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)

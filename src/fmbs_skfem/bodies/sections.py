@@ -139,6 +139,19 @@ class Section(Declared, ABC):
         """Whether it has the same bending stiffness about all axes, as a cable in space needs."""
         return True
 
+    @property
+    def is_skew(self) -> bool:
+        """Whether it bends sideways where it bends about y: its product moment of area is not
+        zero.
+        """
+        from .beams import section_shapes
+
+        outline = self.outline()
+        if outline is None:
+            return False
+        inertia = section_shapes.moments(outline)[2]
+        return bool(abs(inertia[0, 1]) > 1e-6 * np.sqrt(inertia[0, 0] * inertia[1, 1]))
+
     def has_fibres(self, dim: int) -> bool:
         """Whether the radius of a cable that has it is where its outermost fibres are, however it
         bends: in space of round ones alone.

@@ -15,12 +15,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core.errors import InputError, say
+from ...core.notices import notify
 from ...shapes.table import Floats
 
 FIELDS = 2  #: r and d
 #: N, V and M of N, V_y, V_z, T, M_y, M_z
 TAKEN = np.zeros((6, 3))
 TAKEN[[0, 2, 4], [0, 1, 2]] = 1.0, 1.0, -1.0
+SKEW = 1e-6  #: coupling of stiffnesses, over the root of both, that is none
 OFF_CENTRE = 1e-9  #: part of its radius of gyration by which a line may miss the centre of mass
 
 
@@ -49,6 +51,25 @@ def lifted(u: Floats, rates: bool = False) -> Floats:
     if not rates:
         found[2, ..., 2] = -1.0
     return found
+
+
+def tell_skew(name: str, stiffnesses: Sequence[Floats]) -> None:
+    """A notice where a section that bends in the plane would leave it, or twist."""
+    for C in stiffnesses:
+        size = np.sqrt(np.diag(C))
+        own, others = [0, 2, 4], [1, 3, 5]
+        if (np.abs(C[np.ix_(own, others)]) > SKEW * np.outer(size[own], size[others])).any():
+            return tell_of_plane(name)
+    return None
+
+
+def tell_of_plane(name: str) -> None:
+    """The notice of a section that is not symmetric about the plane."""
+    notify(
+        f"body '{name}': its section is not symmetric about the plane, and is held in it: alone it "
+        "would bend sideways or twist, by as much as it bends, with larger stresses; take "
+        "dimension: 3 where nothing holds it"
+    )
 
 
 def masses(name: str, given: Sequence[Floats]) -> list[Floats]:

@@ -336,7 +336,7 @@ def _fields_at(found: Fields, points: Floats) -> tuple[Floats, Floats]:
         element.gbasis(found.basis.mapping, xi, b, tind=cells)[0] for b in range(found.basis.Nbfun)
     ]
     gradients = np.stack([one.grad for one in functions])
-    values = np.stack([np.broadcast_to(one.value, gradients.shape[2:]) for one in functions])
+    values = np.stack([np.broadcast_to(np.asarray(one), gradients.shape[2:]) for one in functions])
     return (
         np.asarray(np.einsum("bcn,nbf->fcn", gradients[..., 0], own)),
         np.asarray(np.einsum("bn,nb->n", values[..., 0], own[..., 0])),

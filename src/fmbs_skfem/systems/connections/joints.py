@@ -126,8 +126,8 @@ class Clamp(Joint):
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "clamp", self.at)
         if on_beam(draft, where(self), self.at):
-            restrain_warping(self, draft, self.at, None)
-            return tied(self, draft, self.at, None)
+            tied(self, draft, self.at, None)
+            return restrain_warping(self, draft, self.at, None)
         fixed(self, draft, self.at, draft.layout.reference(where(self), self.at))
         slope = draft.layout.reference(where(self), self.at, 1)
         first = draft.probes.add(draft.layout.read(where(self), self.at, 1))
@@ -166,14 +166,14 @@ class Weld(Joint):
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "weld", self.at)
-        restrain_warping(self, draft, self.at, self.to)
         layout = draft.layout
         name = where(self)
         ends = [end for end in (self.at, self.to) if end is not None]
         if any(on_beam(draft, name, end) for end in ends) and all(
             len(layout.vectors(name, end)) == 3 for end in ends
         ):
-            return tied(self, draft, self.at, self.to)
+            tied(self, draft, self.at, self.to)
+            return restrain_warping(self, draft, self.at, self.to)
         coincide(self, draft, self.at, self.to)
         if self.to is None or not (is_line(draft, name, self.at) and is_line(draft, name, self.to)):
             return locked(self, draft, self.at, self.to)

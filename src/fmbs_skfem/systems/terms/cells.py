@@ -594,7 +594,9 @@ def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
     if deep == 1 and not dense and (value == 1.0).all():
         places = np.full(len(low) * count, -1, np.int32)
         places[source] = flat
-        return Targets(np.zeros(0, np.int32), places, np.zeros(0))
+        # not where two coordinates of a cell are one unknown, whose entry K_ij has two places
+        if (places >= 0).sum() == len(source):
+            return Targets(np.zeros(0, np.int32), places, np.zeros(0))
     # in the order of the cell matrices, which are read once from front to back
     order = np.argsort(source, kind="stable")
     return Targets(source[order].astype(np.int32), flat[order].astype(np.int32), value[order])
