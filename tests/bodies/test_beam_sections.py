@@ -272,7 +272,7 @@ def test_sections_of_a_scene() -> None:
         ),
         (
             "{shape: hollow, width: 3 cm, height: 1 cm, wall: 6 mm}",
-            "section.flange: expected less than half the height, 0.005 m, got 0.006 m",
+            "section.wall: expected less than half the height, 0.005 m, got 0.006 m",
         ),
         (
             "{shape: hollow, width: 3 cm, height: 1 cm, wall: 1 mm, radius: 5 mm}",

@@ -209,7 +209,7 @@ def test_names_are_read_as_people_write_them() -> None:
         ("CHS 20x12", "section.wall: expected at most the radius, 0.01 m, got 0.012 m"),
         ("SHS 20x8", r"section.radius: expected radii of corners below 0.01 m.* got 0.012 m"),
         ("SHS 20x0", r"section.web"),
-        ("SHS 20x10", r"section.web: expected less than half the width, 0.01 m, got 0.01 m"),
+        ("SHS 20x10", r"section.wall: expected less than half the width, 0.01 m, got 0.01 m"),
     ],
 )
 def test_a_name_that_no_mill_knows(name: str, told: str) -> None:

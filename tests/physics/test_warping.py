@@ -239,7 +239,7 @@ bodies:
     warping: true
 analysis: {type: static}
 """
-    with pytest.raises(InputError, match=r"warping: expected none, got one in the plane"):
+    with pytest.raises(InputError, match=r"warping: expected none, got warping in the plane"):
         scenes.loads(text)
     given = Matrices((1e6, 1e6, 1e6, 1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 0.1, 0.1, 0.1))
     with pytest.raises(InputError, match="a contour, for `warping`, got matrices alone"):

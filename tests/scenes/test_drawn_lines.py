@@ -95,7 +95,7 @@ def test_lines_through_points(dim: int) -> None:
         ("{start: [1, 0, 0], center: [0, 0, 0], angle: 1}", 3, "in space with an axis"),
         ("{start: [0, 0], end: [1, 0], rise: 1}", 2, "that of an arc about an axis"),
         ("{start: [0, 0], center: [0, 0], angle: 1}", 2, "an arc of some length, got a radius of 0"),
-        ("{start: [0, 0], end: [0, 0]}", 2, "neighbouring points apart"),
+        ("{start: [0, 0], end: [0, 0]}", 2, "end: expected another point than the start"),
         ("upper", 2, "a mesh file, or a line that is drawn, got none"),
     ],
 )  # fmt: skip

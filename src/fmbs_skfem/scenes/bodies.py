@@ -355,6 +355,8 @@ class Beam(OfLine):
         for key in ("direction", "towards", "twist", "warping") if dim == 2 else ():
             if getattr(self, key):
                 got = "one in the plane, where z of the section is to the left of the line"
+                if key == "warping":
+                    got = "warping in the plane, where nothing twists"
                 yield key, Problem("none", got, "delete it, or write dimension: 3")
         if self.cells is not None and self.cells < beams.FEWEST:
             yield "cells", Problem(f"at least {beams.FEWEST}", str(self.cells))

@@ -265,7 +265,7 @@ def hollow(
     """A box of a width along y and a height along z; its walls along z are `web` thick, those along y
     `flange`, and its corners have radii outside and inside [m]; the origin is the centre.
     """
-    _check_walls(width, height, web, flange, 2, 2)
+    _check_walls(width, height, web, flange, 2, 2, "wall" if web == flange else "")
     loops = []
     for y, z, r in (
         (width / 2, height / 2, outer),
@@ -311,17 +311,24 @@ def moments(outline: Outline) -> tuple[float, Floats, Floats]:
 
 
 def _check_walls(
-    width: float, height: float, web: float, flange: float, flanges: int, webs: int = 1
+    width: float,
+    height: float,
+    web: float,
+    flange: float,
+    flanges: int,
+    webs: int = 1,
+    wall: str = "",
 ) -> None:
+    """InputError where walls take all of a section; they have one name where they are one `wall`."""
     require_positive("section", width=width, height=height, web=web, flange=flange)
-    for name, count, wall, size, whole in (
-        ("web", webs, web, "width", width),
-        ("flange", flanges, flange, "height", height),
+    for name, count, thick, size, whole in (
+        (wall or "web", webs, web, "width", width),
+        (wall or "flange", flanges, flange, "height", height),
     ):
-        if count * wall >= whole:
+        if count * thick >= whole:
             most = f"less than {'half ' * (count - 1)}the {size}, {whole / count:g} m"
             remedy = f"take thinner walls, or a larger {size}"
-            raise InputError(say(f"section.{name}", most, f"{wall:g} m", remedy))
+            raise InputError(say(f"section.{name}", most, f"{thick:g} m", remedy))
 
 
 # ------------------------------------------------------------------------------------------------------------------ sides

@@ -58,6 +58,10 @@ class DrawnLine:
         wanted = ARC | {"axis"} if dim == 3 else ARC
         if given not in (STRAIGHT, SPLINE, wanted):
             yield "line", Problem(FORMS, ", ".join(sorted(given)) or "nothing")
+        elif self.end is not None and self.end == self.start:
+            yield "end", Problem("another point than the start", "the same")
+        elif given == SPLINE and len(set(self.through)) < 2:
+            yield "through", Problem("two points or more", "one")
         elif self.rise and given != wanted:
             yield "rise", Problem("that of an arc about an axis", "one of another line")
 

@@ -119,8 +119,9 @@ class Stress(OfLine):
     and NAME_min, the largest shear stress NAME_shear and the largest of von Mises, NAME_von_mises;
     with a `point`, its y and z in the section, NAME_normal, NAME_shear and NAME_von_mises there,
     with the shear stress along the contour, anticlockwise about the beam. They are Saint-Venant's,
-    of the section forces at the place, with warping free; corners that point inwards, where shear
-    stresses have no bound, have those of their neighbours. Cables have NAME_max, NAME_min and
+    of the section forces at the place, with warping free, or with the stress of the bimoment along a
+    beam with `warping`, but without the shear stress of its change; corners that point inwards,
+    where shear stresses have no bound, have those of their neighbours. Cables have NAME_max, NAME_min and
     NAME_von_mises of N/A +- M c/I, c the distance of the fibre farthest from the line, as both sides
     have it.
 
