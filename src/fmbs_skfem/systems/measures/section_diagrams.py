@@ -1,8 +1,8 @@
 r"""Section forces all along the cables and beams of a state, as their diagrams show them.
 
-    cables in the plane     N = F.t,  Q = -F.n = dM/ds,  M          t along the line, n to its left
+    in the plane            N = F.t,  Q = -F.n = dM/ds,  M          t along the line, n to its left
     cables in space         N,  |F - N t|,  |M|
-    beams with torsion      N, Vy, Vz, T, My, Mz along and about the axes of the section, in the plane N, V, M
+    beams with torsion      N, Vy, Vz, T, My, Mz along and about the axes of the section
 
 Values are those of the output `section_forces` at every place, by its own rows and laws:
 `cable_sections` and `beam_sections`. Every value has a direction across the line in the reference,
@@ -27,7 +27,7 @@ from . import beam_sections, cable_sections
 PLACES = 41
 UPRIGHT = 1e-6  #: sine of the angle to the vertical, up to which a line is upright
 NEAR = 1e-9  #: of the length of a line, by which places differ
-UNITS = {"N": "N", "Q": "N", "M": "N m", "V": "N", **beam_sections.FORCES}
+UNITS = {"N": "N", "Q": "N", "M": "N m", **beam_sections.FORCES}
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,9 @@ def beam(part: Body, q: np.ndarray, xi: np.ndarray) -> dict[str, Diagram]:
     axes = beam_sections.gradients(numbers, start)[0][2:4, 0]
     y, z = axes / np.linalg.norm(axes, axis=2, keepdims=True)
     if part.dim == 2:
-        sides = {"N": z, "V": z, "M": -z}
-        forces = beam_sections.in_plane(forces)
+        sides = {"N": z, "Q": z, "M": -z}
+        N, V, M = beam_sections.in_plane(forces)
+        forces = np.stack([N, -V, M])
     else:
         # My > 0 stretches z > 0, Mz > 0 stretches y < 0
         sides = {"N": z, "Vy": y, "Vz": z, "T": z, "My": z, "Mz": -y}
