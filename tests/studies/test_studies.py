@@ -279,9 +279,9 @@ def test_statistics_of_outputs_over_the_parameters_of_a_sweep(tmp_path: Path) ->
     """x = F / k (1 - cos w t) over k, of its stored steps; what is no statistic stops before
     anything runs, what is no output is left out with a warning.
     """
-    wanted = {"mass_x": ["rms", "range"], "mas_x": ["mean"]}
+    wanted = {"mass_x": ["rms", "range"], "mass_u": ["mean"]}
     with ThreadPoolExecutor(1) as pool:
-        with pytest.warns(Notice, match="'mas_x'; did you mean 'mass_x'"):
+        with pytest.warns(Notice, match="'mass_u'; did you mean 'mass_x'"):
             found = studies.sweep(
                 scenes.loads(SWING),
                 samples=2,
@@ -292,6 +292,8 @@ def test_statistics_of_outputs_over_the_parameters_of_a_sweep(tmp_path: Path) ->
             )
         with pytest.raises(InputError, match="one of min, max, final, range, mean, rms, got 'rsm'"):
             studies.sweep(scenes.loads(SWING), samples=2, statistics={"mass_x": ["rsm"]})
+        with pytest.raises(InputError, match="a column of mass, got 'mas_x'; did you mean 'mass'"):
+            studies.sweep(scenes.loads(SWING), samples=2, statistics={"mas_x": ["rms"]})
     columns = found.table()
     for k, values in enumerate(found.outputs["mass_x"]):
         times = found.times[k]

@@ -16,6 +16,8 @@ from fmbs_skfem.dynamics.trajectory import Trajectory
 from fmbs_skfem.results import motion
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes.solids import solid_meshes
+from fmbs_skfem.systems.measures import utilisation
+from fmbs_skfem.systems.system import Output
 
 from ..solids import HEXA, box
 
@@ -131,3 +133,11 @@ def test_what_is_wrong_is_named(old: str, new: str, told: str) -> None:
     text = BEAM.replace(old, new, 1).replace("TYPE", "beam")
     with pytest.raises(InputError, match=told):
         build.system(read(text.replace("MATERIAL", own.replace(old, new))))
+
+
+def test_what_yields_is_told() -> None:
+    outputs = {"u": Output("utilisation", (), ("u",)), "x": Output("position", (), ("x",))}
+    columns = {"u": np.array([0.0, 1.7]), "x": np.array([0.0, 9.0])}
+    (said,) = utilisation.beyond_yield(outputs, columns)
+    assert "output 'u' reaches 1.7: the material yields" in said
+    assert not list(utilisation.beyond_yield(outputs, {"u": np.array([0.5]), "x": columns["x"]}))

@@ -447,7 +447,7 @@ def sweep(
             response_surfaces.check_count(members.parameters, len(points))
         indices = design == sweep_sources.SALTELLI
         wanted = statistics or {}
-        sweeping.check_statistics(wanted)
+        sweeping.check_statistics(wanted, members.scene)
         return sweeping.sweep_points(
             job, members, points, seed, options, resume, indices, surfaces, wanted
         )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError, SweepFailure, closest, say
+from ..core.errors import InputError, SweepFailure, closest, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.display import DisplayUnits, largest_of
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ..families.response_surfaces import ResponseSurface
     from ..families.sweeps import SweepOutcome
     from ..results.sweep_files import Sweep
+    from ..scenes.schema import Scene
     from .sweep_sources import Members
 
 PLOTS = ("response", "scatter", "statistics", "histories", "surrogate", "sensitivity", "surfaces")
@@ -355,10 +356,16 @@ def sobol_table(found: Mapping[str, Any]) -> ReportTable:
     )
 
 
-def check_statistics(wanted: Mapping[str, Sequence[str]]) -> None:
-    """InputError for statistics that there are none of, before anything runs."""
+def check_statistics(wanted: Mapping[str, Sequence[str]], scene: Scene | None) -> None:
+    """InputError for statistics that there are none of, and outputs that a scene has not, before
+    anything runs.
+    """
     known = sweep_files.STATISTICS
     for output, kinds in wanted.items():
+        names = [] if scene is None else list(scene.outputs)
+        if names and not any(output == one or output.startswith(f"{one}_") for one in names):
+            got = f"'{output}'{closest(output, names)}"
+            raise InputError(say("statistic", f"a column of {listed(names, output)}", got))
         for kind in kinds:
             if kind not in known:
                 got = f"'{kind}'{closest(kind, known)}"

@@ -29,7 +29,7 @@ from ...dynamics.diagnoses import large_strains, limit_cycles
 from ...parts import departures
 from ...results import stress_errors
 from ...results.segments import Recorder
-from ...systems.measures import probes
+from ...systems.measures import probes, utilisation
 from .. import job as jobs
 from .. import kinds, reports
 from ..job import Job
@@ -119,6 +119,7 @@ def finish(
         notify(
             *large_strains.summarise(strained),
             *stress_errors.summarise(uncertain, trajectory.system),
+            *utilisation.beyond_yield(trajectory.system.outputs, outputs),
         )
     error = error or jobs.refused(job)
     cycle = limit_cycles.find(trajectory, outputs) if task.scheme and error is None else None

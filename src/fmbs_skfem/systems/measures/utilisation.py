@@ -7,7 +7,7 @@ R. von Mises, Nachr. Ges. Wiss. Goettingen (1913) 582-592.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -111,3 +111,14 @@ class Utilisation(Probe):
         vectors = u.reshape(len(u), len(points), -1).transpose(2, 0, 1)
         found = recover(laws.NUMBERS[int(own[0])], vectors, data, points[:, 1])
         return [found.von_mises.max(axis=(0, 2)) / strength]
+
+
+def beyond_yield(outputs: Mapping[str, Output], columns: Mapping[str, np.ndarray]) -> Iterator[str]:
+    """What is said of outputs whose columns (s,) reach the yield strength."""
+    for name, output in outputs.items():
+        if (
+            output.kind == Utilisation.word
+            and (most := np.nanmax(columns[name], initial=0.0)) > 1.0
+        ):
+            text = f"output '{name}' reaches {most:.3g}: the material yields, and what is found is that of an elastic one"
+            yield f"{text}; take a larger section, a stronger material, or smaller loads"
