@@ -281,7 +281,7 @@ def test_statistics_of_outputs_over_the_parameters_of_a_sweep(tmp_path: Path) ->
     """
     wanted = {"mass_x": ["rms", "range"], "mass_u": ["mean"]}
     with ThreadPoolExecutor(1) as pool:
-        with pytest.warns(Notice, match="'mass_u'; did you mean 'mass_x'"):
+        with pytest.warns(Notice, match="'mass_u'; did you mean 'mass_"):
             found = studies.sweep(
                 scenes.loads(SWING),
                 samples=2,
