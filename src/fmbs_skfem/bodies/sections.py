@@ -66,6 +66,7 @@ class BeamSection:
     #: (3, 6, n), or (3, 8, n), at all its points, see `profiles`
     unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))
     material: Material | None = None  #: of a section with a contour
+    reach: float = 0.0  #: from where it is held, within which its warping dies away [m]
 
     def __post_init__(self) -> None:
         known = any(_symmetric(self.stiffness, size) for size in (6, 8))
@@ -207,6 +208,7 @@ class Section(Declared, ABC):
             found.outline,
             found.warped_stresses if warping else found.unit_stresses,
             material,
+            math.sqrt(2.0 * (1.0 + material.poisson_ratio) * found.fibres[3, 3] / found.torsion),
         )
 
 

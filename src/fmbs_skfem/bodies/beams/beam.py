@@ -121,13 +121,13 @@ def beam(
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, dim)
     fractions, sections, degree = along(section, material, offset, warping)
     masses = [one.mass for one in sections]
-    stiffnesses = [one.stiffness for one in sections]
     if dim == 2:
         masses = planar.masses(name, masses)
-        planar.tell_skew(name, stiffnesses)
+        planar.tell_skew(name, [one.stiffness for one in sections])
     elif warping:
         sizes = np.linalg.norm(np.diff(curve(breaks, 0), axis=0), axis=1)
-        tell_decay(name, stiffnesses, float(sizes.max()), float(sizes.sum()))
+        reach = min(one.reach for one in sections)
+        tell_decay(name, reach, float(sizes.max()), float(sizes.sum()))
     fields = FIELDS[dim]
     own = profile(name, np.interp(fractions, lengths[1], lengths[0]), sections, degree)
     made = partial(beam_numbers, space, reference, own)
@@ -225,9 +225,8 @@ def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -
         )
 
 
-def tell_decay(name: str, stiffnesses: Sequence[np.ndarray], cell: float, length: float) -> None:
+def tell_decay(name: str, reach: float, cell: float, length: float) -> None:
     """A notice where the warping of a section dies away within a cell [m] of a beam."""
-    reach = min(float(np.sqrt(C[6, 6] / C[3, 3])) for C in stiffnesses)
     if cell > WITHIN * reach:
         cells = int(np.ceil(length / (WITHIN * reach)))
         far = (

@@ -11,6 +11,7 @@ changes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -48,6 +49,8 @@ class Profile:
     poisson_ratio: float
     radius: Annotated[Floats, Reals("k")]  #: of the round line that it is to others [m]
     degree: int = 0  #: of the polynomials through degree + 1 stations in turn
+    #: from where it is held, within which warping dies away, (k,) or none where it is not known [m]
+    reach: Annotated[Floats, Reals("*")] = field(default_factory=lambda: np.zeros(0))
 
     @property
     def loops(self) -> list[slice]:
@@ -117,8 +120,17 @@ def profile(name: str, stations: Floats, sections: Sequence[BeamSection], degree
     first = np.cumsum([0, *counts[0][:-1]])
     unit = np.stack([section.unit_stresses for section in sections])
     elastic = made.young_modulus, made.poisson_ratio
+    reach = np.array([section.reach for section in sections])
     return Profile(
-        np.asarray(stations, dtype=float), stiffness, points, first, unit, *elastic, radius, degree
+        np.asarray(stations, dtype=float),
+        stiffness,
+        points,
+        first,
+        unit,
+        *elastic,
+        radius,
+        degree,
+        reach,
     )
 
 

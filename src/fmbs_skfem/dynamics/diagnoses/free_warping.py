@@ -1,12 +1,11 @@
 r"""Thin open sections under torsion at a clamp, which holds their warping in reality and leaves it
 free here.
 
-    l = sqrt(E C_w / (G J)),    C_w = A <w^2>,    twist of a length L, warping held at one end / free = 1 - tanh(L/l) / (L/l)
+    l = sqrt(E C_w / (G J)),    C_w = int w^2 dA,    twist of a length L, warping held at one end / free = 1 - tanh(L/l) / (L/l)
 
-with the warping w of Saint-Venant's torsion, here along the contour and less its part of 1, y and
-z: that about the shear centre. Of an I-section of 100 x 200 mm C_w is 3 % too large by that.
-Sections that are closed or thick have a C_w that matters nowhere, as angles and plates have, l is
-about their width; those of I- and C-sections are as long as beams.
+with the warping w of Saint-Venant's torsion about the shear centre (`Profile.reach`). Sections that
+are closed or thick have a C_w that matters nowhere, as angles and plates have, l is about their
+width; those of I- and C-sections are as long as beams.
 
 V. Z. Vlasov, Thin-walled Elastic Beams, 2nd ed. 1961; S. P. Timoshenko, J. M. Gere, Theory of
 Elastic Stability, 2nd ed., ch. 5.3.
@@ -20,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...bodies.beams.profiles import Profile
 from ...bodies.laws import Law
 from ...bodies.stress_recovery import beam_strains
 from ...core.algebra.linalg import evenly
@@ -65,7 +63,7 @@ def held(system: System) -> Iterator[OpenClamp]:
         swept = next((line.swept for line in base.lines if line.name == body), None)
         if body in beams and swept is not None:
             length = float(beams[body].gather.section[-1].sum())
-            ratio = warping_length(swept.profile) / length
+            ratio = float(swept.profile.reach.max(initial=0.0)) / length
             lost = ratio * float(np.tanh(1.0 / max(ratio, 1e-300)))
             if lost > MATTERS:
                 place = read @ base.x0 + base.sensors.offset[list(rows)]
@@ -82,32 +80,6 @@ def is_open(elastic: Elastic) -> bool:
     C = matrices(section[:, 0])
     GJ = 1.0 / np.linalg.inv(C)[:, 3, 3]  # about the shear centre, wherever the line passes
     return bool((OPEN * (C[:, 4, 4] + C[:, 5, 5]) > 2.0 * GJ).any())
-
-
-def warping_length(profile: Profile) -> float:
-    """The length l [m] of the section in the middle of a beam; 0 of one without a contour."""
-    if not profile.points.size:
-        return 0.0
-    (C,), (points,), (unit,) = profile.at(profile.stations[[len(profile.stations) // 2]])
-    E = profile.young_modulus
-    GJ = 1.0 / np.linalg.inv(C)[3, 3]
-    J = 2.0 * (1.0 + profile.poisson_ratio) * GJ / E
-    warping, weights = np.zeros(len(points)), np.zeros(len(points))
-    for loop in profile.loops:
-        place = points[loop]
-        shear = unit[1:, 3, loop].T
-        step = np.roll(place, -1, 0) - place
-        mid = 0.5 * (place + np.roll(place, -1, 0))
-        slope = 0.5 * J * (shear + np.roll(shear, -1, 0)) - np.column_stack([-mid[:, 1], mid[:, 0]])
-        warping[loop] = np.append(0.0, np.cumsum(np.sum(slope * step, axis=1))[:-1])
-        size = np.linalg.norm(step, axis=1)
-        weights[loop] = 0.5 * (size + np.roll(size, 1))
-    planes = np.column_stack([np.ones(len(points)), points])
-    root = np.sqrt(weights)
-    rest = root * (
-        warping - planes @ np.linalg.lstsq(root[:, None] * planes, root * warping, rcond=None)[0]
-    )
-    return float(np.sqrt(C[0, 0] * (rest @ rest) / weights.sum() / GJ))
 
 
 @judges
