@@ -258,7 +258,7 @@ def test_axes_of_a_scene_that_are_none(axes: str, named: str) -> None:
 @pytest.mark.parametrize(
     "section, push, left",
     [
-        (ISection(0.1, 0.2, 0.006, 0.009), (10.0, 0.0, 0.0), "0.33"),
+        (ISection(0.1, 0.2, 0.006, 0.009), (10.0, 0.0, 0.0), "0.34"),
         (ISection(0.1, 0.2, 0.006, 0.009), (0.0, 10.0, 0.0), ""),
         (Tube(0.04, 0.002), (10.0, 0.0, 0.0), ""),
         (Rectangular(0.02, 0.04), (10.0, 0.0, 0.0), ""),
