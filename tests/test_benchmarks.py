@@ -150,6 +150,14 @@ def test_beams_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     ) == 1
 
 
+def test_linkage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All kinds of bodies have one stress."""
+    rows = script("linkage", tmp_path, monkeypatch, CELLS=4, STEPS=200, DURATION=0.2).main(0)
+    assert len(rows) == 4
+    assert all(abs(row.error) < 0.1 for row in rows if row.error is not None)
+    assert (tmp_path / "linkage.md").read_text(encoding="utf-8").startswith("# ")
+
+
 def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Landing takes place after 0.2 s on a floor that is near; the reduced model follows."""
     rows = script(

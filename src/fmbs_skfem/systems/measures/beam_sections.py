@@ -280,8 +280,9 @@ def read_places(
     shares = csr_array(sparse, shape=(len(stiffness), len(known)))
     found = Sections(stiffness, curvature, shares, coupled, known)
     strain, force = found.read(u)
-    way = "mf,fsx->msx" if own.ndim == 2 else "xmf,fsx->msx"
-    functionals = np.einsum(way, own, force)
+    functionals = (
+        np.tensordot(own, force, 1) if own.ndim == 2 else np.einsum("xmf,fsx->msx", own, force)
+    )
     force[3] += found.torques(u, force)
     return strain, force, functionals
 
