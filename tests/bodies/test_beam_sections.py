@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import (
-    Box,
+    BoxSection,
     Circular,
     CSection,
     Hollow,
@@ -42,7 +42,7 @@ DRAWN = [
     BOX,
     TSection(0.06, 0.08, 0.006, 0.008),
     ZSection(0.06, 0.12, 0.005, 0.006),
-    Box(0.06, 0.1, 0.004, 0.006),
+    BoxSection(0.06, 0.1, 0.004, 0.006),
     Hollow(0.06, 0.04, 0.003, 0.006),
 ]
 
@@ -103,7 +103,7 @@ def test_shapes_of_walls_are_sums_of_rectangles() -> None:
     assert_allclose([area, inertia[0, 1]], [0.12 * 0.005 + 2 * 0.055 * 0.006, mixed], rtol=1e-12)
     assert_allclose(middle, 0.0, atol=1e-15)
 
-    box = section_constants.constants(Box(0.06, 0.1, 0.001, 0.002).outline(), 0.3)
+    box = section_constants.constants(BoxSection(0.06, 0.1, 0.001, 0.002).outline(), 0.3)
     outside, inside = 0.06 * 0.1**3, 0.058 * 0.096**3
     assert pytest.approx((outside - inside) / 12, rel=1e-12) == box.Iyy
     bredt = 4.0 * (0.059 * 0.098) ** 2 / (2 * 0.098 / 0.001 + 2 * 0.059 / 0.002)

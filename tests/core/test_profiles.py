@@ -11,7 +11,7 @@ from fmbs_skfem.core.values import jets, units
 from fmbs_skfem.core.values.expressions import Expression, of_time
 from fmbs_skfem.core.values.fields import Context
 from fmbs_skfem.core.values.problems import Problems
-from fmbs_skfem.core.values.profiles import Limits, Move, motion, read
+from fmbs_skfem.core.values.profiles import MotionLimits, Move, motion, read
 from fmbs_skfem.core.values.tables import Table
 
 SPLINE = Table("goal", "", (0.0, 0.3, 0.6, 1.0), (0.0, 1.0, -1.0, 2.0), smooth=True, drives=True)
@@ -61,13 +61,13 @@ def test_least_jerk() -> None:
     assert f(9.0) == 3.0
     # by limits alone the fastest: each of them is reached, in turn
     at = np.linspace(0.0, 1.0, 20001)
-    for order, limits in enumerate((Limits(speed=4.0), Limits(acceleration=30.0)), 1):
+    for order, limits in enumerate((MotionLimits(speed=4.0), MotionLimits(acceleration=30.0)), 1):
         fastest = motion("minimum_jerk", [Move(2.0)], limits=limits)
         assert np.abs(jets.of_expression(fastest, at, 1e-9)[order]).max() == pytest.approx(
             limits[order - 1], rel=1e-6
         )
     assert derivatives(
-        motion("minimum_jerk", [Move(2.0)], limits=Limits(jerk=300.0)), np.array([1e-5])
+        motion("minimum_jerk", [Move(2.0)], limits=MotionLimits(jerk=300.0)), np.array([1e-5])
     )[3, 0] == pytest.approx(300.0, rel=1e-3)
 
 
@@ -75,13 +75,13 @@ def test_least_jerk() -> None:
 @pytest.mark.parametrize(
     "limits",
     [
-        Limits(2.0, 8.0),
-        Limits(2.0, 8.0, 90.0),
-        Limits(2.0, 8.0, 20.0),
-        Limits(acceleration=8.0, jerk=90.0),
+        MotionLimits(2.0, 8.0),
+        MotionLimits(2.0, 8.0, 90.0),
+        MotionLimits(2.0, 8.0, 20.0),
+        MotionLimits(acceleration=8.0, jerk=90.0),
     ],
 )
-def test_trapezoids_reach_their_limits_and_keep_them(way: float, limits: Limits) -> None:
+def test_trapezoids_reach_their_limits_and_keep_them(way: float, limits: MotionLimits) -> None:
     """L. Biagiotti, C. Melchiorri, Trajectory planning for automatic machines and robots (2008),
     3.2 and 3.4: the shortest time of a double S is D / v + v / a + a / j where all are reached.
     """
@@ -113,7 +113,7 @@ def test_several_moves_rest_between_each_other() -> None:
     moves = [Move(1.0, 0.5, dwell=0.2), Move(1.0, 0.1), Move(-0.5, 0.4, start=1.0)]
     for f in (
         motion("minimum_jerk", moves, start=-0.1),
-        motion("trapezoidal", moves, start=-0.1, limits=Limits(acceleration=90.0)),
+        motion("trapezoidal", moves, start=-0.1, limits=MotionLimits(acceleration=90.0)),
     ):
         t = np.array([-0.2, -0.1, 0.4, 0.7, 1.0, 1.4, 2.0])
         assert_allclose(f(t), [0.0, 0.0, 1.0, 1.0, 1.0, -0.5, -0.5], atol=1e-15)
@@ -136,7 +136,7 @@ def test_units_and_parameters() -> None:
         "acceleration": "w / (10 ms)**2",
     }
     found = read(given, Context(2, parameters), units.ANGLE)
-    limits = Limits(np.pi, np.pi / 6 / 1e-4)
+    limits = MotionLimits(np.pi, np.pi / 6 / 1e-4)
     assert_allclose(
         of_time(found)(np.linspace(0.0, 1.0, 9)),
         motion("trapezoidal", [Move(np.pi / 2)], start=0.1, limits=limits)(np.linspace(0, 1, 9)),

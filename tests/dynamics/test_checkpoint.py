@@ -11,7 +11,7 @@ import pytest
 
 from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import CorruptFile, SolverError
-from fmbs_skfem.core.values.profiles import Limits, Move, motion
+from fmbs_skfem.core.values.profiles import MotionLimits, Move, motion
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from fmbs_skfem.systems import At, System, eliminate
@@ -76,7 +76,7 @@ SYSTEMS: dict[str, Callable[[], System]] = {
     "dense": lambda: models.spin_up(4),
     "driven": lambda: models.spin_up(20, all_multipliers=True),
     "corners of a drive": lambda: models.turned_by(
-        motion("trapezoidal", [Move(0.6)], start=0.0603, limits=Limits(6.0, 60.0))
+        motion("trapezoidal", [Move(0.6)], start=0.0603, limits=MotionLimits(6.0, 60.0))
     ),
     "secants": lambda: all_modes(models.double_pendulum(4)),
     "turned tangents": models.thrown_plate_part,

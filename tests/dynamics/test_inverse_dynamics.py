@@ -13,7 +13,7 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.algebra.rotations import rotation
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.core.values.expressions import of_time
-from fmbs_skfem.core.values.profiles import Limits, Move, motion
+from fmbs_skfem.core.values.profiles import MotionLimits, Move, motion
 from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, solve_inverse_dynamics
 from fmbs_skfem.scenes import build
@@ -146,7 +146,7 @@ def test_torques_of_an_arm_in_space(turn: float, shift: float) -> None:
     paths = (
         motion("minimum_jerk", [Move(2.0, 1.0)]),
         motion("minimum_jerk", [Move(-0.9, 0.5), Move(0.3, 0.5)]),
-        motion("trapezoidal", [Move(1.0)], start=0.1, limits=Limits(1.5, 6.0, 60.0)),
+        motion("trapezoidal", [Move(1.0)], start=0.1, limits=MotionLimits(1.5, 6.0, 60.0)),
     )
     z, y = R @ (0, 0, 1.0), R @ (0, 1.0, 0)
     frames = [At(name, "frame") for name in names]
@@ -259,7 +259,7 @@ def test_steps_over_corners_of_drives_are_of_second_order(start: float) -> None:
     for ten steps, by a third of its range and more, whatever the step.
     """
     paths = (
-        motion("trapezoidal", [Move(np.pi / 2)], start=start, limits=Limits(3.0, 15.0)),
+        motion("trapezoidal", [Move(np.pi / 2)], start=start, limits=MotionLimits(3.0, 15.0)),
         motion("minimum_jerk", [Move(-np.pi / 3, 0.9)], start=start + 0.1),
     )
     found = []

@@ -22,7 +22,7 @@ from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import Expression, of_time
 from fmbs_skfem.core.values.inputs import Input
-from fmbs_skfem.core.values.profiles import Limits, Move, Word, motion
+from fmbs_skfem.core.values.profiles import MotionLimits, Move, Word, motion
 from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
@@ -211,7 +211,7 @@ def shaft() -> System:
 
 def given(profile: Word) -> System:
     """A beam in few modes whose root is driven by a profile, with corners within steps."""
-    limits = Limits(6.0, 60.0) if profile == "trapezoidal" else Limits(speed=8.0)
+    limits = MotionLimits(6.0, 60.0) if profile == "trapezoidal" else MotionLimits(speed=8.0)
     moves = [Move(0.6, dwell=0.03), Move(0.1)]
     raw = models.turned_by(motion(profile, moves, start=0.0213, limits=limits))
     full = full_of(raw, STEP, 0.3)

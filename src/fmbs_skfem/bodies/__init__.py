@@ -5,7 +5,7 @@ mass points; stress fields.
 from . import own_laws, plate, rigid
 from . import stress_recovery as fields
 from .beams.drawn_sections import (
-    Box,
+    BoxSection,
     CSection,
     Hollow,
     ISection,
@@ -36,7 +36,7 @@ __all__ = [
     "LSection",
     "TSection",
     "ZSection",
-    "Box",
+    "BoxSection",
     "Hollow",
     "PolygonSection",
     "RolledSection",

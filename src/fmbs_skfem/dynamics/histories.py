@@ -15,7 +15,7 @@ from ..core.errors import Reason, SolverError
 from ..systems.compiled import repeatable, signal_table
 from ..systems.forces import on_rows as forces
 from ..systems.prepared import prepare
-from ..systems.signals import exact_path, jet
+from ..systems.signals import BEND, RATE, exact_path, jet
 from ..systems.system import System, driven_rows, driving
 from .names import owners
 
@@ -30,9 +30,6 @@ DRIFT, CURVATURE = (
     0.25,
 )
 SIDE = 1e-6  #: of a step, beside which derivatives are taken at corners
-#: first derivative at the first instant, times 12 d
-RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
-BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 # six megabytes with their derivatives; a run of twice as many takes a second, beside which finding
 # them is nothing

@@ -33,6 +33,7 @@ from ..systems.connections.redundancy import (
 from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
 from ..systems.prepared import prepare
+from ..systems.signals import RATE
 from ..systems.system import System, driven_rows, is_linear, keep_constraints, loose_rows
 from .compiled_step import (
     beam_points,
@@ -48,7 +49,7 @@ from .compiled_step import (
 from .compiled_step.impulses import Impulse
 from .compiled_step.packing import UNSTORED, PackedStep
 from .compiled_step.step import Doors, Levels, Method, State, Step, StepJob, Workspace
-from .histories import CURVATURE, DRIFT, RATE, finite_signals, signals_at_start
+from .histories import CURVATURE, DRIFT, finite_signals, signals_at_start
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, Solver, has_dear_factors, method_of
 

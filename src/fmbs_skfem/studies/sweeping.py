@@ -377,8 +377,7 @@ def known_statistics(table: Sweep, wanted: Mapping[str, Sequence[str]]) -> dict[
     was computed is kept.
     """
     for name in (name for name in wanted if name not in table.columns):
-        listed = ", ".join(table.columns) or "none"
-        expected = f"an output, one of {listed}"
+        expected = f"an output, one of {listed(list(table.columns), name, 'none')}"
         remedy = "name it and go on with --resume, which runs nothing again"
         notify(say("statistic", expected, f"'{name}'{closest(name, table.columns)}", remedy))
     return {name: kinds for name, kinds in wanted.items() if name in table.columns}

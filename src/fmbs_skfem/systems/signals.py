@@ -26,6 +26,10 @@ from .system import Signal, System, driving
 # with steps of 1 ms round-off is 2e-8 of accelerations, and falls with their square
 #: of the time that says a side, between instants of the differences of functions of Python
 FAR = 1e5
+# of the fourth order for rates, of the third one for accelerations
+#: first derivative at the first of five instants, times 12 d
+RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
+BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 
 
 @storable
@@ -102,9 +106,7 @@ def jet(signal: Any, t: np.ndarray, near: float) -> jets.Jet:
     """
     d = FAR * near
     table = np.stack([signal(t + k * d) + 0.0 * t for k in range(5)])
-    # of the fourth order for rates, of the third one for accelerations
-    rate, bend = np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [35.0, -104.0, 114.0, -56.0, 11.0]])
-    return np.stack([table[0], rate @ table / (12.0 * d), bend @ table / (12.0 * d**2)])
+    return np.stack([table[0], RATE @ table / (12.0 * d), BEND @ table / (12.0 * d**2)])
 
 
 @jet.register

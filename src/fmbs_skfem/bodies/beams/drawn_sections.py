@@ -168,7 +168,7 @@ class ZSection(Walled, word="z_section"):
 
 @dataclass(frozen=True)
 @checked
-class Box(Walled):
+class BoxSection(Walled, word="box"):
     """A box (rectangular hollow, box girder): two webs along z and two flanges along y, centred.
 
     {shape: box, width: 60 mm, height: 100 mm, web: 4 mm, flange: 6 mm}

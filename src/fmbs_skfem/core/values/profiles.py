@@ -73,7 +73,7 @@ class MotionProfile:
     jerk: Annotated[Any, RAW, "largest jerk"] | None = None
 
 
-class Limits(NamedTuple):
+class MotionLimits(NamedTuple):
     """Largest derivatives of a motion, in its unit and seconds."""
 
     speed: float = math.inf
@@ -86,7 +86,7 @@ def motion(
     moves: Sequence[Move],
     begin: float = 0.0,
     start: float = 0.0,
-    limits: Limits = Limits(),  # noqa: B008
+    limits: MotionLimits = MotionLimits(),  # noqa: B008
 ) -> Expression:
     """The function of time of a profile, in SI units, which begins at a value and a time [s].
 
@@ -111,9 +111,11 @@ def read(value: object, context: Context, dimension: units.Dimension) -> str:
         raise Problems([(("duration",), Problem("a duration in each of the moves", got))])
     moves = given.moves or (Move(given.to, given.duration),)
     convert = partial(read_number, context=context, dimension=dimension)
-    bounds = {name: one for name in Limits._fields if (one := getattr(given, name)) is not None}
+    bounds = {
+        name: one for name in MotionLimits._fields if (one := getattr(given, name)) is not None
+    }
     ends = [(k, partial(convert, one.to)) for k, one in enumerate(moves)]
-    orders = {name: order for order, name in enumerate(Limits._fields, 1)}
+    orders = {name: order for order, name in enumerate(MotionLimits._fields, 1)}
     begin, to, *found = read_all(
         [
             ("from", lambda: convert(given.from_)),
@@ -121,7 +123,7 @@ def read(value: object, context: Context, dimension: units.Dimension) -> str:
             *((name, partial(convert, one, order=orders[name])) for name, one in bounds.items()),
         ]
     )
-    limits = Limits(**dict(zip(bounds, found, strict=True)))
+    limits = MotionLimits(**dict(zip(bounds, found, strict=True)))
     moves = tuple(replace(one, to=end) for one, end in zip(moves, to, strict=True))
     return write(given.profile, moves, begin, given.start, limits, bool(given.moves))
 
@@ -143,7 +145,7 @@ def write(
     moves: Sequence[Move],
     begin: float,
     start: float,
-    limits: Limits,
+    limits: MotionLimits,
     several: bool = True,
 ) -> str:
     """The text of a profile; `several` for keys of moves in messages."""
@@ -198,7 +200,7 @@ def require_time(least: float, duration: float | None) -> float:
     return max(duration, least)
 
 
-def time_smooth(way: float, duration: float | None, limits: Limits) -> tuple[float, ...]:
+def time_smooth(way: float, duration: float | None, limits: MotionLimits) -> tuple[float, ...]:
     """The duration [s] of a motion of the least jerk over a way."""
     v, a, j = limits
     least = max(
@@ -207,7 +209,7 @@ def time_smooth(way: float, duration: float | None, limits: Limits) -> tuple[flo
     return (require_time(least, duration),)
 
 
-def time_trapezoid(way: float, duration: float | None, limits: Limits) -> tuple[float, ...]:
+def time_trapezoid(way: float, duration: float | None, limits: MotionLimits) -> tuple[float, ...]:
     """The duration [s] of a trapezoid over a way, with the time of its sides and of their
     rounding.
     """
@@ -241,6 +243,6 @@ def sides(v: float, a: float, j: float, whole: float = math.inf) -> tuple[float,
     return ramp, min(r, 0.5 * ramp)
 
 
-Times: TypeAlias = Callable[[float, float | None, Limits], tuple[float, ...]]
+Times: TypeAlias = Callable[[float, float | None, MotionLimits], tuple[float, ...]]
 #: how long a motion takes, and what its function takes behind its ends
 TIMES: Mapping[Word, Times] = {"minimum_jerk": time_smooth, "trapezoidal": time_trapezoid}

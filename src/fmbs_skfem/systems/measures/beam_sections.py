@@ -246,8 +246,7 @@ def beam_point(
     """
     rows, found = sections(part if part.shapes is None else with_all_points(part), xi)
     own = np.zeros((0, found.stiffness.shape[-1])) if functionals is None else functionals
-    sparse = (found.shares.data, found.shares.indices, found.shares.indptr)
-    arrays = (found.stiffness, found.curvature, found.coupled, found.known, *sparse, own)
+    arrays = (found.stiffness, found.curvature, found.shares, found.coupled, found.known, own)
     assert part.cells is not None
     return rows, (float(number(part.cells.law)), *pack(*arrays))
 
@@ -269,16 +268,19 @@ def place_of(where: str, part: Body, at: At) -> float:
     return float(locate(part, at.place))  # type: ignore[arg-type]
 
 
+def sections_of(parameters: tuple[float, ...]) -> tuple[Sections, np.ndarray]:
+    """The numbers of the places of an output of a beam, and its functionals of S."""
+    *numbers, own = unpack(parameters[1:])
+    return Sections(*numbers), own
+
+
 def read_places(
     parameters: tuple[float, ...], u: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Strains (f, s, x), S (f, s, x) [N, N m] and functionals of S (m, s, x) of rows u (s, ...) that
     `beam_point` gives.
     """
-    stiffness, curvature, coupled, known, data, indices, indptr, own = unpack(parameters[1:])
-    sparse = (data, indices.astype(np.int64), indptr.astype(np.int64))
-    shares = csr_array(sparse, shape=(len(stiffness), len(known)))
-    found = Sections(stiffness, curvature, shares, coupled, known)
+    found, own = sections_of(parameters)
     strain, force = found.read(u)
     functionals = (
         np.tensordot(own, force, 1) if own.ndim == 2 else np.einsum("xmf,fsx->msx", own, force)
@@ -289,9 +291,9 @@ def read_places(
 
 def rows_of(parameters: tuple[float, ...], dim: int) -> int:
     """How many rows the output of a beam has."""
-    stiffness, _, _, known, *_ = unpack(parameters[1:])
-    here, there = (4, 3) if stiffness.shape[-1] > 6 else (2, 2)
-    return dim * FIELDS[dim] * (here * len(stiffness) + there * len(known))
+    found, _ = sections_of(parameters)
+    here, there = found.orders
+    return dim * FIELDS[dim] * (here * len(found.stiffness) + there * len(found.known))
 
 
 def forces_of(parameters: tuple[float, ...], dim: int) -> dict[str, str]:

@@ -61,18 +61,13 @@ class CableSections:
     @property
     def numbers(self) -> tuple[float, ...]:
         """All of it as the parameters of an output, the number of the law first."""
-        sparse = (self.shares.data, self.shares.indices, self.shares.indptr)
-        arrays = (self.stiffness, self.curvature, self.known, *sparse, self.fibres)
+        arrays = (self.stiffness, self.curvature, self.known, self.shares, self.fibres)
         return (float(laws.number(self.law)), *pack(*arrays))
 
     @staticmethod
     def of(numbers: tuple[float, ...]) -> CableSections:
         """What `numbers` has made."""
-        stiffness, curvature, known, data, indices, indptr, fibres = unpack(numbers[1:])
-        sparse = (data, indices.astype(np.int64), indptr.astype(np.int64))
-        shares = csr_array(sparse, shape=(len(indptr) - 1, 2 * len(known)))
-        law = laws.NUMBERS[int(numbers[0])]
-        return CableSections(law, stiffness, curvature, known, shares, fibres)
+        return CableSections(laws.NUMBERS[int(numbers[0])], *unpack(numbers[1:]))
 
     @property
     def rows(self) -> int:

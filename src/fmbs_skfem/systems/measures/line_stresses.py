@@ -56,12 +56,19 @@ def with_fibres(
     return rows, numbers.numbers, OF_CABLE
 
 
+def place_on(where: str, part: Body, at: At) -> np.ndarray:
+    """The parameter (1,) of a place of a beam or cable; InputError where it knows no stresses
+    there.
+    """
+    of = beam_sections if part.directors is not None else cable_sections
+    return np.array([of.place_of(where, part, at)])
+
+
 def along(where: str, part: Body) -> np.ndarray:
     """Parameters (x,) of the ends and middles of the cells of a line, `PLACES` at most; InputError
     where it knows no stresses there.
     """
-    at = beam_sections if part.directors is not None else cable_sections
-    at.place_of(where, part, At(part.name, 0.0))
+    place_on(where, part, At(part.name, 0.0))
     breaks = line.breaks(part.space)
     many = min(2 * len(breaks) - 1, PLACES)
     return np.interp(np.linspace(0, len(breaks) - 1, many), np.arange(len(breaks)), breaks)
@@ -94,7 +101,7 @@ def of_contours(numbers: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
     return [normal.max(axis=0), normal.min(axis=0), np.sqrt(shear.max(axis=0)), np.sqrt(most)]
 
 
-class OfLine(Probe, ABC):
+class LineStresses(Probe, ABC):
     """What has stresses of a line."""
 
     unit: ClassVar[str] = "Pa"
@@ -112,7 +119,7 @@ class OfLine(Probe, ABC):
 
 
 @dataclass(frozen=True)
-class Stress(OfLine):
+class Stress(LineStresses):
     """Stresses [Pa]: of von Mises at a named point of a plate or shell, or at the contour of the
     section of a beam or cable.
 
@@ -147,8 +154,7 @@ class Stress(OfLine):
             return self.output(
                 draft, (f"{name}_bottom", f"{name}_top"), [point.rows], **point.facts(self.at.body)
             )
-        at = beam_sections if part.directors is not None else cable_sections
-        xi = np.array([at.place_of(where, part, self.at)])
+        xi = place_on(where, part, self.at)
         if self.point is None:
             rows, parameters, words = with_fibres(where, part, xi)
         else:
@@ -172,7 +178,7 @@ class Stress(OfLine):
 
 
 @dataclass(frozen=True)
-class HighestStress(OfLine):
+class HighestStress(LineStresses):
     """Highest and lowest stress [Pa] along a beam or cable, among all places of its line.
 
     NAME_max, NAME_min, of beams NAME_shear, and NAME_von_mises, as of the output `stress`, each

@@ -67,7 +67,7 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
 
 
 @dataclass(frozen=True)
-class Vectors:
+class SurfaceVectors:
     """Vectors of the law of a surface at x points, one after the other."""
 
     rows: csr_array  #: (x k, b) on the functions of the body
@@ -77,7 +77,7 @@ class Vectors:
 
 def vectors_at(
     where: str, part: Body, shape: surface.Surface, cells: np.ndarray, xi: np.ndarray
-) -> Vectors:
+) -> SurfaceVectors:
     """What is read of a plate or shell at parent points xi (x, 2) of cells (x,); InputError, after
     `where`, for a body that does not know its cells.
     """
@@ -97,7 +97,7 @@ def vectors_at(
     thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cells]
     law_number = np.full(len(cells), float(laws.number(law)))
     parameters = np.vstack([law_number, thickness, section]).T
-    return Vectors(own(part, gradients), parameters, values)
+    return SurfaceVectors(own(part, gradients), parameters, values)
 
 
 def warn_of_rim(where: str, part: Body, slopes: csr_array) -> None:

@@ -74,11 +74,11 @@ class Utilisation(Probe):
 
     def on_line(self, where: str, draft: Draft, part: Body) -> dict[str, Any]:
         """Rows and numbers of a place of a beam or cable, or of the ends and middles of its cells."""
-        if self.at is None:
-            xi = line_stresses.along(where, part)
-        else:
-            at = beam_sections if part.directors is not None else cable_sections
-            xi = np.array([at.place_of(where, part, self.at)])
+        xi = (
+            line_stresses.along(where, part)
+            if self.at is None
+            else line_stresses.place_on(where, part, self.at)
+        )
         rows, parameters, _ = line_stresses.with_fibres(where, part, xi)
         return {"rows": [draft.layout.spread(part, rows)], "parameters": parameters}
 
